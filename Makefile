@@ -1,0 +1,61 @@
+# Two commands do everything: `make run` and `make test`. `make help` lists the rest.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+
+.PHONY: help run quick build test test-all golden check format clean lock
+
+help:
+	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
+	@echo "make quick     the same on a short trajectory"
+	@echo "make test      the tests (slow suites sampled)"
+	@echo "make test-all  every test in full"
+	@echo "make golden    write the golden results of the FMUs anew"
+	@echo "make check     linters, types, formatting"
+	@echo "make format    format Python and C"
+	@echo "make lock      resolve requirements.lock anew"
+	@echo "make clean     remove out/ and the environment"
+
+$(READY): requirements.lock pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed") if sys.version_info < (3, 11) else 0'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+run: $(READY)
+	$(BIN)/flexhex run
+
+quick: $(READY)
+	$(BIN)/flexhex run --quick
+
+build: $(READY)
+	$(BIN)/flexhex build
+
+test: $(READY)
+	$(BIN)/pytest -n 2 -m "not slow"
+
+test-all: $(READY)
+	$(BIN)/pytest -n 2
+
+golden: $(READY)
+	$(BIN)/pytest tests/golden --update
+
+check: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run -Werror $$(git ls-files '*.c' '*.h')
+
+format: $(READY)
+	$(BIN)/ruff check --fix-only .
+	$(BIN)/ruff format .
+	$(BIN)/clang-format -i $$(git ls-files '*.c' '*.h')
+
+lock:
+	uv pip compile --quiet --universal --python-version 3.11 --all-extras --generate-hashes \
+	  --no-emit-index-url --no-header pyproject.toml -o requirements.lock
+
+clean:
+	rm -rf out $(VENV)

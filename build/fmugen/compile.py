@@ -1,0 +1,73 @@
+"""The C compiler: objects cached by content, one shared library a call."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from fmus.common.errors import BuildError
+
+FLAGS = ("-std=c99", "-O2", "-ftree-vectorize", "-fPIC", "-ffp-contract=off")
+HIDDEN = ("-fvisibility=hidden",)
+STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
+LINK = ("-shared", "-s", "-Wl,--build-id=none", "-Wl,-z,noexecstack")
+
+
+@lru_cache
+def compiler() -> tuple[str, ...]:
+    """The command: $CC, or cc, gcc, clang, whichever is found first.
+
+    Raises BuildError when there is none.
+    """
+    named = os.environ.get("CC")
+    for candidate in [named] if named else ["cc", "gcc", "clang"]:
+        words = tuple(shlex.split(candidate))
+        if words and shutil.which(words[0]):
+            return words
+    missing = f"$CC = {named!r}" if named else "cc, gcc or clang"
+    raise BuildError(f"no C compiler: {missing} is not on the PATH; install gcc or set CC")
+
+
+@lru_cache
+def version() -> str:
+    """First line of the compiler's own version text."""
+    return _run([*compiler(), "--version"]).splitlines()[0]
+
+
+def compile_object(source: Path, headers: str, cache: Path, flags: Sequence[str] = ()) -> Path:
+    """Object file of a C source; headers: hash of all that it may include."""
+    command = [*compiler(), *FLAGS, *flags]
+    key = hashlib.sha256(
+        "\0".join([version(), *command, headers, source.read_text(encoding="utf-8")]).encode()
+    ).hexdigest()[:24]
+    target = cache / f"{source.stem}-{key}.o"
+    if not target.exists():
+        cache.mkdir(parents=True, exist_ok=True)
+        scratch = target.with_suffix(f".{os.getpid()}.tmp")
+        # run inside the folder: no path of this machine reaches the object
+        _run([*command, "-c", source.name, "-o", str(scratch.resolve())], source.parent)
+        scratch.replace(target)
+    return target
+
+
+def link_shared(objects: Sequence[Path], target: Path, libraries: Sequence[str] = ("-lm",)) -> Path:
+    """Shared library of objects, without debug data or build identifiers."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = target.with_suffix(f".{os.getpid()}.tmp")
+    _run([*compiler(), *LINK, "-o", str(scratch), *map(str, objects), *libraries])
+    scratch.replace(target)
+    return target
+
+
+def _run(command: Sequence[str], folder: Path | None = None) -> str:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if line.strip()][:12]
+        raise BuildError(f"{shlex.join(command)} failed:\n" + "\n".join(lines))
+    return done.stdout

@@ -1,0 +1,114 @@
+"""One FMU: equations, interface and step.c in, `<identifier>.fmu` out."""
+
+from __future__ import annotations
+
+import hashlib
+import html
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+import fmpy
+
+from fmugen import codegen, sources
+from fmugen.compile import HIDDEN, STRICT, compile_object, link_shared
+from fmugen.description import model_description
+from fmugen.pack import write_zip
+from fmus.common.interface import Interface
+
+RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
+FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+CONFIG = "flexhex_config.h"
+
+
+def build_fmu(
+    interface: Interface,
+    functions: Sequence[ca.Function],
+    step_c: Path,
+    out_dir: Path,
+    base_step: float = 0.00025,
+    cache: Path | None = None,
+) -> Path:
+    """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
+
+    The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
+    (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
+    Raises BuildError (compiler) or InterfaceError (units, names).
+    """
+    room, identifier = step_c.parent.name, interface.name
+    texts = _runtime()
+    for header in sorted(step_c.parent.glob("*.h")):
+        texts[header.name] = header.read_text(encoding="utf-8")
+    texts[CONFIG] = sources.config(identifier)
+    texts[f"{room}.h"] = sources.header(interface, functions, room)
+    texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
+    if functions:
+        texts[f"{identifier}_casadi.c"] = codegen.casadi_source(functions, room, identifier)
+    texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, "")
+    guid = _guid(texts, model_description(interface, base_step, "", ()))
+    texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
+
+    units = sorted(name for name in texts if name.endswith(".c"))
+    binary = _compile(texts, units, identifier, cache or out_dir / "cache")
+    files = {f"sources/{name}": text.encode() for name, text in texts.items()}
+    files["modelDescription.xml"] = model_description(interface, base_step, guid, units)
+    files[f"binaries/linux64/{identifier}.so"] = binary
+    files["documentation/index.html"] = _documentation(interface).encode()
+    return write_zip(out_dir / f"{identifier}.fmu", files)
+
+
+def _runtime() -> dict[str, str]:
+    """The adapter, each C file with the FMU's identity in front; FMI's own headers."""
+    texts = {}
+    for path in sorted(RUNTIME.glob("*.[ch]")):
+        text = path.read_text(encoding="utf-8")
+        texts[path.name] = f'#include "{CONFIG}"\n{text}' if path.suffix == ".c" else text
+    folder = Path(fmpy.__file__).parent / "c-code"
+    for name in FMI_HEADERS:
+        texts[name] = (folder / name).read_text(encoding="utf-8")
+    return texts
+
+
+def _guid(texts: dict[str, str], description: bytes) -> str:
+    digest = hashlib.sha256(description)
+    for name in sorted(texts):
+        digest.update(f"{name}\0{texts[name]}\0".encode())
+    h = digest.hexdigest()
+    return "{" + "-".join([h[:8], h[8:12], h[12:16], h[16:20], h[20:32]]) + "}"
+
+
+def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path) -> bytes:
+    cache.mkdir(parents=True, exist_ok=True)
+    headers = hashlib.sha256(
+        "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
+    ).hexdigest()
+    with tempfile.TemporaryDirectory(dir=cache) as folder:
+        work, objects = Path(folder), []
+        for name, text in texts.items():
+            (work / name).write_text(text, encoding="utf-8")
+        for name in units:
+            # generated equations include nothing of ours: their object outlives header changes
+            generated = name.endswith("_casadi.c")
+            seen, strict = ("", ()) if generated else (headers, STRICT)
+            objects.append(compile_object(work / name, seen, cache, (*HIDDEN, *strict)))
+        return link_shared(objects, work / f"{identifier}.so").read_bytes()
+
+
+def _documentation(interface: Interface) -> str:
+    rows = "\n".join(
+        f"<tr><td>{html.escape(v.name)}{f'[1..{v.size}]' if v.size else ''}</td>"
+        f"<td>{v.causality}</td><td>{html.escape('various' if v.units else v.unit)}</td>"
+        f"<td>{html.escape(v.description)}</td></tr>"
+        for v in sources.variables(interface)
+    )
+    return (
+        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
+        f"<title>{interface.name}</title><style>body{{font:15px sans-serif;margin:2em}}"
+        "td,th{border:1px solid #ccc;padding:2px 8px;text-align:left}"
+        "table{border-collapse:collapse}</style></head><body>"
+        f"<h1>{interface.name}</h1><p>{html.escape(interface.description)}. Sample time"
+        f" {interface.Ts * 1e3:g} ms: inputs are read at k Ts, k from 1 on, results appear at"
+        " (k+1) Ts.</p><table><tr><th>variable</th><th>causality</th><th>unit</th>"
+        f"<th>meaning</th></tr>\n{rows}\n</table></body></html>\n"
+    )

@@ -1,0 +1,25 @@
+"""Archives that are equal byte for byte when their contents are."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def write_zip(target: Path, files: Mapping[str, bytes]) -> Path:
+    """Write files (archive name -> contents) sorted, with a fixed date; replaces atomically."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = target.with_suffix(f".{os.getpid()}.tmp")
+    with zipfile.ZipFile(scratch, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            entry.create_system = 3
+            archive.writestr(entry, files[name])
+    scratch.replace(target)
+    return target

@@ -1,0 +1,82 @@
+"""Build the FMU of a room for a machine, with other start values where wanted."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fmus
+from fmugen.fmu import build_fmu
+from fmus.common.errors import InterfaceError
+from fmus.common.interface import Interface
+from fmus.common.machine import Machine
+
+Starts = Mapping[str, float | Sequence[float] | NDArray[np.float64]]
+ROOMS = ("reference", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator")
+
+
+def with_starts(interface: Interface, starts: Starts) -> Interface:
+    """The interface with other start values of its parameters; InterfaceError for unknown names."""
+    if "Ts" in starts:
+        raise InterfaceError(
+            f"{interface.name}: Ts is set by the machine file, not as a start value"
+        )
+    known = {v.name for v in interface.variables if v.causality == "parameter"}
+    unknown = sorted(set(starts) - known)
+    if unknown:
+        raise InterfaceError(
+            f"{interface.name} has no parameter {unknown[0]!r}; it has: {', '.join(sorted(known))}"
+        )
+    variables = tuple(
+        dataclasses.replace(v, start=starts[v.name]) if v.name in starts else v
+        for v in interface.variables
+    )
+    return dataclasses.replace(interface, variables=variables)
+
+
+def room_interface(room: str, machine: Machine, starts: Starts | None = None) -> Interface:
+    """Interface of a room for a machine, with start values replaced."""
+    module: Any = importlib.import_module(f"fmus.{room}.interface")
+    return with_starts(module.interface(machine), starts or {})
+
+
+def step_file(room: str) -> Path:
+    """The hand-written step.c of a room."""
+    return Path(fmus.__path__[0]) / room / "step.c"
+
+
+def build_room(
+    room: str,
+    machine: Machine,
+    out_dir: Path,
+    starts: Starts | None = None,
+    cache: Path | None = None,
+) -> Path:
+    """Build `out_dir/<room>.fmu`; starts: parameter name -> value(s) baked in as defaults."""
+    module: Any = importlib.import_module(f"fmus.{room}.equations")
+    interface = room_interface(room, machine, starts)
+    functions, base = module.functions(machine), machine.timing.base
+    return build_fmu(interface, functions, step_file(room), out_dir, base, cache)
+
+
+def build_machine(
+    machine: Machine,
+    truth: Path,
+    out_dir: Path,
+    starts: Starts | None = None,
+    cache: Path | None = None,
+) -> Path:
+    """Build `out_dir/machine.fmu`: the plant plus what the truth file hides."""
+    from fmus.plant import truth as real
+
+    hidden = real.load_truth(truth)
+    interface = with_starts(real.interface(machine, hidden), starts or {})
+    functions = real.functions(machine, hidden)
+    base = machine.timing.base
+    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache)

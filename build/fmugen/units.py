@@ -1,0 +1,49 @@
+"""Units of FMU variables: exponents of SI base units, and display units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from fmus.common.errors import InterfaceError
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Exponents of kg, m, s, A, rad; display units as (name, factor from the SI unit)."""
+
+    exponents: dict[str, int] = field(default_factory=dict)
+    display: tuple[tuple[str, float], ...] = ()
+
+
+_DEG = 180 / math.pi
+UNITS: dict[str, Unit] = {
+    "1": Unit(),
+    "s": Unit({"s": 1}, (("ms", 1e3),)),
+    "Hz": Unit({"s": -1}),
+    "1/s": Unit({"s": -1}),
+    "1/s2": Unit({"s": -2}),
+    "rad": Unit({"rad": 1}, (("deg", _DEG), ("urad", 1e6))),
+    "1/rad": Unit({"rad": -1}),
+    "rad/s": Unit({"rad": 1, "s": -1}, (("deg/s", _DEG),)),
+    "rad/s2": Unit({"rad": 1, "s": -2}, (("deg/s2", _DEG),)),
+    "m": Unit({"m": 1}, (("mm", 1e3), ("um", 1e6))),
+    "m/s": Unit({"m": 1, "s": -1}),
+    "m/s2": Unit({"m": 1, "s": -2}),
+    "kg": Unit({"kg": 1}),
+    "kg m": Unit({"kg": 1, "m": 1}),
+    "kg m2": Unit({"kg": 1, "m": 2}),
+    "N m": Unit({"kg": 1, "m": 2, "s": -2}, (("mN m", 1e3),)),
+    "N m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
+    "N m s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
+    "N2 m2": Unit({"kg": 2, "m": 4, "s": -4}),
+    "A": Unit({"A": 1}),
+    "N m/A": Unit({"kg": 1, "m": 2, "s": -2, "A": -1}),
+}
+
+
+def unit(name: str, variable: str) -> Unit:
+    """The unit called `name`; InterfaceError that names the variable when there is none."""
+    if name not in UNITS:
+        raise InterfaceError(f"{variable}: unknown unit {name!r}, known: {', '.join(UNITS)}")
+    return UNITS[name]

@@ -1,0 +1,114 @@
+"""What a log says about the mechanism: angles to coordinates, rates and model columns.
+
+Angles are exact to the encoder's step, so rates are plain central differences and every
+model column is evaluated at the raw motion; only then are columns and torque smoothed by
+one and the same window. Nothing nonlinear is ever evaluated at a filtered angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import oaconvolve
+
+from fmus.common.machine import Machine
+from fmus.common.model import Model
+
+Array = NDArray[np.float64]
+NEWTON_STEPS = 8
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Model columns along a log: values (samples, nonzeros) of Phi's structural nonzeros.
+
+    rows, cols: where each nonzero stands in Phi (n, n_p). `shape` is Phi's.
+    """
+
+    values: Array
+    rows: NDArray[np.int64]
+    cols: NDArray[np.int64]
+    shape: tuple[int, int]
+
+    def stacked(self, every: int) -> Array:
+        """Dense (samples / every * n, n_p), joint by joint within a sample."""
+        picked = self.values[::every]
+        dense = np.zeros((len(picked), *self.shape))
+        dense[:, self.rows, self.cols] = picked
+        return dense.reshape(-1, self.shape[1])
+
+
+def hann(points: int) -> Array:
+    """Window of [SH, Eq. (27)] with unit sum; its first tap is zero."""
+    taps = np.sin(np.pi * np.arange(points) / points) ** 2
+    return np.asarray(taps / taps.sum())
+
+
+def smooth(signal: Array, window: Array) -> Array:
+    """Windowed signal (samples - points + 1, ...): only where the window is filled."""
+    flat = signal.reshape(len(signal), -1)
+    filtered = oaconvolve(flat, window[:, None], mode="valid", axes=0)
+    return np.asarray(filtered.reshape(-1, *signal.shape[1:]))
+
+
+def differences(theta: Array, ts: float) -> tuple[Array, Array]:
+    """thetad, thetadd (samples - 2, n) by the stencils of [SH, IV-D] (second one with its sign)."""
+    first = (theta[2:] - theta[:-2]) / (2 * ts)
+    second = (theta[2:] - 2 * theta[1:-1] + theta[:-2]) / ts**2
+    return first, second
+
+
+def dahl_states(theta: Array, sigma: float) -> Array:
+    """z (samples, n) along the angles, from zero, exact for steps of one sign.  [SH, Eq. (23)]"""
+    delta = np.diff(theta, axis=0)
+    sign, decay = np.sign(delta), np.exp(-np.abs(delta) / sigma)
+    z = np.zeros_like(theta)
+    for k in range(len(delta)):
+        z[k + 1] = sign[k] + (z[k] - sign[k]) * decay[k]
+    return z
+
+
+class MotionModel:
+    """Vectorised model functions for the samples of a log."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.model = machine, Model(machine)
+        model, n = self.model, self.model.n
+        x, xd, xdd = (ca.SX.sym(name, model.n_x) for name in ("x", "xd", "xdd"))
+        rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
+        z = ca.SX.sym("z", n)
+        linkage = model.linkage(x)
+        self._newton = ca.Function("newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())]))
+        v = linkage.rates(rate)
+        a = linkage.accelerations(v, acceleration)
+        self._rates = ca.Function("rates", [x, rate, acceleration], ca.cse([v, a]))
+        Phi = model.regressor(x, xd, xdd, model.basis(x[:n], z))
+        sparsity = Phi.sparsity()
+        self._rows, self._cols = np.array(sparsity.row()), np.array(sparsity.get_col())
+        self._shape = (n, model.n_p)
+        values = ca.vertcat(*Phi.nonzeros())
+        self._phi = ca.Function("phi", [x, xd, xdd, z], ca.cse([values]))
+
+    def close(self, theta: Array) -> Array:
+        """x~ (samples, 37) for angles (samples, n), each solved from neutral."""
+        x = np.tile(self.model.frames.x0[:, None], (1, len(theta)))
+        x[: self.model.n] = theta.T
+        newton = self._newton.map(len(theta))
+        for _ in range(NEWTON_STEPS):
+            x = newton(x).full()
+        return x.T
+
+    def rates(self, x: Array, thetad: Array, thetadd: Array) -> tuple[Array, Array]:
+        """xd, xdd (samples, 37)."""
+        xd, xdd = self._rates.map(len(x))(x.T, thetad.T, thetadd.T)
+        return xd.full().T, xdd.full().T
+
+    def columns(self, theta: Array, z: Array, thetad: Array, thetadd: Array) -> Columns:
+        """Model columns at every sample; all arguments (samples, n)."""
+        x = self.close(theta)
+        xd, xdd = self.rates(x, thetad, thetadd)
+        values = self._phi.map(len(x))(x.T, xd.T, xdd.T, z.T).full().T
+        return Columns(values, self._rows, self._cols, self._shape)

@@ -1,0 +1,131 @@
+"""From a machine file to FMUs and system descriptions under `out/`.
+
+out/fmus/*.fmu                  nominal FMUs
+out/hexapod.ssp                 the adaptive loop around the model (plant.fmu)
+out/machine/hexapod.ssp         the adaptive loop around machine.fmu
+out/cases/<case>/hexapod.ssp    variants of it, each with its own start values
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from fmugen.rooms import ROOMS, Starts, build_machine, build_room, room_interface, with_starts
+
+from flexhex.cases import Case, table_cases
+from fmus.common.interface import Interface
+from fmus.common.machine import Machine, load_machine
+from fmus.common.parameters import base_parameters
+from ssp.delays import alignment, reference_delay
+from ssp.system import System, hexapod
+from ssp.write import write_ssp
+
+INSTANCES = {
+    "reference": "reference",
+    "N_F": "kinematics",
+    "F": "feedforward",
+    "feedback": "feedback",
+    "plant": "plant",
+    "W": "filter",
+    "N_E": "kinematics",
+    "K": "estimator",
+}
+"""Instance in the loop -> room."""
+Say = Callable[[str], None]
+
+
+def truth_file(machine_file: Path) -> Path:
+    """The truth that belongs to a machine file: `tflex.toml` -> `tflex-truth.toml`."""
+    return machine_file.with_name(f"{machine_file.stem}-truth.toml")
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Builds for one machine file into `out`; `say` hears what is being built."""
+
+    machine_file: Path
+    out: Path
+    say: Say = lambda text: None
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine, read and checked once."""
+        return load_machine(self.machine_file)
+
+    @cached_property
+    def schedule(self) -> dict[str, dict[str, float]]:
+        """Delays that follow from the schedule, by instance."""
+        system = self._system({})
+        return {
+            "feedback": {"reference_delay": reference_delay(system, self.machine.drive)},
+            "W": {"alignment": float(alignment(system))},
+        }
+
+    def fmus(self) -> list[Path]:
+        """Nominal FMUs into `out/fmus`, and machine.fmu when a truth file exists."""
+        folder = self.out / "fmus"
+        built = [self._room(room, folder, self._starts_of(room)) for room in ROOMS]
+        truth = truth_file(self.machine_file)
+        if truth.exists():
+            self.say("machine")
+            built.append(build_machine(self.machine, truth, folder, cache=self.out / "cache"))
+        return built
+
+    def systems(self) -> list[Path]:
+        """FMUs, `out/hexapod.ssp` and, with a truth file, `out/machine/hexapod.ssp`."""
+        self.fmus()
+        p = base_parameters(self.machine)
+        adaptive = table_cases(self.machine, p, self.machine.reference.duration)[-1]
+        written = [self._write(self._as_plant(adaptive, "plant"), self.out / "hexapod.ssp")]
+        if truth_file(self.machine_file).exists():
+            written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
+        return written
+
+    def case(self, case: Case) -> Path:
+        """`out/cases/<case>/hexapod.ssp`."""
+        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp")
+
+    @staticmethod
+    def _as_plant(case: Case, plant: str) -> Case:
+        return Case(case.name, case.title, plant, case.duration, case.starts)
+
+    def _write(self, case: Case, path: Path) -> Path:
+        folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
+        interfaces: dict[str, Interface] = {}
+        for instance, room in INSTANCES.items():
+            name = case.plant if instance == "plant" else room
+            starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
+            interfaces[instance] = self._interface(room, starts)
+            self._place(room, name, starts, folder)
+        system = hexapod(
+            interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
+        )
+        return write_ssp(system, folder, path, stop=case.duration)
+
+    def _place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
+        """Build a variant into `folder`, or copy the FMU that needs none."""
+        if starts and name != "machine":
+            self._room(room, folder, starts)
+            return
+        source = self.out / "fmus" / f"{name}.fmu"
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / source.name)
+
+    def _room(self, room: str, folder: Path, starts: Starts) -> Path:
+        self.say(room)
+        return build_room(room, self.machine, folder, starts, self.out / "cache")
+
+    def _starts_of(self, room: str) -> Starts:
+        found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
+        return next((self.schedule[i] for i in found if i in self.schedule), {})
+
+    def _interface(self, room: str, starts: Starts) -> Interface:
+        return with_starts(room_interface(room, self.machine), starts)
+
+    def _system(self, starts: Mapping[str, Starts]) -> System:
+        rooms = {room: room_interface(room, self.machine) for room in ROOMS}
+        return hexapod(rooms, base=self.machine.timing.base)

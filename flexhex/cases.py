@@ -1,0 +1,87 @@
+"""The cases of [SH, V-A] as variants of one loop: which plant, which parts act, which p.
+
+A case is nothing but other start values of the same FMUs, baked in as their defaults,
+since some importers ignore parameter sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common.machine import Machine
+from fmus.common.parameters import base_parameters
+from fmus.estimator.interface import normalisation
+
+Array = NDArray[np.float64]
+SETTLE = 2.0
+"""Hold before the first move [s]: the preload's transient is over, nothing is judged."""
+FIT_SEED, RUN_SEED = 11, 1
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: name (also its folder), title, plant FMU, start values by component instance."""
+
+    name: str
+    title: str
+    plant: str
+    duration: float
+    starts: Mapping[str, Mapping[str, float | Array]] = field(default_factory=dict)
+
+
+def _case(
+    name: str,
+    title: str,
+    machine: Machine,
+    *,
+    plant: str = "machine",
+    ff_gain: float = 1.0,
+    adapt: bool = False,
+    p: Array | None = None,
+    duration: float,
+    seed: int = RUN_SEED,
+    basis: float = 1.0,
+) -> Case:
+    p0 = base_parameters(machine) if p is None else p
+    starts: dict[str, Mapping[str, float | Array]] = {
+        "reference": {"seed": float(seed), "t_start": SETTLE, "duration": duration},
+        "feedback": {"ff_gain": ff_gain},
+        "W": {"basis": basis},
+        "K": {"p0": p0, "scale": normalisation(machine, p0), "adapt": float(adapt)},
+    }
+    return Case(name, title, plant, SETTLE + duration, starts)
+
+
+def fit_case(machine: Machine, duration: float) -> Case:
+    """The run whose log p-hat is fitted to: another trajectory, feedback and nominal model."""
+    return _case("fit", "data for the fit", machine, duration=duration, seed=FIT_SEED)
+
+
+def table_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]:
+    """The rows of Table I, on machine.fmu with the fitted p."""
+    return (
+        _case("feedback", "feedback only", machine, ff_gain=0.0, p=p, duration=duration),
+        _case("fixed", "fixed feedforward", machine, p=p, duration=duration),
+        _case("adaptive", "adaptive feedforward", machine, p=p, adapt=True, duration=duration),
+    )
+
+
+def extra_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]:
+    """What the table does not show: the exact plant, and the paper's form of W.
+
+    exact-*: plant.fmu, which is the model itself, with exact parameters.
+    """
+    exact: dict[str, Any] = {"plant": "plant", "duration": duration}
+    paper: dict[str, Any] = {"p": p, "adapt": True, "duration": duration, "basis": 0.0}
+    title = "adaptive, basis at the filtered angle as in the paper"
+    return (
+        _case("paper-form", title, machine, **paper),
+        _case("exact-fixed", "exact plant, fixed", machine, **exact),
+        _case("exact-adaptive", "exact plant, adaptive", machine, adapt=True, **exact),
+        _case("exact-paper-form", f"exact plant, {title}", machine, adapt=True, basis=0.0, **exact),
+    )

@@ -1,0 +1,89 @@
+"""Frames of the mechanism at the neutral pose (theta = 0), as plain numbers.
+
+Frame B_i: x along the upper arm, y = motor axis. Frame Q_i: x along the lower arm,
+y = motor axis made orthogonal to it. Frame E: parallel to the world. The flexures
+are free of stress here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common.errors import MachineError
+from fmus.common.machine import Machine
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ArmFrame:
+    """Constants of one arm; vectors (3,) in the world at neutral, quaternions (4,).
+
+    S = conj(lam_E0) lam_Q0: Q seen from E at neutral; a_Q: motor axis in the axes of Q at
+    neutral.
+    """
+
+    x_B: Array
+    axis: Array
+    u_B: Array
+    r_EP: Array
+    lam_Q0: Array
+    S: Array
+    a_Q: Array
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All arms and the neutral x~, x0 (37,)."""
+
+    arms: tuple[ArmFrame, ...]
+    x0: Array
+
+    @staticmethod
+    def of(machine: Machine, where: str = "machine") -> Frames:
+        """Frames of a machine; MachineError when an arm does not close at neutral."""
+        arms = tuple(_arm_frame(machine, i, where) for i in range(machine.n_arms))
+        lams = [arm.lam_Q0 for arm in arms]
+        x0 = np.concatenate(
+            [np.zeros(len(arms)), *lams, np.array(machine.geometry.x_E0), [1.0, 0.0, 0.0, 0.0]]
+        )
+        return Frames(arms, x0)
+
+
+def _arm_frame(machine: Machine, i: int, where: str) -> ArmFrame:
+    arm, geometry = machine.arms[i], machine.geometry
+    x_B, axis = np.array(arm.x_B), np.array(arm.axis)
+    u_B, r_EP = np.array(arm.u_B), np.array(arm.r_EP)
+    rod = np.array(geometry.x_E0) + r_EP - x_B - geometry.L * u_B
+    length = float(np.linalg.norm(rod))
+    if abs(length - geometry.l) > 1e-9:
+        raise MachineError(
+            f"{where}: arm {i + 1} does not close: at the neutral pose its joints are"
+            f" {length:.9g} m apart, geometry.l is {geometry.l:.9g} m;"
+            " correct l, x_E0, r_EP, x_B, u_B or L"
+        )
+    x_Q = rod / length
+    y_Q = axis - (axis @ x_Q) * x_Q
+    if np.linalg.norm(y_Q) < 0.1:
+        raise MachineError(
+            f"{where}: arm {i + 1}: lower arm and motor axis are nearly parallel,"
+            " the universal joint is singular; correct axis or the neutral pose"
+        )
+    y_Q /= np.linalg.norm(y_Q)
+    R_Q0 = np.column_stack([x_Q, y_Q, np.cross(x_Q, y_Q)])
+    lam_Q0 = _quaternion(R_Q0)
+    return ArmFrame(x_B, axis, u_B, r_EP, lam_Q0, lam_Q0, R_Q0.T @ axis)
+
+
+def _quaternion(R: Array) -> Array:
+    """Unit quaternion of a rotation matrix: the dominant eigenvector of Bar-Itzhack's matrix."""
+    K = np.empty((4, 4))
+    K[0, 0] = np.trace(R)
+    K[0, 1:] = K[1:, 0] = [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
+    K[1:, 1:] = R + R.T - np.trace(R) * np.eye(3)
+    lam = np.linalg.eigh(K)[1][:, -1]
+    refined: Array = lam * (np.sign(lam[0]) if lam[0] != 0 else 1.0)
+    return refined / np.linalg.norm(refined)

@@ -1,0 +1,136 @@
+"""What a room says about its FMU: variables with unit and range, sample time, constants.
+
+A room's `interface.py` builds one `Interface` for a machine; `fmugen` turns it into
+modelDescription.xml, C structs and value references. Names are scalar (`fault`) or
+arrays (`theta`, shown as `theta[1]` ... in FMI and SSP, `theta[0]` ... in C).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common.errors import InterfaceError
+
+Causality = Literal["parameter", "input", "output"]
+Variability = Literal["fixed", "tunable", "discrete"]
+_NAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_]*")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One FMU variable, or one array of them (size given).
+
+    start [unit] is one value for all elements or one per element. min, max [unit]
+    hold for every element; a value outside them is refused by the FMU. elements and units
+    name and measure each element where an array holds unlike things (the parameters p);
+    units then overrules `unit`. initial_from: parameters from which an output's first value
+    comes, element by element where sizes agree.
+
+    Raises InterfaceError for a name that is no C identifier, a wrong number of
+    start values, or a start value outside min..max.
+    """
+
+    name: str
+    causality: Causality
+    unit: str
+    description: str
+    size: int | None = None
+    start: float | Sequence[float] | NDArray[np.float64] = 0.0
+    min: float = -math.inf
+    max: float = math.inf
+    nominal: float | None = None
+    variability: Variability = "discrete"
+    elements: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    initial_from: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise InterfaceError(f"variable {self.name!r}: not a C identifier")
+        if self.causality == "parameter" and self.variability == "discrete":
+            object.__setattr__(self, "variability", "fixed")
+        for k, value in enumerate(self.starts, start=1):
+            if not self.min <= value <= self.max:
+                raise InterfaceError(
+                    f"{self.name}[{k}] starts at {value} {self.unit},"
+                    f" allowed {self.min} to {self.max} {self.unit}"
+                )
+        for what, texts in (("names", self.elements), ("units", self.units)):
+            if texts and len(texts) != self.count:
+                raise InterfaceError(
+                    f"{self.name}: {len(texts)} {what} of elements, {self.count} elements"
+                )
+
+    @property
+    def count(self) -> int:
+        """Number of scalar FMI variables."""
+        return 1 if self.size is None else self.size
+
+    @property
+    def starts(self) -> tuple[float, ...]:
+        """Start value of every element [unit]."""
+        if isinstance(self.start, (int, float)):
+            return (float(self.start),) * self.count
+        starts = tuple(float(value) for value in self.start)
+        if len(starts) != self.count:
+            raise InterfaceError(f"{self.name}: {len(starts)} start values for {self.count}")
+        return starts
+
+    @property
+    def scalar_names(self) -> tuple[str, ...]:
+        """FMI names: `fault`, or `theta[1]` ... `theta[6]`."""
+        if self.size is None:
+            return (self.name,)
+        return tuple(f"{self.name}[{k}]" for k in range(1, self.size + 1))
+
+
+@dataclass(frozen=True)
+class Interface:
+    """The FMU of one room: `name` is its modelIdentifier, `Ts` its sample time [s].
+
+    `constants` become #defines of the generated header, prefixed with the room's
+    name in capitals. Every interface gets the parameter `Ts` and the output `fault`.
+    """
+
+    name: str
+    description: str
+    Ts: float
+    variables: tuple[Variable, ...]
+    constants: Mapping[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        names = [v.name for v in self.variables]
+        twice = sorted({n for n in names if names.count(n) > 1})
+        if twice:
+            raise InterfaceError(f"{self.name}: declared twice: {', '.join(twice)}")
+        reserved = sorted({"Ts", "fault"} & set(names))
+        if reserved:
+            raise InterfaceError(f"{self.name}: {', '.join(reserved)} is added by itself")
+
+    @property
+    def parameters(self) -> tuple[Variable, ...]:
+        """Parameters in value-reference order; `Ts` [s] comes first."""
+        Ts = Variable("Ts", "parameter", "s", "sample time", start=self.Ts, min=1e-6, max=10.0)
+        return (Ts, *self._of("parameter"))
+
+    @property
+    def inputs(self) -> tuple[Variable, ...]:
+        """Inputs in value-reference order (after the parameters)."""
+        return self._of("input")
+
+    @property
+    def outputs(self) -> tuple[Variable, ...]:
+        """Outputs in value-reference order (after the inputs); `fault` comes last."""
+        text = "0: none; 1: refused input or call; 2 and up: see the room's README"
+        fault = Variable("fault", "output", "1", text, min=0.0, max=255.0)
+        return (*self._of("output"), fault)
+
+    def _of(self, causality: Causality) -> tuple[Variable, ...]:
+        return tuple(v for v in self.variables if v.causality == causality)

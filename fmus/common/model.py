@@ -1,0 +1,73 @@
+"""The symbolic model of one machine, ready for the rooms: closure, (24), (25), (26).
+
+Every method takes and returns casadi.SX; a room wraps what it needs in functions.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from fmus.common import actuator
+from fmus.common.constraints import Coordinates
+from fmus.common.dynamics import Motion, loads, platform_jacobian, project
+from fmus.common.geometry import Frames
+from fmus.common.linkage import Linkage
+from fmus.common.machine import Machine
+from fmus.common.parameters import base_mechanism, parameters
+
+
+class Model:
+    """Mechanism and actuators of a machine; n actuators, x~ of n_x, p of n_p values."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.frames = machine, Frames.of(machine)
+        self.n, self.n_x = machine.n_arms, len(self.frames.x0)
+        self.n_p = len(parameters(machine))
+        self.n_basis = 1 + 2 * machine.actuator.n_harmonics
+        self.n_actuator = self.n_basis + 3
+        self.g = ca.SX(list(machine.gravity.g))
+
+    def linkage(self, x: ca.SX) -> Linkage:
+        """The closed loops at x~ (37,)."""
+        return Linkage(self.machine, self.frames, x)
+
+    def motion(self, xd: ca.SX, xdd: ca.SX) -> Motion:
+        """Velocities and accelerations of all frames."""
+        return Motion(Coordinates.split(xd, self.n), Coordinates.split(xdd, self.n), self.g)
+
+    def basis(self, theta: ca.SX, z: ca.SX) -> ca.SX:
+        """Nonlinear actuator basis of all joints (n n_basis,): z, cos, sin, ... joint by joint."""
+        a = self.machine.actuator
+        columns = [
+            actuator.basis(theta[i], a.omega_cog, a.n_harmonics, z[i]) for i in range(self.n)
+        ]
+        return ca.vertcat(*columns)
+
+    def actuator_torque(self, p: ca.SX, theta: ca.SX, thetad: ca.SX, chi: ca.SX) -> ca.SX:
+        """chi (n,) [N m] from actuator parameters p (n n_actuator,) and basis chi.  [Eq. (22)]"""
+        torques = []
+        for i in range(self.n):
+            par = p[self.n_actuator * i : self.n_actuator * (i + 1)]
+            part = chi[self.n_basis * i : self.n_basis * (i + 1)]
+            torques.append(actuator.torque(par, theta[i], thetad[i], part))
+        return ca.vertcat(*torques)
+
+    def inverse_dynamics(self, x: ca.SX, xd: ca.SX, xdd: ca.SX, chi: ca.SX, p: ca.SX) -> ca.SX:
+        """tau (n,) [N m] of a motion, parameters p (162,).  [SH, Eq. (24)]"""
+        split = self.n * self.n_actuator
+        linkage, par = self.linkage(x), base_mechanism(self.machine, p[split:])
+        tau = project(linkage, loads(linkage, self.motion(xd, xdd), par))
+        return tau + self.actuator_torque(p[:split], x[: self.n], xd[: self.n], chi)
+
+    def regressor(self, x: ca.SX, xd: ca.SX, xdd: ca.SX, chi: ca.SX) -> ca.SX:
+        """Phi (n, 162), sparse, with Phi p = tau.  [SH, Eq. (25), (26)]"""
+        p = ca.SX.sym("p", self.n_p)
+        split = self.n * self.n_actuator
+        linkage = self.linkage(x)
+        load = loads(linkage, self.motion(xd, xdd), base_mechanism(self.machine, p[split:]))
+        wrench = ca.vertcat(load.force, load.moment)
+        T = platform_jacobian(linkage)
+        q = p[split:]
+        mechanism = ca.jacobian(load.joint, q) + T.T @ ca.jacobian(wrench, q)
+        chi_i = self.actuator_torque(p[:split], x[: self.n], xd[: self.n], chi)
+        return ca.horzcat(ca.jacobian(chi_i, p[:split]), ca.sparsify(mechanism))

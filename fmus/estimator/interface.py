@@ -1,0 +1,99 @@
+"""Variables and sample time of the estimator FMU (regressor E and Kalman filter K)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common.geometry import Frames
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine
+from fmus.common.parameters import base_parameters, parameters
+from fmus.estimator.equations import row_width
+
+
+def normalisation(machine: Machine, p: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Scale of each parameter: |p|, but not below the parameter's floor.
+
+    [SH, IV-G] normalises by an initial least-squares estimate; without the floor an
+    estimate near zero would never move again.
+    """
+    floors = np.array([par.floor for par in parameters(machine)])
+    return np.maximum(np.abs(p), floors)
+
+
+def process_noise(machine: Machine) -> NDArray[np.float64]:
+    """Diagonal of R1 (n_p,), normalised: 1e-5 for the end-effector, 1e-7 for the rest."""
+    c = machine.control
+    return np.array(
+        [c.R1_end_effector if par.body == "end-effector" else c.R1 for par in parameters(machine)]
+    )
+
+
+def interface(machine: Machine) -> Interface:
+    """Estimator of a machine: filtered motion, basis and torque in, parameters out."""
+    n, x0, listed = machine.n_arms, Frames.of(machine).x0, parameters(machine)
+    p0 = base_parameters(machine)
+    named: dict[str, Any] = {
+        "size": len(listed),
+        "elements": tuple(par.name for par in listed),
+        "units": tuple(par.unit for par in listed),
+    }
+    each: dict[str, Any] = {"size": len(listed), "elements": named["elements"]}
+    n_chi = n * (1 + 2 * machine.actuator.n_harmonics)
+    c = machine.control
+    variables = (
+        Variable("p0", "parameter", "1", "first estimate", start=p0, min=-1e4, max=1e4, **named),
+        Variable(
+            "scale",
+            "parameter",
+            "1",
+            "normalisation of each parameter",
+            start=normalisation(machine, p0),
+            min=1e-12,
+            max=1e4,
+            **named,
+        ),
+        Variable(
+            "adapt", "parameter", "1", "1: adapts, 0: stays at p0", start=1, min=0, max=1, **each
+        ),
+        Variable(
+            "R1",
+            "parameter",
+            "1",
+            "normalised drift variance an update",
+            start=process_noise(machine),
+            min=0,
+            max=1,
+            **each,
+        ),
+        Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-12, max=1e3),
+        Variable("P0", "parameter", "1", "first normalised variance", start=c.P0, min=0, max=1e3),
+        Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
+        Variable("x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10),
+        Variable("xd", "input", "1/s", "its rates", size=len(x0), min=-1e4, max=1e4),
+        Variable("xdd", "input", "1/s2", "its accelerations", size=len(x0), min=-1e7, max=1e7),
+        Variable("chi_f", "input", "1", "filtered actuator basis", size=n_chi, min=-2, max=2),
+        Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
+        Variable(
+            "p", "output", "1", "estimated parameters", start=p0, initial_from=("p0",), **named
+        ),
+        Variable(
+            "p_std",
+            "output",
+            "1",
+            "their standard deviations",
+            initial_from=("scale", "adapt", "P0"),
+            **named,
+        ),
+        Variable("innovation", "output", "N m", "torque that p before the update missed", size=n),
+    )
+    return Interface(
+        "estimator",
+        "Kalman filter of the dynamic parameters [SH, IV-F, IV-G]",
+        machine.timing.adaptation,
+        variables,
+        {"N": n, "N_X": len(x0), "N_P": len(listed), "WIDTH": row_width(machine)},
+    )

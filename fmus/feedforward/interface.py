@@ -1,0 +1,40 @@
+"""Variables and sample time of the feedforward FMU."""
+
+from __future__ import annotations
+
+from fmus.common.geometry import Frames
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine
+from fmus.common.parameters import parameters
+
+
+def interface(machine: Machine) -> Interface:
+    """Feedforward of a machine: wanted motion and parameters in, torque out."""
+    n, x0, listed = machine.n_arms, Frames.of(machine).x0, parameters(machine)
+    names = tuple(par.name for par in listed)
+    units = tuple(par.unit for par in listed)
+    variables = (
+        Variable("x", "input", "1", "wanted x~", len(x0), x0, min=-10, max=10),
+        Variable("xd", "input", "1/s", "its rates", size=len(x0), min=-1e4, max=1e4),
+        Variable("xdd", "input", "1/s2", "its accelerations", size=len(x0), min=-1e7, max=1e7),
+        Variable("z", "input", "1", "Dahl states", size=n, min=-1, max=1),
+        Variable(
+            "p",
+            "input",
+            "1",
+            "parameters",
+            size=len(listed),
+            min=-1e4,
+            max=1e4,
+            elements=names,
+            units=units,
+        ),
+        Variable("tau_ff", "output", "N m", "feedforward torque", size=n),
+    )
+    return Interface(
+        "feedforward",
+        "Inverse dynamics of the wanted motion [SH, Eq. (31)]",
+        machine.timing.feedforward,
+        variables,
+        {"N": n, "N_X": len(x0), "N_P": len(listed)},
+    )

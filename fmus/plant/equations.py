@@ -1,0 +1,136 @@
+"""Forward dynamics of the plant: (24) solved for the joint accelerations.
+
+Same model as the feedforward, with every parameter of every arm its own (`Mechanism`).
+The mass matrix is assembled from the bodies' quadratic forms on the joint rates and the
+platform's motion, then reduced by the loop closure: M = J^T M~ J of [SH, Eq. (13)].
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from fmus.common import quaternion as qn
+from fmus.common.dynamics import loads, platform_jacobian, project
+from fmus.common.linkage import ArmPose, Linkage
+from fmus.common.machine import Machine
+from fmus.common.mechanism import Mechanism, mechanism_names, point_mass
+from fmus.common.model import Model
+from fmus.common.solve import solve_symmetric
+
+
+def spatial_inertia(par: ca.SX) -> ca.SX:
+    """Quadratic form (6, 6) of a body in its own axes: on v of the origin and omega.
+
+    par (10,): m, mc, J.   2 T = m v.v + 2 v.(omega x mc) + omega.J omega
+    """
+    m, S = par[0], ca.skew(par[1:4])
+    J = ca.vertcat(
+        ca.horzcat(par[4], par[7], par[8]),
+        ca.horzcat(par[7], par[5], par[9]),
+        ca.horzcat(par[8], par[9], par[6]),
+    )
+    return ca.vertcat(ca.horzcat(m * ca.SX.eye(3), -S), ca.horzcat(S, J))
+
+
+def rod_form(pose: ArmPose, par: ca.SX) -> ca.SX:
+    """Lower arm's quadratic form (3, 3) on theta' and the motion of P_i across the rod.
+
+    The motion across is (R_Q[:, 1], R_Q[:, 2]) . P_i'; the rod's spin follows from its twist row.
+    """
+    q, n_Q = pose.q, pose.n_Q
+    den = q[0] ** 2 - q[1] ** 2
+    drive = pose.R_Q.T @ (pose.L * pose.up)
+    about_y = ca.horzcat(drive[2], 0, -1) / (pose.l * n_Q**2)
+    about_z = ca.horzcat(-drive[1], 1, 0) / (pose.l * n_Q**2)
+    spin = (q[1] * q[2] + q[0] * q[3]) * about_y - (q[0] * q[2] - q[1] * q[3]) * about_z
+    about_x = (spin - ca.horzcat(pose.twist_rate(), 0, 0)) / den
+    velocity = ca.horzcat(drive / n_Q, ca.SX(3, 2))
+    motion = ca.vertcat(velocity, about_x, about_y, about_z)
+    return motion.T @ spatial_inertia(par) @ motion
+
+
+def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
+    """M (n, n) [kg m2] that the joints feel."""
+    n, R_E = linkage.n, linkage.R_E
+    E = spatial_inertia(par.end_effector)
+    M_v = R_E @ E[:3, 3:]
+    M_E = ca.vertcat(ca.horzcat(E[:3, :3], M_v), ca.horzcat(M_v.T, E[3:, 3:]))
+    own, coupling = [], []
+    for i, pose in enumerate(linkage.arms):
+        form = rod_form(pose, par.lower[i])
+        across = []
+        for k in (1, 2):
+            side = pose.R_Q[:, k]
+            across.append(ca.vertcat(side, ca.cross(ca.SX(pose.arm.r_EP), R_E.T @ side)))
+        Y = ca.horzcat(*across)
+        M_E += Y @ form[1:, 1:] @ Y.T
+        own.append(par.upper[i][0] + form[0, 0])
+        coupling.append(form[0, 1:] @ Y.T)
+    T = platform_jacobian(linkage)
+    C = ca.vertcat(*coupling)
+    half = C + (M_E @ T).T / 2
+    mixed = half @ T
+    assert n == mixed.shape[0]
+    return ca.diag(ca.vertcat(*own)) + mixed + mixed.T
+
+
+def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
+    """The mechanism with a point mass `payload` [kg] at c_payload of E."""
+    carried = par.end_effector + point_mass(payload, machine.bodies.end_effector.c_payload)
+    return Mechanism(par.upper, par.lower, carried, par.stiffness)
+
+
+def dahl_rate(z: ca.SX, thetad: ca.SX, sigma: float) -> ca.SX:
+    """z' = (thetad - |thetad| z) / sigma.  [SH, Eq. (23)]"""
+    return (thetad - ca.fabs(thetad) * z) / sigma
+
+
+def functions(machine: Machine) -> list[ca.Function]:
+    """Functions of step.c.
+
+    plant_rates(theta, thetad, d, z, tau, mechanism, actuator, payload)
+        -> thetadd (6,), dd (31,), zd (6,)
+    plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
+    plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E
+    plant_neutral() -> d (31,)
+    """
+    model = Model(machine)
+    n, n_d = model.n, model.n_x - model.n
+    theta, thetad, d = ca.SX.sym("theta", n), ca.SX.sym("thetad", n), ca.SX.sym("d", n_d)
+    z, tau, payload = ca.SX.sym("z", n), ca.SX.sym("tau", n), ca.SX.sym("payload")
+    mechanism = ca.SX.sym("mechanism", len(mechanism_names(n)))
+    p = ca.SX.sym("actuator", n * model.n_actuator)
+
+    linkage = model.linkage(ca.vertcat(theta, d))
+    par = with_payload(machine, Mechanism.split(mechanism, n), payload)
+    xd = linkage.rates(thetad)
+    rest = linkage.accelerations(xd, ca.SX.zeros(n))
+    bias = project(linkage, loads(linkage, model.motion(xd, rest), par))
+    chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
+    thetadd = solve_symmetric(mass_matrix(linkage, par), tau - chi - bias)
+
+    lam_E = d[n_d - 4 :]
+    return [
+        ca.Function(
+            "plant_rates",
+            [theta, thetad, d, z, tau, mechanism, p, payload],
+            ca.cse([thetadd, xd[n:], dahl_rate(z, thetad, machine.actuator.sigma)]),
+            ["theta", "thetad", "d", "z", "tau", "mechanism", "actuator", "payload"],
+            ["thetadd", "dd", "zd"],
+        ),
+        ca.Function(
+            "plant_close",
+            [theta, d],
+            ca.cse([linkage.newton(), ca.norm_2(linkage.residual())]),
+            ["theta", "d"],
+            ["d_next", "residual"],
+        ),
+        ca.Function(
+            "plant_pose",
+            [d],
+            [d[n_d - 7 : n_d - 4], qn.rotation_vector(lam_E)],
+            ["d"],
+            ["x_E", "phi_E"],
+        ),
+        ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
+    ]

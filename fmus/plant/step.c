@@ -1,0 +1,181 @@
+/* Plant: quantised drives with a current loop, the mechanism integrated at fixed steps, encoders.
+
+   A tick takes the state from kTs to (k+1)Ts under a torque command that is constant meanwhile.
+   The current loop's answer is known in closed form; the mechanism is stepped by the classical
+   Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
+#include "plant.h"
+
+#include "hidden.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { N = PLANT_N, N_D = PLANT_N_D };
+static const double FAULT_END_STOP = 2.0, TWO_PI = 6.283185307179586;
+
+/* what the integrator carries; all doubles, so that a step is one axpy over the struct */
+typedef struct {
+  double theta[N], thetad[N], d[N_D], z[N];
+} motion;
+enum { N_MOTION = sizeof(motion) / sizeof(double) };
+
+typedef struct {
+  motion now;
+  double tau_motor[N];
+  double command[PLANT_MAX_DELAY + 1][N];
+  double theta_read[PLANT_MAX_DELAY + 1][N];
+  double tau_read[PLANT_MAX_DELAY + 1][N];
+  double ticks;
+  plant_hidden_state hidden;
+} state;
+
+static double quantised(double value, double step) {
+  return step > 0.0 ? step * nearbyint(value / step) : value;
+}
+
+static bool whole(const char *name, double value, char *message, size_t size) {
+  if (value == floor(value)) {
+    return true;
+  }
+  snprintf(message, size, "%s = %.17g, must be a whole number", name, value);
+  return false;
+}
+
+static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) {
+  const int delay = (int)p->measurement_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
+  const int oldest = (newest + PLANT_MAX_DELAY + 1 - delay) % (PLANT_MAX_DELAY + 1);
+  for (int i = 0; i < N; ++i) {
+    s->theta_read[newest][i] = quantised(s->now.theta[i], p->theta_step);
+    s->tau_read[newest][i] = plant_hidden_reading(p, &s->hidden, s->tau_motor[i]);
+    s->tau_read[newest][i] = quantised(s->tau_read[newest][i], p->tau_step);
+    y->theta[i] = s->theta_read[oldest][i];
+    y->tau_meas[i] = s->tau_read[oldest][i];
+  }
+  plant_pose(s->now.d, y->x_E, y->phi_E);
+}
+
+static bool start(const plant_parameters *p, void *memory, plant_outputs *y, char *message,
+                  size_t size) {
+  state *s = memory;
+  if (!whole("substeps", p->substeps, message, size) ||
+      !whole("command_delay", p->command_delay, message, size) ||
+      !whole("measurement_delay", p->measurement_delay, message, size)) {
+    return false;
+  }
+  memset(s, 0, sizeof *s);
+  memset(y, 0, sizeof *y);
+  plant_neutral(s->now.d);
+  plant_hidden_start(p, &s->hidden);
+  read_sensors(p, s, y);
+  return true;
+}
+
+/* What the current loop is asked for: the command after delay, limit and quantum. */
+static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
+                  double tau_command[N]) {
+  const int delay = (int)p->command_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
+  const int oldest = (newest + PLANT_MAX_DELAY + 1 - delay) % (PLANT_MAX_DELAY + 1);
+  for (int i = 0; i < N; ++i) {
+    s->command[newest][i] = u->tau[i];
+    const double limited = fmax(-p->tau_max, fmin(p->tau_max, s->command[oldest][i]));
+    tau_command[i] = quantised(limited, p->tau_step);
+  }
+}
+
+static void derive(const plant_parameters *p, const motion *at, const double *tau, double payload,
+                   motion *rate) {
+  memcpy(rate->theta, at->thetad, sizeof rate->theta);
+  plant_rates(at->theta, at->thetad, at->d, at->z, tau, p->mechanism, p->actuator, &payload,
+              rate->thetad, rate->d, rate->z);
+}
+
+static motion moved(const motion *from, double h, const motion *rate) {
+  motion to;
+  const double *a = from->theta, *b = rate->theta;
+  double *c = to.theta;
+  for (int k = 0; k < N_MOTION; ++k) {
+    c[k] = a[k] + h * b[k];
+  }
+  return to;
+}
+
+/* One Runge-Kutta step of h; tau at its start, middle and end. */
+static void integrate(const plant_parameters *p, motion *now, double tau[3][N], double payload,
+                      double h) {
+  motion k1, k2, k3, k4, at;
+  derive(p, now, tau[0], payload, &k1);
+  at = moved(now, h / 2, &k1);
+  derive(p, &at, tau[1], payload, &k2);
+  at = moved(now, h / 2, &k2);
+  derive(p, &at, tau[1], payload, &k3);
+  at = moved(now, h, &k3);
+  derive(p, &at, tau[2], payload, &k4);
+  double *x = now->theta;
+  const double *a = k1.theta, *b = k2.theta, *c = k3.theta, *e = k4.theta;
+  for (int k = 0; k < N_MOTION; ++k) {
+    x[k] += h / 6 * (a[k] + 2 * (b[k] + c[k]) + e[k]);
+  }
+}
+
+/* The drives' torque at the start, for the middle and at the end of a substep of h. The middle
+   value is such that Simpson's rule, which the integrator applies, gives the exact impulse. */
+static void current_loop(const plant_parameters *p, state *s, const double *command, double h,
+                         double tau[3][N]) {
+  const double reach = TWO_PI * p->f_current * h, left = exp(-reach);
+  const double mean = -expm1(-reach) / reach;
+  for (int i = 0; i < N; ++i) {
+    const double gap = s->tau_motor[i] - command[i];
+    tau[0][i] = s->tau_motor[i];
+    tau[2][i] = command[i] + left * gap;
+    tau[1][i] = (6 * (command[i] + mean * gap) - tau[0][i] - tau[2][i]) / 4;
+    s->tau_motor[i] = tau[2][i];
+  }
+}
+
+/* False when the step ends beyond an end stop or nowhere. */
+static bool within_stroke(const plant_parameters *p, const motion *now, double residual) {
+  if (!(residual < 1e-3)) {
+    return false;
+  }
+  for (int i = 0; i < N; ++i) {
+    if (!(fabs(now->theta[i]) <= p->stroke)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
+                 plant_outputs *y) {
+  state *s = memory;
+  const int substeps = (int)p->substeps;
+  const double h = p->Ts / substeps;
+  double command[N];
+  drive(p, u, s, command);
+  y->end_stop = y->fault = 0.0;
+  double disturbance[N];
+  plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.theta, disturbance);
+  for (int k = 0; k < substeps; ++k) {
+    const motion before = s->now;
+    double tau[3][N], d[N_D], residual;
+    current_loop(p, s, command, h, tau);
+    for (int i = 0; i < 3 * N; ++i) {
+      tau[i / N][i % N] -= disturbance[i % N];
+    }
+    integrate(p, &s->now, tau, u->payload, h);
+    plant_close(s->now.theta, s->now.d, d, &residual);
+    if (within_stroke(p, &s->now, residual)) {
+      memcpy(s->now.d, d, sizeof d);
+    } else {
+      /* blocked: the mechanism stands where it was and may leave at the next substep */
+      s->now = before;
+      memset(s->now.thetad, 0, sizeof s->now.thetad);
+      y->end_stop = 1.0;
+      y->fault = FAULT_END_STOP;
+    }
+  }
+  s->ticks += 1.0;
+  read_sensors(p, s, y);
+}
+
+FLEXHEX_ROOM(plant, state, start, tick)

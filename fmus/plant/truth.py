@@ -1,0 +1,149 @@
+"""The real machine for `machine.fmu`: the nominal plant plus what nobody was told.
+
+Reads `machines/*-truth.toml`. Nothing but the build of machine.fmu may read it; its
+effects are written apart from those the diagnosis knows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import casadi as ca
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from fmus.common.errors import MachineError
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine, complaint, read_toml
+from fmus.common.quantity import quantity
+from fmus.plant import equations
+from fmus.plant import interface as nominal
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Errors(_Section):
+    """Relative standard deviations by which each body and joint differs from the file."""
+
+    inertia: Annotated[float, quantity("1", ge=0, le=0.5)]
+    stiffness: Annotated[float, quantity("1", ge=0, le=0.5)]
+    actuator: Annotated[float, quantity("1", ge=0, le=0.5)]
+
+
+class Cogging(_Section):
+    """Harmonics of omega_cog that the model does not have; rms [N m] of their sum."""
+
+    orders: tuple[Annotated[int, Field(ge=1, le=200)], ...]
+    rms: Annotated[float, quantity("N m", ge=0)]
+
+
+class Noise(_Section):
+    """White noise a base step [N m]: on the motor torque, and on its reading."""
+
+    torque: Annotated[float, quantity("N m", ge=0)]
+    reading: Annotated[float, quantity("N m", ge=0)]
+
+
+class Drift(_Section):
+    """Offset that creeps in after the start: torque (rms over the joints) and time constant."""
+
+    torque: Annotated[float, quantity("N m", ge=0)]
+    time: Annotated[float, quantity("s", gt=0)]
+
+
+class Truth(_Section):
+    """All that the machine has and its model lacks, drawn from `seed`."""
+
+    seed: Annotated[int, Field(ge=0, lt=2**53)]
+    errors: Errors
+    cogging: Cogging
+    noise: Noise
+    drift: Drift
+
+
+def load_truth(path: str | Path) -> Truth:
+    """Read and check a truth file; MachineError names file and field."""
+    try:
+        return Truth.model_validate(read_toml(path))
+    except ValidationError as error:
+        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
+
+
+def interface(machine: Machine, truth: Truth) -> Interface:
+    """`machine`: the plant's interface with the truth in its parameters' start values."""
+    base, draw, n = nominal.interface(machine), random.Random(truth.seed), machine.n_arms
+    known = {v.name: v for v in base.variables}
+    altered = {
+        "mechanism": _mechanism(known["mechanism"], truth.errors, draw),
+        "actuator": _relative(known["actuator"].starts, truth.errors.actuator, draw),
+    }
+    variables = [
+        dataclasses.replace(v, start=altered[v.name]) if v.name in altered else v
+        for v in base.variables
+    ]
+    cogging = _cogging(truth.cogging, n, draw)
+    creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
+    noise = truth.noise
+    whole: dict[str, Any] = {"causality": "parameter", "min": 0}
+    hidden = [
+        Variable("hidden_cogging", "parameter", "N m", "cos, sin", len(cogging), cogging),
+        Variable("drift_torque", "parameter", "N m", "offset after a long time", n, creep),
+        Variable("drift_time", unit="s", description="its time", start=truth.drift.time, **whole),
+        Variable("noise_torque", unit="N m", description="noise", start=noise.torque, **whole),
+        Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **whole),
+        Variable("seed", unit="1", description="noise seed", start=truth.seed, max=2**53, **whole),
+    ]
+    constants = {**base.constants, "HIDDEN": 1}
+    text = "The real machine: same interface as plant"
+    return Interface("machine", text, base.Ts, (*variables, *hidden), constants)
+
+
+def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
+    """The plant's functions and plant_hidden(theta, t, cogging, drift, time) -> torque (6,)."""
+    n, orders = machine.n_arms, truth.cogging.orders
+    theta, t, time = ca.SX.sym("theta", n), ca.SX.sym("t"), ca.SX.sym("time")
+    cogging, drift = ca.SX.sym("cogging", 2 * n * len(orders)), ca.SX.sym("drift", n)
+    torque = drift * (1 - ca.exp(-t / time))
+    for i in range(n):
+        for k, order in enumerate(orders):
+            angle, at = order * machine.actuator.omega_cog * theta[i], 2 * (len(orders) * i + k)
+            torque[i] += cogging[at] * ca.cos(angle) + cogging[at + 1] * ca.sin(angle)
+    hidden = ca.Function(
+        "plant_hidden",
+        [theta, t, cogging, drift, time],
+        [torque],
+        ["theta", "t", "cogging", "drift", "time"],
+        ["torque"],
+    )
+    return [*equations.functions(machine), hidden]
+
+
+def _relative(values: Sequence[float], sigma: float, draw: random.Random) -> list[float]:
+    return [value * (1 + sigma * draw.gauss(0, 1)) for value in values]
+
+
+def _mechanism(variable: Variable, errors: Errors, draw: random.Random) -> list[float]:
+    """Bodies keep their shape: one factor for all inertias of a body, stiffness each its own."""
+    factors: dict[str, float] = {}
+    changed = []
+    for name, value in zip(variable.elements, variable.starts, strict=True):
+        body = name.split(".")[0]
+        sigma = errors.stiffness if body.startswith("flexure") else errors.inertia
+        key = name if body.startswith("flexure") else body
+        factors.setdefault(key, 1 + sigma * draw.gauss(0, 1))
+        changed.append(value * factors[key])
+    return changed
+
+
+def _cogging(cogging: Cogging, n: int, draw: random.Random) -> np.ndarray:
+    """cos, sin amplitudes by joint and order, scaled to the wanted rms for each joint."""
+    count = len(cogging.orders)
+    raw = np.array([draw.gauss(0, 1) for _ in range(2 * n * count)]).reshape(n, 2 * count)
+    rms = np.sqrt((raw**2).sum(axis=1, keepdims=True) / 2) if count else 1.0
+    return (cogging.rms * raw / rms).ravel()

@@ -1,0 +1,149 @@
+"""What an .fmu file says about itself: variables, units, GUID, where its binary is."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import platform
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.common.errors import InterfaceError
+from ssp.xml import parse
+
+_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+
+
+@dataclass(frozen=True)
+class FmuVariable:
+    """One scalar variable; type is Real, Integer, ...; start, min, max only of a Real."""
+
+    name: str
+    reference: int
+    type: str
+    causality: str
+    variability: str
+    unit: str
+    description: str
+    start: float | None
+    min: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Fmu:
+    """modelDescription.xml of one FMI 2.0 co-simulation FMU.
+
+    units: exponents by unit name as attributes of BaseUnit. sha256: of the whole file.
+    """
+
+    file: str
+    model: str
+    guid: str
+    step_size: float | None
+    variables: Mapping[str, FmuVariable]
+    units: Mapping[str, Mapping[str, str]]
+    log_categories: tuple[str, ...]
+    sha256: str
+
+    def of(self, *causalities: str) -> list[FmuVariable]:
+        """Variables of these causalities in the order of the file."""
+        return [v for v in self.variables.values() if v.causality in causalities]
+
+
+def binary_path(model: str) -> str:
+    """Path of the shared library inside the archive on this machine.
+
+    Raises InterfaceError on a platform for which FMI 2.0 has no name.
+    """
+    folders = {"Linux": ("linux64", "so"), "Darwin": ("darwin64", "dylib")}
+    system = platform.system()
+    if system not in folders:
+        raise InterfaceError(f"the executor does not run on {system}: use Linux or FMPy")
+    folder, suffix = folders[system]
+    if system == "Linux" and platform.machine() == "aarch64":
+        folder = "aarch64-linux"
+    return f"binaries/{folder}/{model}.{suffix}"
+
+
+def read_fmu(data: bytes, file: str) -> Fmu:
+    """Read an FMU from its bytes; file is the name for messages.
+
+    Raises InterfaceError when it is no zip, holds no or an invalid modelDescription.xml,
+    or is no FMI 2.0 co-simulation FMU.
+    """
+    archive = open_zip(data, file)
+    try:
+        text = archive.read("modelDescription.xml")
+    except KeyError:
+        raise InterfaceError(f"{file}: no modelDescription.xml inside: not an FMU") from None
+    root = parse(text, f"{file}: modelDescription.xml")
+    version, cosimulation = root.get("fmiVersion"), root.find("CoSimulation")
+    if version != "2.0" or cosimulation is None:
+        raise InterfaceError(
+            f"{file}: FMI {version or '?'}{'' if cosimulation is not None else ', no CoSimulation'};"
+            " export it for FMI 2.0 co-simulation"
+        )
+    experiment = root.find("DefaultExperiment")
+    step = None if experiment is None else experiment.get("stepSize")
+    variables = [_variable(element, file) for element in root.iterfind("ModelVariables/*")]
+    return Fmu(
+        file=file,
+        model=str(cosimulation.get("modelIdentifier")),
+        guid=str(root.get("guid")),
+        step_size=None if step is None else float(step),
+        variables={v.name: v for v in variables},
+        units=_units(root),
+        log_categories=tuple(c.get("name", "") for c in root.iterfind("LogCategories/Category")),
+        sha256=hashlib.sha256(data).hexdigest(),
+    )
+
+
+def open_zip(data: bytes, file: str) -> zipfile.ZipFile:
+    """Archive in memory; InterfaceError for anything that is no zip."""
+    try:
+        return zipfile.ZipFile(io.BytesIO(data))
+    except zipfile.BadZipFile:
+        raise InterfaceError(f"{file}: not a zip archive, or a truncated one") from None
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Contents of a file; InterfaceError when it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InterfaceError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _variable(element: Any, file: str) -> FmuVariable:
+    kind = next((t for t in _TYPES if element.find(t) is not None), "")
+    typed = element.find(kind) if kind else None
+    name, reference = element.get("name"), element.get("valueReference")
+    if typed is None or name is None or reference is None:
+        raise InterfaceError(f"{file}: a variable lacks name, type or reference: build it anew")
+    numbers = typed if kind == "Real" else {}
+    start = numbers.get("start")
+    return FmuVariable(
+        name=name,
+        reference=int(reference),
+        type=kind,
+        causality=element.get("causality", "local"),
+        variability=element.get("variability", "continuous"),
+        unit=typed.get("unit", ""),
+        description=element.get("description", ""),
+        start=None if start is None else float(start),
+        min=float(numbers.get("min", -math.inf)),
+        max=float(numbers.get("max", math.inf)),
+    )
+
+
+def _units(root: Any) -> dict[str, dict[str, str]]:
+    units = {}
+    for unit in root.iterfind("UnitDefinitions/Unit"):
+        base = unit.find("BaseUnit")
+        units[unit.get("name")] = {} if base is None else dict(base.attrib)
+    return units

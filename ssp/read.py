@@ -1,0 +1,213 @@
+"""Reads a .ssp back: components with their FMUs, wires, parameters, base step.
+
+Reads what `ssp.write` writes and any flat SSP 1.x of FMI 2.0 co-simulation FMUs with
+component- or system-level parameter sets. What it cannot run it refuses by name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile, ZipFile
+
+from fmus.common.errors import InterfaceError
+from ssp.fmu import Fmu, open_zip, read_bytes, read_fmu
+from ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
+from ssp.xml import NAMESPACES, parse
+
+_FMU_TYPES = (None, "", "application/x-fmu-sharedlibrary")
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One component of a .ssp: parameters are what its parameter sets say, by name.
+
+    ignored: names in the parameter sets that the FMU does not have (as SSP prescribes).
+    """
+
+    name: str
+    source: str
+    fmu: Fmu
+    parameters: dict[str, float]
+    ignored: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Package:
+    """A .ssp in memory; base [s] is its base step, fmus the FMU files by source."""
+
+    path: Path
+    name: str
+    base: float
+    instances: tuple[Instance, ...]
+    wires: tuple[Wire, ...]
+    fmus: dict[str, bytes] = field(repr=False)
+
+    def instance(self, name: str) -> Instance:
+        """The component of that name, or InterfaceError."""
+        for instance in self.instances:
+            if instance.name == name:
+                return instance
+        raise InterfaceError(unknown("component", name, (i.name for i in self.instances)))
+
+
+def read_ssp(path: str | Path) -> Package:
+    """Read and check a .ssp.
+
+    Raises InterfaceError for a missing or broken file, invalid XML, a missing FMU, what
+    the executor does not run (nested systems, transformations), and wiring mistakes.
+    """
+    return _Reader(Path(path)).package()
+
+
+def period(instance: Instance, base: float, overrides: dict[str, float] | None = None) -> int:
+    """Base steps between two steps of a component: its parameter Ts, else 1."""
+    Ts = instance.fmu.variables.get("Ts")
+    if Ts is None or Ts.causality != "parameter" or Ts.start is None:
+        return 1
+    value = {**instance.parameters, **(overrides or {})}.get("Ts", Ts.start)
+    return whole_steps(instance.name, value, base)
+
+
+class _Reader:
+    """One .ssp while it is read; every complaint begins with its file name."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.archive: ZipFile = open_zip(read_bytes(path), str(path))
+        self.fmus: dict[str, bytes] = {}
+        self.read: dict[str, Fmu] = {}
+
+    def package(self) -> Package:
+        document = parse(self.member("SystemStructure.ssd"), f"{self.path}: SystemStructure.ssd")
+        if document.tag != f"{{{NAMESPACES['ssd']}}}SystemStructureDescription":
+            raise self.error("SystemStructure.ssd is no SSP 1.x system description")
+        top = document.find("ssd:System", NAMESPACES)
+        if top is None:
+            raise self.error("SystemStructure.ssd holds no System")
+        self.refuse(top)
+        overrides = dict(self.parameter_sets(top))
+        elements = top.iterfind("ssd:Elements/ssd:Component", NAMESPACES)
+        instances = tuple(self.instance(element, overrides) for element in elements)
+        if not instances:
+            raise self.error("no components: nothing to run")
+        connections = top.iterfind("ssd:Connections/ssd:Connection", NAMESPACES)
+        wires = tuple(self.wire(element) for element in connections)
+        self.check(instances, wires)
+        base = self.base_step(document, instances)
+        name = document.get("name", self.path.stem)
+        return Package(self.path, name, base, instances, wires, self.fmus)
+
+    def error(self, text: str) -> InterfaceError:
+        return InterfaceError(f"{self.path}: {text}")
+
+    def member(self, name: str) -> bytes:
+        try:
+            return self.archive.read(name)
+        except KeyError:
+            raise self.error(f"{name} is missing in the archive") from None
+        except (BadZipFile, EOFError, OSError, ValueError) as error:
+            raise self.error(f"{name} is damaged in the archive ({error})") from None
+
+    def refuse(self, top: Any) -> None:
+        for tag, text in (
+            ("ssd:Elements/ssd:System", "nested systems"),
+            ("ssd:Elements/ssd:SignalDictionaryReference", "signal dictionaries"),
+            ("ssd:Connections/ssd:Connection/ssc:LinearTransformation", "transformations"),
+        ):
+            if top.find(tag, NAMESPACES) is not None:
+                raise self.error(f"holds {text}: the executor runs flat systems; use FMPy")
+
+    def instance(self, element: Any, overrides: dict[str, float]) -> Instance:
+        name, source = element.get("name", ""), element.get("source", "")
+        if element.get("type") not in _FMU_TYPES:
+            raise self.error(f"{name}: component type {element.get('type')!r} is no FMU")
+        if source not in self.read:
+            self.fmus[source] = self.member(source)
+            self.read[source] = read_fmu(self.fmus[source], f"{self.path}: {source}")
+        fmu = self.read[source]
+        values = dict(self.parameter_sets(element))
+        # A set at system level wins over one of the component.
+        prefix = f"{name}."
+        values |= {k.removeprefix(prefix): v for k, v in overrides.items() if k.startswith(prefix)}
+        known = {k: v for k, v in values.items() if k in fmu.variables}
+        for variable in known:
+            if fmu.variables[variable].type != "Real":
+                raise self.error(f"{name}.{variable} is no Real: the executor sets Reals only")
+        return Instance(name, source, fmu, known, tuple(sorted(set(values) - set(known))))
+
+    def parameter_sets(self, element: Any) -> Iterator[tuple[str, float]]:
+        """Name and value of every Real in the element's parameter sets, later ones last."""
+        for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMESPACES):
+            if binding.find("ssd:ParameterMapping", NAMESPACES) is not None:
+                raise self.error("holds a parameter mapping: name the parameters directly")
+            inline = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMESPACES)
+            source, prefix = binding.get("source"), binding.get("prefix", "")
+            if source:
+                inline = parse(self.member(source), f"{self.path}: {source}")
+            if inline is not None:
+                for entry in inline.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
+                    yield prefix + entry.get("name", ""), self.value(entry)
+
+    def value(self, entry: Any) -> float:
+        real = entry.find("ssv:Real", NAMESPACES)
+        try:
+            value = math.nan if real is None else float(real.get("value"))
+        except (TypeError, ValueError):
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(f"parameter {entry.get('name')!r} has no finite Real value")
+        return value
+
+    def wire(self, element: Any) -> Wire:
+        keys = ("startElement", "startConnector", "endElement", "endConnector")
+        ends = [element.get(key) for key in keys]
+        if None in ends:
+            raise self.error("connects to a connector of the system: the executor has none")
+        return Wire(*ends)
+
+    def check(self, instances: tuple[Instance, ...], wires: tuple[Wire, ...]) -> None:
+        names = [i.name for i in instances]
+        for name in names:
+            if names.count(name) > 1:
+                raise self.error(f"component {name!r} exists twice: rename one")
+        ports = {
+            i.name: {v.name: Port(v.causality, v.unit) for v in i.fmu.variables.values()}
+            for i in instances
+        }
+        try:
+            check_wires(wires, ports, all_fed=False)
+        except InterfaceError as error:
+            raise self.error(str(error)) from None
+        types = {i.name: i.fmu.variables for i in instances}
+        for wire in wires:
+            for name, variable in ((wire.source, wire.output), (wire.target, wire.input)):
+                if types[name][variable].type != "Real":
+                    raise self.error(f"connection {wire}: {name}.{variable} is no Real")
+
+    def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
+        """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""
+        for tag, key in (
+            ("flexhex:Schedule", "baseStep"),
+            ("osp:FixedStepAlgorithm", "baseStepSize"),
+            ("oms:SimulationInformation", "fixedStepSize"),
+        ):
+            found = document.find(f".//{tag}", NAMESPACES)
+            if found is not None and found.get(key):
+                return self.positive(found.get(key), tag)
+        sizes = [i.fmu.step_size for i in instances if i.fmu.step_size]
+        if not sizes:
+            raise self.error("names no base step: write osp:FixedStepAlgorithm baseStepSize")
+        return min(sizes)
+
+    def positive(self, text: str, where: str) -> float:
+        try:
+            step = float(text)
+        except ValueError:
+            step = math.nan
+        if not (0 < step < math.inf):
+            raise self.error(f"{where} is {text!r}, must be a positive number of seconds")
+        return step

@@ -1,0 +1,220 @@
+"""`System` to one portable .ssp: SSP 1.0, flat, what all importers understand alike.
+
+The rules stem from measurements of the importers: prefixes ssd:, ssc:, ssv:, Real connectors
+with units, the FMU type written out, only connectors that are in use, the base step in both
+known annotations, and parameter sets that repeat the FMUs' own values, since some importers
+ignore them. The same system and FMUs give the same bytes.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fmus.common.errors import InterfaceError
+from fmus.common.interface import Variable
+from ssp.delays import path_delay
+from ssp.fmu import Fmu, read_bytes, read_fmu
+from ssp.system import Component, System, unit_of
+from ssp.wiring import unknown
+from ssp.xml import child, root, text_of
+
+_DATE = (1980, 1, 1, 0, 0, 0)
+_SSD_PREFIXES = ("ssd", "ssc", "ssv", "osp", "oms", "flexhex")
+
+
+def write_ssp(system: System, fmu_dir: str | Path, path: str | Path, *, stop: float = 10.0) -> Path:
+    """Write the system with its FMUs, found in fmu_dir; stop [s] is what importers run first.
+
+    Raises InterfaceError when an FMU is missing or is not what its interface says.
+    """
+    data = {c.source: read_bytes(Path(fmu_dir) / c.source) for c in system.components}
+    fmus = {source: read_fmu(content, source) for source, content in data.items()}
+    for component in system.components:
+        _check_fmu(component, fmus[component.source])
+    files = {f"resources/{source}": content for source, content in data.items()}
+    for component in system.components:
+        files[_ssv_name(component)] = _parameters(fmus[component.source])
+    files["SystemStructure.ssd"] = text_of(_description(system, fmus, stop))
+    return _pack(files, Path(path))
+
+
+def _pack(files: Mapping[str, bytes], path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(path.name + ".part")
+    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.create_system, entry.external_attr = 3, 0o100644 << 16
+            stored = name.endswith(".fmu")
+            entry.compress_type = zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED
+            archive.writestr(entry, files[name])
+    return partial.replace(path)
+
+
+def _check_fmu(component: Component, fmu: Fmu) -> None:
+    for variable in component.variables:
+        for k, name in enumerate(variable.scalar_names):
+            found = fmu.variables.get(name)
+            if found is None:
+                text = unknown("variable", name, fmu.variables)
+                raise InterfaceError(f"{component.name}: in {fmu.file} {text}; build it anew")
+            wanted = (variable.causality, unit_of(variable, k))
+            if (found.causality, found.unit) != wanted:
+                raise InterfaceError(
+                    f"{component.name}.{name}: {fmu.file} has {found.causality} [{found.unit}],"
+                    f" its interface {wanted[0]} [{wanted[1]}]: build it anew"
+                )
+
+
+def _ssv_name(component: Component) -> str:
+    return f"resources/{component.name}.ssv"
+
+
+def _parameters(fmu: Fmu) -> bytes:
+    """Parameter set: the FMU's own values; every component calls its set `parameters`."""
+    document = root("ssv:ParameterSet", ("ssv", "ssc"), version="1.0", name="parameters")
+    values = child(document, "ssv:Parameters")
+    parameters = fmu.of("parameter")
+    for variable in parameters:
+        entry = child(values, "ssv:Parameter", name=variable.name)
+        child(entry, "ssv:Real", value=repr(variable.start), unit=variable.unit)
+    _units(child(document, "ssv:Units"), {v.unit for v in parameters}, [fmu])
+    return text_of(document)
+
+
+def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
+    document = root(
+        "ssd:SystemStructureDescription",
+        _SSD_PREFIXES,
+        version="1.0",
+        name=system.name,
+        generationTool="flexhex",
+    )
+    top = child(document, "ssd:System", name=system.name)
+    elements = child(top, "ssd:Elements")
+    used = _used_units(system)
+    for component in system.components:
+        _component(elements, component, used[component.name])
+    connections = child(top, "ssd:Connections")
+    for wire in system.wires:
+        child(
+            connections,
+            "ssd:Connection",
+            startElement=wire.source,
+            startConnector=wire.output,
+            endElement=wire.target,
+            endConnector=wire.input,
+        )
+    _geometry(top, system)
+    _schedule(top, system)
+    names = {unit for units in used.values() for unit in units.values()}
+    _units(child(document, "ssd:Units"), names, list(fmus.values()))
+    _experiment(document, system.base, stop)
+    return document
+
+
+def _used_units(system: System) -> dict[str, dict[str, str]]:
+    """Connectors in use: component -> scalar name -> unit."""
+    in_use = {(w.source, w.output) for w in system.wires}
+    in_use |= {(w.target, w.input) for w in system.wires}
+    for plot in system.plots:
+        name, _, variable = plot.partition(".")
+        in_use |= {(name, scalar) for scalar in system.component(name).find(variable)}
+    return {
+        c.name: {
+            name: unit_of(v, k)
+            for v in (*c.interface.inputs, *c.interface.outputs)
+            for k, name in enumerate(v.scalar_names)
+            if (c.name, name) in in_use
+        }
+        for c in system.components
+    }
+
+
+def _component(elements: Any, component: Component, used: Mapping[str, str]) -> None:
+    element = child(
+        elements,
+        "ssd:Component",
+        name=component.name,
+        type="application/x-fmu-sharedlibrary",
+        source=f"resources/{component.source}",
+        description=component.interface.description,
+    )
+    if used:
+        connectors = child(element, "ssd:Connectors")
+        _connectors(connectors, "input", 0.0, component.interface.inputs, used)
+        _connectors(connectors, "output", 1.0, component.interface.outputs, used)
+    if component.box:
+        corners = zip(("x1", "y1", "x2", "y2"), component.box, strict=True)
+        child(element, "ssd:ElementGeometry", **{key: repr(float(v)) for key, v in corners})
+    bindings = child(element, "ssd:ParameterBindings")
+    child(
+        bindings,
+        "ssd:ParameterBinding",
+        type="application/x-ssp-parameter-set",
+        source=_ssv_name(component),
+    )
+
+
+def _connectors(
+    parent: Any, kind: str, x: float, variables: tuple[Variable, ...], used: Mapping[str, str]
+) -> None:
+    """Connectors from top to bottom; the elements of an array share one place."""
+    shown = [v for v in variables if any(name in used for name in v.scalar_names)]
+    for row, variable in enumerate(shown, start=1):
+        y = round(1 - row / (len(shown) + 1), 4)
+        for name in variable.scalar_names:
+            if name in used:
+                connector = child(parent, "ssd:Connector", name=name, kind=kind)
+                child(connector, "ssc:Real", unit=used[name])
+                child(connector, "ssd:ConnectorGeometry", x=repr(x), y=repr(y))
+
+
+def _geometry(top: Any, system: System) -> None:
+    boxes = [c.box for c in system.components if c.box]
+    if boxes:
+        x = [v for box in boxes for v in (box[0], box[2])]
+        y = [v for box in boxes for v in (box[1], box[3])]
+        corners = {"x1": min(x) - 40, "y1": min(y) - 40, "x2": max(x) + 40, "y2": max(y) + 40}
+        child(top, "ssd:SystemGeometry", **{key: repr(float(v)) for key, v in corners.items()})
+
+
+def _schedule(top: Any, system: System) -> None:
+    """Sample times and delays in base steps, for people and for our own executor."""
+    annotations = child(top, "ssd:Annotations")
+    note = child(annotations, "ssc:Annotation", type="flexhex.schedule")
+    schedule = child(note, "flexhex:Schedule", baseStep=repr(system.base))
+    for component in system.components:
+        steps = str(system.steps(component.name))
+        child(schedule, "flexhex:Period", component=component.name, steps=steps)
+    for path in system.paths:
+        delay = path_delay(system, path)
+        child(
+            schedule,
+            "flexhex:Delay",
+            path=" ".join(path),
+            shortest=str(delay.shortest),
+            longest=str(delay.longest),
+        )
+
+
+def _units(parent: Any, names: set[str], fmus: list[Fmu]) -> None:
+    known = {name: base for fmu in fmus for name, base in fmu.units.items()}
+    for name in sorted(names):
+        if name not in known:
+            raise InterfaceError(f"unit {name!r} is declared by none of the FMUs: build them anew")
+        child(child(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **dict(known[name]))
+
+
+def _experiment(document: Any, base: float, stop: float) -> None:
+    experiment = child(document, "ssd:DefaultExperiment", startTime="0.0", stopTime=repr(stop))
+    annotations = child(experiment, "ssd:Annotations")
+    osp = child(annotations, "ssc:Annotation", type="com.opensimulationplatform")
+    algorithm = child(osp, "osp:Algorithm")
+    child(algorithm, "osp:FixedStepAlgorithm", baseStepSize=repr(base))
+    oms = child(annotations, "ssc:Annotation", type="org.openmodelica")
+    metadata = child(oms, "oms:Annotations")
+    child(metadata, "oms:SimulationInformation", fixedStepSize=repr(base))
