@@ -1,0 +1,5 @@
+"""`python -m flexhex`."""
+
+from flexhex.cli import main
+
+main()

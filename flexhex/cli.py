@@ -1,0 +1,139 @@
+"""`flexhex`: the command line. Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 build."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fmus.common.errors import FlexhexError
+
+app = typer.Typer(
+    help="Adaptive feedforward control of a flexure hexapod as FMI 2.0 co-simulation FMUs.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+)
+DEFAULT_MACHINE = Path("machines/tflex.toml")
+MachineFile = Annotated[
+    Path, typer.Option("--machine", "-m", help="machine file (TOML)", show_default=True)
+]
+OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everything generated")]
+AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")]
+
+
+@app.command()
+def run(
+    machine: MachineFile = DEFAULT_MACHINE,
+    out: OutFolder = Path("out"),
+    quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
+    json: AsJson = False,
+) -> None:
+    """Build, fit, simulate the paper's cases, print the table, write the report."""
+    from flexhex.build import Builder
+    from flexhex.console import LiveProgress, print_study, study_json
+    from flexhex.report import write_report
+    from flexhex.run import study
+
+    with LiveProgress() as progress:
+        found = study(Builder(machine, out, progress.building), command(), quick, progress)
+        progress.stage("writing the report")
+        report = write_report(found, out / "report.html")
+    if json:
+        print(study_json(found, report))
+    else:
+        print_study(found, report)
+
+
+@app.command()
+def build(machine: MachineFile = DEFAULT_MACHINE, out: OutFolder = Path("out")) -> None:
+    """Build the FMUs and system descriptions of a machine."""
+    from flexhex.build import Builder
+    from flexhex.console import LiveProgress
+
+    with LiveProgress() as progress:
+        progress.stage("building the FMUs")
+        written = Builder(machine, out, progress.building).systems()
+    for path in written:
+        print(path)
+
+
+@app.command()
+def simulate(
+    description: Annotated[Path, typer.Argument(help="system description (.ssp)")],
+    duration: Annotated[float, typer.Option("--duration", "-d", help="simulated time [s]")] = 10.0,
+    result: Annotated[Path, typer.Option("--result", "-r", help="HDF5 file")] = Path("result.h5"),
+    also: Annotated[list[str] | None, typer.Option(help="further signals, e.g. N_F.x")] = None,
+) -> None:
+    """Run a .ssp with the multi-rate executor and save its signals."""
+    from flexhex.console import LiveProgress, print_speed
+    from ssp.executor import run as execute
+    from ssp.results import save
+
+    with LiveProgress() as progress:
+        advance = progress.line(description.name, duration)
+        found = execute(description, duration, progress=advance, also=tuple(also or ()))
+    save(found, result, {"command": command()})
+    print_speed(found)
+    print(result)
+
+
+@app.command()
+def identify(
+    logs: Annotated[list[Path], typer.Argument(help="logs of one machine (CSV, HDF5)")],
+    machine: MachineFile = DEFAULT_MACHINE,
+    settle: Annotated[float, typer.Option(help="left out at the start of each log [s]")] = 2.0,
+    json: AsJson = False,
+) -> None:
+    """Fit the 162 parameters to logs by least squares."""
+    from diagnosis.identify import fit
+    from diagnosis.logs import read_log
+    from flexhex.console import fit_json, print_fit
+    from fmus.common.machine import load_machine
+
+    described = load_machine(machine)
+    found = fit(described, [read_log(path) for path in logs], settle)
+    if json:
+        print(fit_json(described, found))
+    else:
+        print_fit(described, found)
+
+
+@app.command()
+def check(
+    files: Annotated[list[Path], typer.Argument(help="FMUs, system descriptions, machine files")],
+) -> None:
+    """Check FMUs (FMI rules), .ssp (wiring, units, sample times) and machine files."""
+    from flexhex.check import check_file
+    from flexhex.console import print_findings
+
+    findings = {path: check_file(path) for path in files}
+    print_findings(findings)
+    if any(findings.values()):
+        raise typer.Exit(1)
+
+
+def command() -> str:
+    """The command line as it was typed, without this machine's folders."""
+    return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+
+
+def main() -> None:
+    """Entry point: a user's mistake is one message and an exit code, never a traceback."""
+    try:
+        app()
+    except FlexhexError as error:
+        if os.environ.get("FLEXHEX_DEBUG"):
+            raise
+        print(f"flexhex: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("flexhex: stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

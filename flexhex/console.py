@@ -1,0 +1,210 @@
+"""What the command line shows: progress on stderr, results on stdout."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from diagnosis.identify import Fit
+from flexhex.cases import Case
+from flexhex.metrics import PAPER
+from flexhex.run import Outcome, Study
+from fmus.common.machine import Machine
+from fmus.common.parameters import parameters
+from ssp.results import Result
+
+COLUMNS = (
+    ("e", "µrad"),
+    ("τ_FB", "N m"),
+    ("Δx", "µm"),
+    ("Δy", "µm"),
+    ("Δz", "µm"),
+    ("Δφ", "µrad"),
+    ("Δθ", "µrad"),
+    ("Δψ", "µrad"),
+)
+
+
+class LiveProgress:
+    """Bars with real-time factor for simulations, a line for each stage; a `run.Progress`."""
+
+    def __init__(self) -> None:
+        self._bars = Progress(
+            SpinnerColumn(finished_text="✓"),
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=30),
+            TextColumn("{task.fields[note]}"),
+            TimeElapsedColumn(),
+            console=Console(stderr=True),
+        )
+        self._stage: Any = None
+
+    def __enter__(self) -> LiveProgress:
+        self._bars.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if error is None:
+            self._finish_stage()
+        self._bars.stop()
+
+    def stage(self, text: str) -> None:
+        """A new stage begins, the one before is done."""
+        self._finish_stage()
+        self._stage = self._bars.add_task(text, total=None, note="")
+
+    def building(self, text: str) -> None:
+        """Something is being built within the stage."""
+        if self._stage is not None:
+            self._bars.update(self._stage, note=text)
+
+    def case(self, case: Case) -> Callable[[float], None]:
+        """A bar for one case."""
+        return self.line(f"  {case.title}", case.duration)
+
+    def line(self, text: str, duration: float) -> Callable[[float], None]:
+        """A bar that is told the simulated time [s]."""
+        task = self._bars.add_task(text, total=duration, note="")
+        began = time.monotonic()
+
+        def advance(t: float) -> None:
+            speed = t / max(time.monotonic() - began, 1e-9)
+            self._bars.update(task, completed=t, note=f"{t:5.1f} s  {speed:4.1f} × real time")
+
+        return advance
+
+    def _finish_stage(self) -> None:
+        if self._stage is not None:
+            self._bars.update(self._stage, total=1, completed=1, note="")
+            self._stage = None
+
+
+def print_study(study: Study, report: Path) -> None:
+    """Table I beside the paper's figures, what stands beside it, time per FMU, the report."""
+    out = Console()
+    out.print()
+    out.print(_table(study.table))
+    if study.extra:
+        out.print(_beside(study.extra))
+    out.print(_speed(study.table[-1].result, f"Time in each FMU, {study.table[-1].case.title}"))
+    loose = len(study.fit.undetermined)
+    out.print(
+        f"p fitted to {study.fit.samples} torque values of another trajectory;"
+        f" {loose} of {len(study.fit.p)} parameters are not determined by themselves."
+    )
+    out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
+    out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
+
+
+def _table(outcomes: Sequence[Outcome]) -> Table:
+    table = Table(title="RMS tracking error and feedback torque, paper in grey")
+    table.add_column("")
+    for name, unit in COLUMNS:
+        table.add_column(f"{name}\n[dim]{unit}[/]", justify="right")
+    for outcome in outcomes:
+        paper = PAPER[outcome.case.name]
+        cells = [
+            f"{_number(value, k)}\n[dim]{paper[k]:g}[/]"
+            for k, value in enumerate(outcome.figures.row())
+        ]
+        table.add_row(f"{outcome.case.title}\n[dim]paper[/]", *cells, end_section=True)
+    return table
+
+
+def _number(value: float, column: int) -> str:
+    return f"{value:.4f}" if column == 1 else f"{value:.1f}"
+
+
+def _beside(outcomes: Sequence[Outcome]) -> Table:
+    table = Table(title="Beside the table")
+    for name in ("case", "plant"):
+        table.add_column(name)
+    for name in ("e\n[dim]µrad[/]", "τ_FB\n[dim]N m[/]"):
+        table.add_column(name, justify="right")
+    for o in outcomes:
+        cells = (f"{o.figures.e:.2f}", f"{o.figures.tau_fb:.5f}")
+        table.add_row(o.case.title, f"{o.case.plant}.fmu", *cells)
+    return table
+
+
+def _speed(result: Result, title: str) -> Table:
+    table = Table(title=title)
+    table.add_column("FMU")
+    for name in ("steps", "µs a step", "ms per simulated s"):
+        table.add_column(name, justify="right")
+    for name, spent in result.spent.items():
+        mean = spent.seconds / max(spent.calls, 1) * 1e6
+        share = spent.seconds / result.duration * 1e3
+        table.add_row(name, str(spent.calls), f"{mean:.2f}", f"{share:.2f}")
+    return table
+
+
+def print_speed(result: Result) -> None:
+    """Time spent in each FMU."""
+    Console().print(_speed(result, "Time in each FMU"))
+
+
+def print_fit(machine: Machine, fit: Fit) -> None:
+    """All estimates with unit and standard deviation."""
+    table = Table(title="Least-squares estimate")
+    for name in ("parameter", "body", "unit"):
+        table.add_column(name)
+    for name in ("estimate", "± std"):
+        table.add_column(name, justify="right")
+    for par, value, std in zip(parameters(machine), fit.p, fit.std, strict=True):
+        style = "yellow" if par.name in fit.undetermined else None
+        table.add_row(par.name, par.body, par.unit, f"{value:.5g}", f"{std:.1g}", style=style)
+    out = Console()
+    out.print(table)
+    rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
+    out.print(f"residual of the joints [mN m]: {rms}; condition {fit.condition:.3g}")
+    if fit.undetermined:
+        out.print("[yellow]yellow[/]: not determined by itself, larger deviation than value")
+
+
+def fit_json(machine: Machine, fit: Fit) -> str:
+    """The fit as JSON."""
+    rows = [
+        {"name": par.name, "unit": par.unit, "value": float(p), "std": float(s)}
+        for par, p, s in zip(parameters(machine), fit.p, fit.std, strict=True)
+    ]
+    return json.dumps(
+        {
+            "parameters": rows,
+            "residual_rms": {"unit": "N m", "joints": fit.residual_rms.tolist()},
+            "condition": fit.condition,
+            "undetermined": list(fit.undetermined),
+        },
+        indent=2,
+    )
+
+
+def study_json(study: Study, report: Path) -> str:
+    """Figures of all cases as JSON: e [urad], tau_fb [N m], positions [um], angles [urad]."""
+    cases = {
+        o.case.name: vars(o.figures) | {"real_time_factor": o.real_time_factor}
+        for o in (*study.table, *study.extra)
+    }
+    return json.dumps({"cases": cases, "paper": PAPER, "report": str(report)}, indent=2)
+
+
+def print_findings(findings: Mapping[Path, Sequence[str]]) -> None:
+    """One line for each file that is well, the complaints of the others."""
+    for path, complaints in findings.items():
+        for text in complaints:
+            print(text)
+        if not complaints:
+            print(f"{path}: ok")

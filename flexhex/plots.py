@@ -1,0 +1,72 @@
+"""Figures of the report as plotly data: plain dictionaries, no plotting library at run time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Figure = dict[str, Any]
+COLOURS = {"feedback": "#8c8c8c", "fixed": "#d1731d", "adaptive": "#1f6fb2"}
+MAX_POINTS = 3000
+
+
+def thinned(t: Array, y: Array, points: int = MAX_POINTS) -> tuple[Array, Array]:
+    """At most `points` samples that keep the extremes of every stretch."""
+    bins = len(t) // (points // 2)
+    if bins < 2:
+        return t, y
+    n = len(t) // bins
+    block = y[: n * bins].reshape(n, bins)
+    first = np.arange(n) * bins
+    picked = np.sort(np.concatenate([first + block.argmin(axis=1), first + block.argmax(axis=1)]))
+    return t[picked], y[picked]
+
+
+def trace(t: Array, y: Array, name: str, colour: str | None = None, **more: Any) -> dict[str, Any]:
+    """One line, thinned and rounded to six digits."""
+    t, y = thinned(np.asarray(t), np.asarray(y))
+    line = {"width": 1.2} | ({"color": colour} if colour else {})
+    xs = [float(f"{v:.6g}") for v in t]
+    ys = [float(f"{v:.5g}") for v in y]
+    return {"x": xs, "y": ys, "name": name, "mode": "lines", "line": line} | more
+
+
+def figure(
+    title: str, x: str, y: str, traces: Sequence[Mapping[str, Any]], **layout: Any
+) -> Figure:
+    """A figure with axis titles; layout is merged over the house style."""
+    base: dict[str, Any] = {
+        "title": {"text": title, "font": {"size": 15}},
+        "xaxis": {"title": {"text": x}, "zeroline": False, "gridcolor": "#eee"},
+        "yaxis": {"title": {"text": y}, "zeroline": False, "gridcolor": "#eee"},
+        "margin": {"l": 70, "r": 20, "t": 45, "b": 50},
+        "height": 360,
+        "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 1, "xanchor": "right"},
+        "plot_bgcolor": "white",
+        "font": {"family": "system-ui, sans-serif", "size": 13},
+    }
+    for key, value in layout.items():
+        base[key] = base[key] | value if isinstance(base.get(key), dict) else value
+    return {"data": list(traces), "layout": base}
+
+
+def spectrum(e: Array, ts: float) -> tuple[Array, Array]:
+    """Frequency [Hz] and amplitude density of a signal (samples, n), RMS over the columns."""
+    from scipy.signal import welch
+
+    f, power = welch(e, 1 / ts, nperseg=min(len(e), 16384), axis=0)
+    return f[1:], np.sqrt(power.mean(axis=1))[1:]
+
+
+def moving_rms(e: Array, ts: float, width: float = 0.25) -> Array:
+    """RMS over the columns in a Hann window of `width` [s].  [SH, Fig. 4]"""
+    from scipy.signal import oaconvolve
+
+    window = np.hanning(max(3, round(width / ts)))
+    power = np.mean(np.square(e), axis=1)
+    smooth = oaconvolve(power, window / window.sum(), mode="same")
+    return np.sqrt(np.maximum(smooth, 0.0))
