@@ -92,7 +92,7 @@ def _solve(machine: Machine, A: Array, b: Array) -> Fit:
             " use a trajectory that moves all joints"
         )
     # |R| b in one QR factorisation of [A b]: 5 times cheaper than forming Q
-    R = np.linalg.qr(np.column_stack([A / size, b]), mode="r")
+    R = np.asarray(np.linalg.qr(np.column_stack([A / size, b]), mode="r"), dtype=float)
     triangle, rhs = R[:-1, :-1], R[:-1, -1]
     p = np.linalg.solve(triangle, rhs) / size
     residual = (b - A @ p).reshape(-1, machine.n_arms)

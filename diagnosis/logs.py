@@ -50,11 +50,9 @@ def _read_hdf5(path: Path) -> Log:
     from ssp.results import load
 
     result = load(path)
-    for group in result.groups.values():
-        if {"plant.theta", "plant.tau_meas"} <= set(group.signals):
-            theta, tau = group.signals["plant.theta"], group.signals["plant.tau_meas"]
-            return _checked(str(path), np.asarray(group.time), theta, tau, {})
-    raise LogError(f"{path}: no group holds plant.theta and plant.tau_meas")
+    meta = {key: str(value) for key, value in result.meta.items()}
+    time = result.time("plant.theta")
+    return _checked(str(path), time, result["plant.theta"], result["plant.tau_meas"], meta)
 
 
 def _read_csv(path: Path) -> Log:

@@ -8,6 +8,7 @@ one and the same window. Nothing nonlinear is ever evaluated at a filtered angle
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -89,7 +90,8 @@ class MotionModel:
         sparsity = Phi.sparsity()
         self._rows, self._cols = np.array(sparsity.row()), np.array(sparsity.get_col())
         self._shape = (n, model.n_p)
-        values = ca.vertcat(*Phi.nonzeros())
+        entries: Any = Phi.nonzeros()
+        values = ca.vertcat(*entries)
         self._phi = ca.Function("phi", [x, xd, xdd, z], ca.cse([values]))
 
     def close(self, theta: Array) -> Array:

@@ -71,12 +71,13 @@ def simulate(
     """Run a .ssp with the multi-rate executor and save its signals."""
     from flexhex.console import LiveProgress, print_speed
     from ssp.executor import run as execute
-    from ssp.results import save
+    from ssp.results import provenance, save
+    from ssp.signals import DEFAULT
 
     with LiveProgress() as progress:
         advance = progress.line(description.name, duration)
-        found = execute(description, duration, progress=advance, also=tuple(also or ()))
-    save(found, result, {"command": command()})
+        found = execute(description, duration, signals=[DEFAULT, *(also or [])], progress=advance)
+    save(found, result, provenance(command=command()))
     print_speed(found)
     print(result)
 

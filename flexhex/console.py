@@ -71,18 +71,20 @@ class LiveProgress:
         if self._stage is not None:
             self._bars.update(self._stage, note=text)
 
-    def case(self, case: Case) -> Callable[[float], None]:
+    def case(self, case: Case) -> Callable[[float, float], None]:
         """A bar for one case."""
         return self.line(f"  {case.title}", case.duration)
 
-    def line(self, text: str, duration: float) -> Callable[[float], None]:
+    def line(self, text: str, duration: float) -> Callable[[float, float], None]:
         """A bar that is told the simulated time [s]."""
         task = self._bars.add_task(text, total=duration, note="")
         began = time.monotonic()
 
-        def advance(t: float) -> None:
+        def advance(t: float, end: float) -> None:
             speed = t / max(time.monotonic() - began, 1e-9)
-            self._bars.update(task, completed=t, note=f"{t:5.1f} s  {speed:4.1f} × real time")
+            self._bars.update(
+                task, completed=t, total=end, note=f"{t:5.1f} s  {speed:4.1f} × real time"
+            )
 
         return advance
 
@@ -145,10 +147,10 @@ def _speed(result: Result, title: str) -> Table:
     table.add_column("FMU")
     for name in ("steps", "µs a step", "ms per simulated s"):
         table.add_column(name, justify="right")
-    for name, spent in result.spent.items():
-        mean = spent.seconds / max(spent.calls, 1) * 1e6
+    for name, spent in result.times.items():
+        mean = spent.seconds / max(spent.steps, 1) * 1e6
         share = spent.seconds / result.duration * 1e3
-        table.add_row(name, str(spent.calls), f"{mean:.2f}", f"{share:.2f}")
+        table.add_row(name, str(spent.steps), f"{mean:.2f}", f"{share:.2f}")
     return table
 
 

@@ -69,4 +69,4 @@ def moving_rms(e: Array, ts: float, width: float = 0.25) -> Array:
     window = np.hanning(max(3, round(width / ts)))
     power = np.mean(np.square(e), axis=1)
     smooth = oaconvolve(power, window / window.sum(), mode="same")
-    return np.sqrt(np.maximum(smooth, 0.0))
+    return np.asarray(np.sqrt(np.maximum(smooth, 0.0)))

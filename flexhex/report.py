@@ -55,7 +55,7 @@ def write_report(study: Study, path: Path) -> Path:
 
 def _judged(outcome: Outcome, signal: str) -> tuple[Any, Any, float]:
     """Time after the settling time [s], samples, sample time [s] of a signal."""
-    group = outcome.result.group_of(signal)
+    group = outcome.result.group(signal)
     keep = group.time > SETTLE
     t = np.asarray(group.time)[keep] - SETTLE
     return t, np.asarray(group.signals[signal])[keep], float(t[1] - t[0])
@@ -103,9 +103,7 @@ def _spectrum(study: Study) -> Figure:
         _, e, ts = _judged(outcome, "feedback.e")
         f, density = spectrum(e * 1e6, ts)
         keep = f < 300
-        lines.append(
-            trace(f[keep], density[keep], outcome.case.title, COLOURS[outcome.case.name])
-        )
+        lines.append(trace(f[keep], density[keep], outcome.case.title, COLOURS[outcome.case.name]))
     log = {"type": "log"}
     unit = "e [µrad/√Hz]"
     return figure("Spectrum of the error", "frequency [Hz]", unit, lines, xaxis=log, yaxis=log)
@@ -134,13 +132,13 @@ def _speed(study: Study) -> list[dict[str, Any]]:
     """Time spent in each FMU instance of the adaptive run."""
     outcome = study.table[-1]
     rows = []
-    for name, spent in outcome.result.spent.items():
+    for name, spent in outcome.result.times.items():
         rows.append(
             {
                 "name": name,
-                "calls": spent.calls,
-                "mean_us": spent.seconds / max(spent.calls, 1) * 1e6,
-                "share": spent.seconds / outcome.wall,
+                "steps": spent.steps,
+                "mean_us": spent.seconds / max(spent.steps, 1) * 1e6,
+                "share": spent.seconds / outcome.result.wall,
                 "ms_per_s": spent.seconds / outcome.case.duration * 1e3,
             }
         )
@@ -151,7 +149,7 @@ def _fit(study: Study) -> list[dict[str, Any]]:
     """One row for each parameter: name, unit, body, nominal, estimate, standard deviation."""
     machine, fit = study.builder.machine, study.fit
     nominal = base_parameters(machine)
-    final = study.table[-1].result.group_of("K.p").signals["K.p"][-1]
+    final = study.table[-1].result["K.p"][-1]
     return [
         {
             "name": par.name,

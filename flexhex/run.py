@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,11 @@ from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
 from flexhex.metrics import Figures, figures
 from ssp.executor import run
-from ssp.results import Result, save
+from ssp.results import Result, provenance, save
+from ssp.signals import DEFAULT
 
 Array = NDArray[np.float64]
-PARAMETER_SIGNALS = ("K.p", "K.p_std", "K.innovation")
+SIGNALS = (DEFAULT, "K.p", "K.p_std")
 WORKERS = 2
 """Runs at the same time; the executor leaves Python alone, so threads are enough."""
 
@@ -33,12 +35,11 @@ class Outcome:
     figures: Figures
     path: Path
     result: Result
-    wall: float
 
     @property
     def real_time_factor(self) -> float:
         """Simulated seconds in a second of computing."""
-        return self.case.duration / self.wall
+        return self.result.duration / self.result.wall
 
 
 @dataclass(frozen=True)
@@ -54,15 +55,15 @@ class Study:
     wall: float
 
 
-class Progress:
+class Progress(Protocol):
     """What a run reports while it goes on; the command line draws it."""
 
     def stage(self, text: str) -> None:
         """A new stage begins."""
 
-    def case(self, case: Case) -> Callable[[float], None]:
-        """A case begins; the result is called with the simulated time [s]."""
-        return lambda t: None
+    def case(self, case: Case) -> Callable[[float, float], None]:
+        """A case begins; what is returned is called with simulated and whole time [s]."""
+        ...
 
 
 def study(builder: Builder, command: str, quick: bool, progress: Progress) -> Study:
@@ -102,16 +103,15 @@ def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> 
     """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
     description = builder.case(case)
     advance = progress.case(case)
-    began = time.monotonic()
-    result = run(description, case.duration, progress=advance, also=PARAMETER_SIGNALS)
-    wall = time.monotonic() - began
+    result = run(description, case.duration, signals=SIGNALS, progress=advance)
     path = builder.out / "runs" / f"{case.name}.h5"
-    save(result, path, {"command": command, "case": case.name, "machine": builder.machine.name})
-    return Outcome(case, _figures(builder, result), path, result, wall)
+    made = provenance(command=command, case=case.name, machine=builder.machine.name)
+    save(result, path, made)
+    return Outcome(case, _figures(builder, result), path, result)
 
 
 def _figures(builder: Builder, result: Result) -> Figures:
-    group = result.group_of("plant.theta")
+    group = result.group("plant.theta")
     judged = group.time > SETTLE
     signals = group.signals
     return figures(

@@ -84,9 +84,9 @@ def read_fmu(data: bytes, file: str) -> Fmu:
     root = parse(text, f"{file}: modelDescription.xml")
     version, cosimulation = root.get("fmiVersion"), root.find("CoSimulation")
     if version != "2.0" or cosimulation is None:
+        kind = "co-simulation" if cosimulation is not None else "no co-simulation"
         raise InterfaceError(
-            f"{file}: FMI {version or '?'}{'' if cosimulation is not None else ', no CoSimulation'};"
-            " export it for FMI 2.0 co-simulation"
+            f"{file}: FMI {version or '?'}, {kind}: export it for FMI 2.0 co-simulation"
         )
     experiment = root.find("DefaultExperiment")
     step = None if experiment is None else experiment.get("stepSize")

@@ -7,7 +7,7 @@ a portable .ssp, `ssp.delays` computes from it how old every signal is.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -132,8 +132,7 @@ class System:
 
 def unit_of(variable: Variable, index: int) -> str:
     """Unit of one element (index from 0); an array may declare one unit for each."""
-    units: Sequence[str] = getattr(variable, "units", ())
-    return units[index] if units else variable.unit
+    return variable.units[index] if variable.units else variable.unit
 
 
 def _ports(component: Component) -> dict[str, Port]:

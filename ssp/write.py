@@ -8,10 +8,11 @@ ignore them. The same system and FMUs give the same bytes.
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from fmugen.pack import write_zip
 
 from fmus.common.errors import InterfaceError
 from fmus.common.interface import Variable
@@ -21,7 +22,6 @@ from ssp.system import Component, System, unit_of
 from ssp.wiring import unknown
 from ssp.xml import child, root, text_of
 
-_DATE = (1980, 1, 1, 0, 0, 0)
 _SSD_PREFIXES = ("ssd", "ssc", "ssv", "osp", "oms", "flexhex")
 
 
@@ -38,20 +38,7 @@ def write_ssp(system: System, fmu_dir: str | Path, path: str | Path, *, stop: fl
     for component in system.components:
         files[_ssv_name(component)] = _parameters(fmus[component.source])
     files["SystemStructure.ssd"] = text_of(_description(system, fmus, stop))
-    return _pack(files, Path(path))
-
-
-def _pack(files: Mapping[str, bytes], path: Path) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(path.name + ".part")
-    with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in sorted(files):
-            entry = zipfile.ZipInfo(name, _DATE)
-            entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            stored = name.endswith(".fmu")
-            entry.compress_type = zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED
-            archive.writestr(entry, files[name])
-    return partial.replace(path)
+    return write_zip(Path(path), files)
 
 
 def _check_fmu(component: Component, fmu: Fmu) -> None:

@@ -43,9 +43,7 @@ def child(parent: Any, tag: str, **attributes: str) -> Any:
 
 def text_of(element: Any) -> bytes:
     """The document, indented, in UTF-8."""
-    return bytes(
-        etree.tostring(element, pretty_print=True, xml_declaration=True, encoding="UTF-8")
-    )
+    return bytes(etree.tostring(element, pretty_print=True, xml_declaration=True, encoding="UTF-8"))
 
 
 def _qualified(tag: str) -> str:

@@ -134,9 +134,9 @@ class Linkage:
 
     def _theta_rows(self, rate: ca.SX) -> ca.SX:
         """D_theta rate (31,)."""
-        rows = []
+        rows: list[ca.SX] = []
         for i, pose in enumerate(self.arms):
-            rows += [pose.twist_rate() * rate[i], 0, -pose.L * pose.up * rate[i]]
+            rows += [pose.twist_rate() * rate[i], ca.SX(0), -pose.L * pose.up * rate[i]]
         return ca.vertcat(*rows, 0)
 
     def _curvature(self, v: Coordinates) -> ca.SX:

@@ -3,7 +3,8 @@
     m = { value = 0.5, unit = "kg", source = "assumed", note = "weighed without screws" }
 
 `Annotated[float, quantity("kg", gt=0)]` is a pydantic field that reads such a table,
-refuses another unit, NaN, a wrong shape or a value out of range, and leaves the plain number (or tuple).
+refuses another unit, NaN, a wrong shape or a value out of range, and leaves the plain
+number (or tuple).
 """
 
 from __future__ import annotations

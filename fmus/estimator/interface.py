@@ -21,7 +21,8 @@ def normalisation(machine: Machine, p: NDArray[np.float64]) -> NDArray[np.float6
     estimate near zero would never move again.
     """
     floors = np.array([par.floor for par in parameters(machine)])
-    return np.maximum(np.abs(p), floors)
+    scale: NDArray[np.float64] = np.maximum(np.abs(p), floors)
+    return scale
 
 
 def process_noise(machine: Machine) -> NDArray[np.float64]:

@@ -46,12 +46,13 @@ def rod_form(pose: ArmPose, par: ca.SX) -> ca.SX:
     about_x = (spin - ca.horzcat(pose.twist_rate(), 0, 0)) / den
     velocity = ca.horzcat(drive / n_Q, ca.SX(3, 2))
     motion = ca.vertcat(velocity, about_x, about_y, about_z)
-    return motion.T @ spatial_inertia(par) @ motion
+    form: ca.SX = motion.T @ spatial_inertia(par) @ motion
+    return form
 
 
 def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
     """M (n, n) [kg m2] that the joints feel."""
-    n, R_E = linkage.n, linkage.R_E
+    R_E = linkage.R_E
     E = spatial_inertia(par.end_effector)
     M_v = R_E @ E[:3, 3:]
     M_E = ca.vertcat(ca.horzcat(E[:3, :3], M_v), ca.horzcat(M_v.T, E[3:, 3:]))
@@ -70,7 +71,6 @@ def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
     C = ca.vertcat(*coupling)
     half = C + (M_E @ T).T / 2
     mixed = half @ T
-    assert n == mixed.shape[0]
     return ca.diag(ca.vertcat(*own)) + mixed + mixed.T
 
 

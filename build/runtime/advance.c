@@ -1,0 +1,144 @@
+/* The timing rule: time is a whole number of base steps. At a tick k Ts, k >= 1, the inputs are
+   sampled; the results appear at (k + 1) Ts, whatever steps the importer takes in between. */
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double MOST_STEPS = 9007199254740992.0; /* 2^53: counts beyond are not exact */
+
+/* Base steps per Ts; 0, refused, when Ts is not a whole number of them. */
+static int64_t period_of(flexhex_instance *m) {
+  const double Ts = m->values[0], count = Ts / FLEXHEX_MODEL.base_step, whole = round(count);
+  if (whole >= 1.0 && whole < MOST_STEPS && fabs(count - whole) <= 1e-6) {
+    return (int64_t)whole;
+  }
+  char is[FLEXHEX_NUMBER_SIZE], base[FLEXHEX_NUMBER_SIZE];
+  (void)flexhex_refuse(m, "Ts = %s s, must be a whole number of base steps of %s s",
+                       flexhex_number(is, Ts), flexhex_number(base, FLEXHEX_MODEL.base_step));
+  return 0;
+}
+
+bool flexhex_start(flexhex_instance *m) {
+  const flexhex_room *room = FLEXHEX_MODEL.room;
+  char message[256] = "";
+  m->head->period = period_of(m);
+  if (m->head->period == 0) {
+    return false;
+  }
+  memset(m->pending, 0, m->n_outputs * sizeof *m->pending);
+  memset(m->state, 0, room->state);
+  if (!room->start(m->values, m->state, m->pending, message, sizeof message)) {
+    (void)flexhex_refuse(m, "%s", message[0] ? message : "a parameter is wrong");
+    return false;
+  }
+  flexhex_publish(m);
+  return true;
+}
+
+void flexhex_publish(flexhex_instance *m) {
+  memcpy(m->outputs, m->pending, m->n_outputs * sizeof *m->outputs);
+  if (m->head->refused) {
+    m->outputs[m->n_outputs - 1] = 1.0;
+  }
+}
+
+static double time_of(const flexhex_instance *m, int64_t step) {
+  return m->head->start_time + (double)step * FLEXHEX_MODEL.base_step;
+}
+
+/* A fault of the room that was not there a period ago */
+static void warn_of_fault(const flexhex_instance *m, int64_t step) {
+  const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
+  if ((m->logging & FLEXHEX_WARNINGS) && !m->head->refused && fault != before && fault != 0.0) {
+    char number[FLEXHEX_NUMBER_SIZE], time[FLEXHEX_NUMBER_SIZE];
+    flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s from %s s on",
+                flexhex_number(number, fault), flexhex_number(time, time_of(m, step)));
+  }
+}
+
+/* From one multiple of the period to the next: the base steps between do nothing. */
+static void advance(flexhex_instance *m, int64_t end) {
+  flexhex_head *head = m->head;
+  for (int64_t now = head->step; now < end;) {
+    if (now > 0 && now % head->period == 0) {
+      FLEXHEX_MODEL.room->tick(m->values, m->inputs, m->state, m->pending);
+    }
+    now = (now / head->period + 1) * head->period;
+    if (now <= end) {
+      warn_of_fault(m, now);
+      flexhex_publish(m);
+    }
+  }
+  head->step = end;
+}
+
+/* True when the importer's time [s] is the instance's, sums of steps being somewhat off. */
+static bool is_now(const flexhex_instance *m, double time) {
+  const double count = (time - m->head->start_time) / FLEXHEX_MODEL.base_step;
+  return fabs(count - (double)m->head->step) < 0.25;
+}
+
+/* Number of base steps in size [s]; 0 when it is not whole. */
+static int64_t whole_steps(const flexhex_instance *m, double size) {
+  const double count = size / FLEXHEX_MODEL.base_step, whole = round(count);
+  const bool fits = whole >= 1.0 && whole + (double)m->head->step < MOST_STEPS;
+  return fits && fabs(count - whole) < 1e-6 ? (int64_t)whole : 0;
+}
+
+/* True when a step from `time` to the count `end` goes beyond the stop time. An importer that
+   sums its time can believe to be short of it and take one step more: that is let through. */
+static bool is_past_stop(const flexhex_instance *m, double time, int64_t end) {
+  const double stop = m->head->stop_time;
+  const double last = (stop - m->head->start_time) / FLEXHEX_MODEL.base_step + 0.25;
+  return (double)end > last && !(time < stop && (double)m->head->step > last - 0.5);
+}
+
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
+                      fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
+  (void)noSetFMUStatePriorToCurrentPoint;
+  flexhex_instance *m = flexhex_enter(c, FLEXHEX_DO_STEP);
+  if (!m) {
+    return fmi2Error;
+  }
+  char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
+  if (!is_now(m, currentCommunicationPoint)) {
+    return flexhex_refuse(m, "fmi2DoStep from %s s, but the FMU is at %s s",
+                          flexhex_number(a, currentCommunicationPoint),
+                          flexhex_number(b, time_of(m, m->head->step)));
+  }
+  const int64_t count = whole_steps(m, communicationStepSize);
+  if (count == 0) {
+    return flexhex_refuse(m, "fmi2DoStep by %s s, must be a whole number of base steps of %s s",
+                          flexhex_number(a, communicationStepSize),
+                          flexhex_number(b, FLEXHEX_MODEL.base_step));
+  }
+  const int64_t end = m->head->step + count;
+  if (is_past_stop(m, currentCommunicationPoint, end)) {
+    return flexhex_refuse(m, "fmi2DoStep to %s s, beyond the stop time %s s",
+                          flexhex_number(a, time_of(m, end)),
+                          flexhex_number(b, m->head->stop_time));
+  }
+  advance(m, end);
+  return fmi2OK;
+}
+
+fmi2Status fmi2CancelStep(fmi2Component c) {
+  return flexhex_enter(c, FLEXHEX_CANCEL_STEP) ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value) {
+  flexhex_instance *m = flexhex_enter(c, FLEXHEX_GET_REAL_STATUS);
+  if (!m) {
+    return fmi2Error;
+  }
+  if (!value) {
+    return flexhex_refuse(m, "fmi2GetRealStatus: value is NULL");
+  }
+  if (s != fmi2LastSuccessfulTime) {
+    return fmi2Discard;
+  }
+  *value = time_of(m, m->head->step);
+  return fmi2OK;
+}

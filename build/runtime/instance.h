@@ -1,0 +1,124 @@
+/* One FMU instance, and what the adapter's files offer each other. */
+#ifndef FLEXHEX_INSTANCE_H
+#define FLEXHEX_INSTANCE_H
+
+#include <stdint.h>
+
+#include "fmi.h"
+
+#if defined __GNUC__
+#define FLEXHEX_PRINTF(text, values) __attribute__((format(printf, text, values)))
+#else
+#define FLEXHEX_PRINTF(text, values)
+#endif
+
+/* internal names wear the FMU's identifier too, so that all FMUs link into one program */
+#define FLEXHEX_OWN(name) FLEXHEX_JOIN(FLEXHEX_IDENTIFIER, name)
+#define flexhex_enter FLEXHEX_OWN(_flexhex_enter)
+#define flexhex_call_name FLEXHEX_OWN(_flexhex_call_name)
+#define flexhex_number FLEXHEX_OWN(_flexhex_number)
+#define flexhex_say FLEXHEX_OWN(_flexhex_say)
+#define flexhex_log FLEXHEX_OWN(_flexhex_log)
+#define flexhex_refuse FLEXHEX_OWN(_flexhex_refuse)
+#define flexhex_start FLEXHEX_OWN(_flexhex_start)
+#define flexhex_publish FLEXHEX_OWN(_flexhex_publish)
+#define flexhex_categories FLEXHEX_OWN(_flexhex_categories)
+
+#define FLEXHEX_MAGIC UINT64_C(0x666c657868657831) /* "flexhex1": this is an instance */
+
+typedef enum {
+  FLEXHEX_INSTANTIATED = 1,
+  FLEXHEX_INITIALIZATION_MODE = 2,
+  FLEXHEX_STEP_COMPLETE = 4,
+  FLEXHEX_TERMINATED = 8
+} flexhex_phase;
+
+typedef enum { FLEXHEX_ERRORS = 1, FLEXHEX_WARNINGS = 2, FLEXHEX_EVENTS = 4 } flexhex_category;
+enum { FLEXHEX_N_CATEGORIES = 3, FLEXHEX_ALL_CATEGORIES = 7 };
+extern const char *const flexhex_categories[FLEXHEX_N_CATEGORIES];
+
+/* Everything about an instance that changes and that an FMU state must bring back. It is the head
+   of one contiguous block: head, values by value reference, pending outputs, state of the room. */
+typedef struct {
+  int64_t step;   /* base steps done */
+  int64_t period; /* base steps per Ts */
+  double start_time, stop_time;
+  int32_t phase;
+  int32_t refused; /* 1: a call was refused since the last reset, so fault reads 1 */
+} flexhex_head;
+
+typedef struct {
+  fmi2CallbackFunctions functions;
+  uint64_t magic;
+  int logging, first_logging; /* categories now, and as instantiated */
+  size_t block_size;
+  flexhex_head *head; /* start of the block; the next three point into it */
+  double *values, *pending;
+  void *state;
+  const double *inputs;
+  double *outputs;
+  unsigned n_values, n_outputs, first_output;
+  int *owner; /* value reference -> index into the table of variables */
+  int *first; /* variable -> its first value reference */
+  char *name;
+} flexhex_instance;
+
+/* calls.c */
+typedef enum {
+  FLEXHEX_SET_DEBUG_LOGGING,
+  FLEXHEX_SETUP_EXPERIMENT,
+  FLEXHEX_ENTER_INITIALIZATION_MODE,
+  FLEXHEX_EXIT_INITIALIZATION_MODE,
+  FLEXHEX_TERMINATE,
+  FLEXHEX_RESET,
+  FLEXHEX_GET_REAL,
+  FLEXHEX_GET_INTEGER,
+  FLEXHEX_GET_BOOLEAN,
+  FLEXHEX_GET_STRING,
+  FLEXHEX_SET_REAL,
+  FLEXHEX_SET_INTEGER,
+  FLEXHEX_SET_BOOLEAN,
+  FLEXHEX_SET_STRING,
+  FLEXHEX_GET_FMU_STATE,
+  FLEXHEX_SET_FMU_STATE,
+  FLEXHEX_FREE_FMU_STATE,
+  FLEXHEX_SERIALIZED_FMU_STATE_SIZE,
+  FLEXHEX_SERIALIZE_FMU_STATE,
+  FLEXHEX_DESERIALIZE_FMU_STATE,
+  FLEXHEX_GET_DIRECTIONAL_DERIVATIVE,
+  FLEXHEX_SET_REAL_INPUT_DERIVATIVES,
+  FLEXHEX_GET_REAL_OUTPUT_DERIVATIVES,
+  FLEXHEX_DO_STEP,
+  FLEXHEX_CANCEL_STEP,
+  FLEXHEX_GET_STATUS,
+  FLEXHEX_GET_REAL_STATUS,
+  FLEXHEX_GET_INTEGER_STATUS,
+  FLEXHEX_GET_BOOLEAN_STATUS,
+  FLEXHEX_GET_STRING_STATUS,
+  FLEXHEX_FREE_INSTANCE,
+  FLEXHEX_N_CALLS
+} flexhex_call;
+
+/* The instance behind c when `call` is allowed now; NULL, with a message, when it is not. */
+flexhex_instance *flexhex_enter(fmi2Component c, flexhex_call call);
+const char *flexhex_call_name(flexhex_call call);
+
+/* messages.c */
+enum { FLEXHEX_NUMBER_SIZE = 32 };
+/* Shortest text that reads back as value, into text[FLEXHEX_NUMBER_SIZE]; returns text. */
+const char *flexhex_number(char *text, double value);
+/* To the importer, whatever is switched on; functions->logger may be NULL. */
+void flexhex_say(const fmi2CallbackFunctions *functions, const char *instance, fmi2Status status,
+                 const char *category, const char *text);
+/* To the importer when the category is switched on. */
+void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category category,
+                 const char *format, ...) FLEXHEX_PRINTF(4, 5);
+/* Say what is wrong, raise the output fault, return fmi2Error; nothing else changes. */
+fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
+
+/* advance.c */
+/* State and initial outputs from the parameters; false, refused, when those are wrong. */
+bool flexhex_start(flexhex_instance *m);
+void flexhex_publish(flexhex_instance *m);
+
+#endif

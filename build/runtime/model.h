@@ -1,0 +1,36 @@
+/* The generated table that drives the adapter: which variables an FMU has, and which room. */
+#ifndef FLEXHEX_MODEL_H
+#define FLEXHEX_MODEL_H
+
+#include "room.h"
+
+typedef enum { FLEXHEX_FIXED, FLEXHEX_TUNABLE, FLEXHEX_INPUT, FLEXHEX_OUTPUT } flexhex_kind;
+
+typedef struct {
+  const char *name;
+  int size; /* 0: scalar, else an array of that many */
+  flexhex_kind kind;
+  double min, max; /* of every element; infinite: not bounded */
+  const char *unit;
+} flexhex_variable;
+
+typedef struct {
+  const char *identifier, *guid;
+  double base_step; /* s */
+  /* in value-reference order: parameters (first of all Ts), inputs, outputs (last of all fault) */
+  const flexhex_variable *variables;
+  int n_variables;
+  const double *starts; /* one per value reference */
+  int n_values;
+  const flexhex_room *room;
+} flexhex_model;
+
+#define FLEXHEX_PASTE(a, b) a##b
+#define FLEXHEX_JOIN(a, b) FLEXHEX_PASTE(a, b)
+
+#ifdef FLEXHEX_IDENTIFIER
+#define FLEXHEX_MODEL FLEXHEX_JOIN(FLEXHEX_IDENTIFIER, _fmu)
+extern const flexhex_model FLEXHEX_MODEL;
+#endif
+
+#endif

@@ -1,0 +1,73 @@
+"""Measurement filter W: taps (27), derivative stencils of IV-D, actuator basis and Dahl state."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common import actuator
+from fmus.common.machine import Machine
+from fmus.common.model import Model
+
+
+def hann(points: int) -> NDArray[np.float64]:
+    """Taps of W (points,), the newest sample's first.  [SH, Eq. (27)]
+
+        w_n = sin^2(pi n / points) / sum
+
+    The print has no division; its 101 taps sum to 50.5. They delay by points / 2 samples:
+    w_0 = 0 and w_n = w_(points - n).
+    """
+    n = np.arange(points)
+    taps = np.sin(np.pi * np.minimum(n, points - n) / points) ** 2
+    normalised: NDArray[np.float64] = taps / taps.sum()
+    return normalised
+
+
+def derivatives(past: ca.SX, now: ca.SX, new: ca.SX, Ts: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """First and second derivative at `now` from three samples.  [SH, IV-D]
+
+        [-1, 0, 1] / (2 Ts),  [1, -2, 1] / Ts^2
+
+    The second is printed with its sign turned.
+    """
+    return (new - past) / (2 * Ts), ((new - now) - (now - past)) / Ts**2
+
+
+def functions(machine: Machine) -> list[ca.Function]:
+    """Functions of step.c.
+
+    filter_taps() -> taps (points,)
+    filter_derivatives(past, now, new, Ts) -> thetad, thetadd (6,)
+    filter_basis(theta, z) -> chi (114,): z, cos, sin, ... joint by joint
+    filter_dahl(z, theta_last, theta) -> z_next (6,)
+    """
+    n, a = machine.n_arms, machine.actuator
+    past, now, new, Ts = (*(ca.SX.sym(name, n) for name in ("past", "now", "new")), ca.SX.sym("Ts"))
+    theta, theta_last, z = (ca.SX.sym(name, n) for name in ("theta", "theta_last", "z"))
+    z_next = [actuator.dahl(z[i], theta[i] - theta_last[i], a.sigma) for i in range(n)]
+    return [
+        ca.Function("filter_taps", [], [ca.SX(hann(machine.control.hann_points))], [], ["taps"]),
+        ca.Function(
+            "filter_derivatives",
+            [past, now, new, Ts],
+            ca.cse(list(derivatives(past, now, new, Ts))),
+            ["past", "now", "new", "Ts"],
+            ["thetad", "thetadd"],
+        ),
+        ca.Function(
+            "filter_basis",
+            [theta, z],
+            [ca.cse(Model(machine).basis(theta, z))],
+            ["theta", "z"],
+            ["chi"],
+        ),
+        ca.Function(
+            "filter_dahl",
+            [z, theta_last, theta],
+            [ca.vertcat(*z_next)],
+            ["z", "theta_last", "theta"],
+            ["z_next"],
+        ),
+    ]

@@ -1,0 +1,64 @@
+"""Variables and sample time of the filter FMU (W in the loop)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine
+
+MAX_ALIGNMENT = 20
+"""Longest extra delay of tau_f and chi_f, in samples."""
+
+
+def switches() -> tuple[Variable, ...]:
+    """Parameters of the filter."""
+    return (
+        Variable(
+            "alignment",
+            "parameter",
+            "1",
+            "samples by which tau_f and chi_f wait for the kinematics behind the filter, whole",
+            start=1,
+            min=0,
+            max=MAX_ALIGNMENT,
+        ),
+        Variable(
+            "basis",
+            "parameter",
+            "1",
+            "1: filtered basis of the raw angle; 0: basis at the filtered angle, as in [SH]",
+            start=1,
+            min=0,
+            max=1,
+        ),
+    )
+
+
+def interface(machine: Machine) -> Interface:
+    """Filter of a machine: raw angles and torques in, all of them smooth and of one instant out."""
+    n, n_basis = machine.n_arms, 1 + 2 * machine.actuator.n_harmonics
+    reach = round(1.15 * machine.geometry.stroke, 6)
+    at_zero = np.tile([0.0, *(1.0, 0.0) * machine.actuator.n_harmonics], n)
+    variables = (
+        *switches(),
+        Variable("theta", "input", "rad", "measured angles", size=n, min=-reach, max=reach),
+        Variable("tau_meas", "input", "N m", "measured torques", size=n, min=-1e4, max=1e4),
+        Variable("theta_f", "output", "rad", "filtered angles", size=n),
+        Variable("theta_fd", "output", "rad/s", "their rates", size=n),
+        Variable("theta_fdd", "output", "rad/s2", "their accelerations", size=n),
+        Variable("tau_f", "output", "N m", "filtered torques", size=n),
+        Variable("chi_f", "output", "1", "filtered actuator basis", n * n_basis, at_zero),
+    )
+    return Interface(
+        "filter",
+        "Hann window, derivatives and filtered actuator basis [SH, IV-D]",
+        machine.timing.feedforward,
+        variables,
+        {
+            "N": n,
+            "N_CHI": n * n_basis,
+            "POINTS": machine.control.hann_points,
+            "MAX_ALIGNMENT": MAX_ALIGNMENT,
+        },
+    )

@@ -1,0 +1,97 @@
+/* Runs a system of FMI 2.0 co-simulation FMUs, each at its own period.
+
+   The schedule is data. Time is an integer count n of base steps. At every n the components
+   whose period divides n first publish their outputs on the signal bus, then take their
+   inputs from it and step from n to n + period. For FMUs that sample their inputs at their
+   own ticks and show results one period later this gives, bit for bit, what stepping all of
+   them at every base step gives.
+
+   Everything is allocated by executor_open. A component without library and functions is
+   the host's: the host writes its slots of the bus and reads what it needs.
+   The strings and arrays of the descriptions belong to the caller and outlive the executor. */
+#ifndef FLEXHEX_EXECUTOR_H
+#define FLEXHEX_EXECUTOR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "fmi2FunctionTypes.h"
+
+typedef struct {
+  fmi2InstantiateTYPE *instantiate;
+  fmi2FreeInstanceTYPE *free_instance;
+  fmi2SetDebugLoggingTYPE *set_debug_logging;
+  fmi2SetupExperimentTYPE *setup_experiment;
+  fmi2EnterInitializationModeTYPE *enter_initialization;
+  fmi2ExitInitializationModeTYPE *exit_initialization;
+  fmi2TerminateTYPE *terminate;
+  fmi2GetRealTYPE *get_real;
+  fmi2SetRealTYPE *set_real;
+  fmi2DoStepTYPE *do_step;
+} executor_functions;
+
+typedef struct {
+  const char *name;
+  const char *library;                 /* path of the shared library, or NULL */
+  const executor_functions *functions; /* of an FMU that is linked in, or NULL */
+  const char *guid;
+  const char *resources; /* URI of the FMU's resources folder */
+  int64_t period;        /* base steps between two steps */
+  size_t n_parameters;
+  const fmi2ValueReference *parameters;
+  const double *values;
+  size_t n_inputs;
+  const fmi2ValueReference *inputs;
+  const size_t *sources; /* bus slot of every input */
+  size_t n_outputs;
+  const fmi2ValueReference *outputs;
+  size_t slot; /* bus slot of the first output; the others follow */
+  size_t n_categories;
+  const char *const *categories; /* log categories to switch on; none: FMU's choice */
+} executor_component;
+
+/* Signals sampled at n = 0, period, 2 period, ...: row after row into the caller's buffer. */
+typedef struct {
+  int64_t period;
+  size_t n_slots;
+  const size_t *slots;
+  double *rows;
+  size_t capacity; /* in rows */
+  size_t count;    /* rows written so far */
+} executor_log;
+
+typedef struct {
+  double seconds; /* spent in calls of this FMU while stepping */
+  double worst;   /* longest single step [s] */
+  uint64_t steps;
+  uint64_t warnings; /* calls that returned fmi2Warning */
+} executor_times;
+
+typedef struct executor executor;
+
+/* Load, instantiate, set parameters, initialise. base: base step [s]. Returns NULL with one
+   line in message when anything fails; nothing is left behind then. */
+executor *executor_open(const executor_component *components, size_t n_components, size_t n_slots,
+                        double base, executor_log *logs, size_t n_logs, bool timing, char *message,
+                        size_t size);
+
+/* Run from the current n to n = until, which is published and logged too. May be called
+   again. Returns false when an FMU failed: executor_message tells which, in what call, when. */
+bool executor_run(executor *e, int64_t until);
+
+int64_t executor_now(const executor *e);
+const char *executor_message(const executor *e);
+double *executor_bus(executor *e);
+executor_times executor_time_of(const executor *e, size_t component);
+
+/* Terminate and free all instances and libraries; e may be NULL. */
+void executor_close(executor *e);
+
+/* The parts of executor_run, for a host that keeps its own time: outputs to the bus; inputs
+   from the bus at n; one step from n to n + period. */
+bool executor_publish(executor *e, size_t component, int64_t n);
+bool executor_feed(executor *e, size_t component, int64_t n);
+bool executor_advance(executor *e, size_t component, int64_t n);
+
+#endif

@@ -1,0 +1,89 @@
+"""Which outputs a run logs, and how scalars form arrays again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from fmus.common.errors import UsageError
+from ssp.fmu import FmuVariable
+from ssp.read import Instance, Package
+from ssp.wiring import unknown
+
+DEFAULT = "default"
+# Large arrays that a run logs only when asked.
+LARGE = {"x", "xd", "xdd", "chi_f", "p", "p_std"}
+_ELEMENT = re.compile(r"(.+)\[(\d+)\]")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A variable to log: `theta` with its scalars in order, or one scalar alone."""
+
+    name: str
+    scalars: tuple[FmuVariable, ...]
+
+    @property
+    def is_array(self) -> bool:
+        """Whether its samples are rows of several values."""
+        return self.scalars[0].name != self.name
+
+    @property
+    def unit(self) -> str:
+        """The common unit, or the units of the elements separated by commas."""
+        units = [v.unit for v in self.scalars]
+        return units[0] if len(set(units)) == 1 else ",".join(units)
+
+
+def arrays(variables: Iterable[FmuVariable]) -> dict[str, Signal]:
+    """Variables by array name; `a[1]` ... `a[n]` become one, everything else stays scalar."""
+    members: dict[str, list[FmuVariable]] = {}
+    for variable in variables:
+        found = _ELEMENT.fullmatch(variable.name)
+        members.setdefault(found[1] if found else variable.name, []).append(variable)
+    signals = {}
+    for name, parts in members.items():
+        wanted = [f"{name}[{k}]" for k in range(1, len(parts) + 1)]
+        ordered = {v.name: v for v in parts}
+        if set(wanted) == set(ordered):
+            signals[name] = Signal(name, tuple(ordered[w] for w in wanted))
+        else:
+            signals |= {v.name: Signal(v.name, (v,)) for v in parts}
+    return signals
+
+
+def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Signal]]:
+    """Signals to log by component.
+
+    wanted: `plant` (all its outputs), `plant.theta`, `plant.theta[2]`, `default` (all but
+    the large arrays); None is `default`. Raises UsageError for a name that is no output.
+    """
+    chosen: dict[str, dict[str, Signal]] = {i.name: {} for i in package.instances}
+    for text in [DEFAULT] if wanted is None else wanted:
+        for instance, signal in _find(package, text):
+            chosen[instance][signal.name] = signal
+    return {name: list(signals.values()) for name, signals in chosen.items()}
+
+
+def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
+    outputs = {i.name: arrays(_real_outputs(i)) for i in package.instances}
+    if text == DEFAULT:
+        return [(i, s) for i, all_ in outputs.items() for s in all_.values() if s.name not in LARGE]
+    component, dot, name = text.partition(".")
+    if component not in outputs:
+        raise UsageError(f"signal {text!r}: {unknown('component', component, outputs)}")
+    known = outputs[component]
+    if not dot:
+        return [(component, signal) for signal in known.values()]
+    if name in known:
+        return [(component, known[name])]
+    for signal in known.values():
+        for variable in signal.scalars:
+            if variable.name == name:
+                return [(component, Signal(name, (variable,)))]
+    raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, known)}")
+
+
+def _real_outputs(instance: Instance) -> list[FmuVariable]:
+    return [v for v in instance.fmu.of("output") if v.type == "Real"]

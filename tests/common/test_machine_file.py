@@ -1,0 +1,129 @@
+"""A machine file that does not describe a machine gets one clear message each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fmus.common.errors import MachineError
+from fmus.common.machine import load_machine
+from fmus.plant.truth import load_truth
+from tests.conftest import MACHINE_FILE
+
+Edit = Callable[[str], str]
+
+
+def replace(old: str, new: str) -> Edit:
+    """Replace the first `old`, which must be there."""
+
+    def edit(text: str) -> str:
+        assert old in text, f"the machine file has no {old!r} any more: adapt the test"
+        return text.replace(old, new, 1)
+
+    return edit
+
+
+def drop_line(start: str) -> Edit:
+    """Drop the first line that begins so."""
+
+    def edit(text: str) -> str:
+        lines = text.splitlines(keepends=True)
+        k = next(i for i, line in enumerate(lines) if line.startswith(start))
+        return "".join(lines[:k] + lines[k + 1 :])
+
+    return edit
+
+
+CASES: dict[str, tuple[Edit, str]] = {
+    "missing field": (drop_line("sigma ="), r"actuator\.sigma: is missing"),
+    "missing section": (
+        replace("[encoder]", "[encoders]"),
+        r"encoder: is missing",
+    ),
+    "unknown key": (
+        replace("[encoder]\n", "[encoder]\nsteps = 3\n"),
+        r"encoder\.steps: is not a known key",
+    ),
+    "negative mass": (
+        replace("m = { value = 0.5", "m = { value = -0.5"),
+        r"bodies\.upper\.m: -0\.5 kg, must be above 0",
+    ),
+    "inertia not positive definite": (
+        replace("value = [0.058, 0.059,", "value = [-0.058, 0.059,"),
+        r"bodies\.end_effector: Ic is not positive definite",
+    ),
+    "impossible inertia": (
+        replace("value = [0.058, 0.059, 0.106", "value = [0.058, 0.059, 0.306"),
+        r"bodies\.end_effector: Ic breaks the triangle inequality",
+    ),
+    "does not close": (
+        replace("l = { value = 0.3856425829219862", "l = { value = 0.3"),
+        r"arm 1 does not close: .* 0\.385642583 m apart, geometry\.l is 0\.3 m; correct",
+    ),
+    "axis not a unit vector": (
+        replace("axis = { value = [0.0, -1.0, 0.0]", "axis = { value = [0.0, -2.0, 0.0]"),
+        r"arms\.1: axis has length 2, must be 1",
+    ),
+    "wrong unit": (
+        replace('m = { value = 0.5, unit = "kg"', 'm = { value = 500.0, unit = "g"'),
+        r"bodies\.upper\.m: is in 'g', wanted 'kg': convert",
+    ),
+    "bare number": (
+        replace('step = { value = 1e-08, unit = "rad", source = "derived"', "step = 1e-8 #"),
+        r"encoder\.step: wants \{ value = \.\.\., unit = \"rad\"",
+    ),
+    "unknown source": (
+        replace('source = "published"', 'source = "rumour"'),
+        r"source 'rumour', allowed: published",
+    ),
+    "not a number": (
+        replace("m = { value = 0.5", "m = { value = nan"),
+        r"bodies\.upper\.m: nan is not a finite number",
+    ),
+    "wrong length": (
+        replace("k_u = { value = [0.45, 0.5]", "k_u = { value = [0.45]"),
+        r"flexures\.k_u: wants 2 entries, has 1",
+    ),
+    "five arms of actuator": (
+        replace("o = { value = [-1.6, ", "o = { value = ["),
+        r"actuator\.o has 5 entries for 6 arms",
+    ),
+    "sample time not whole": (
+        replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0006"),
+        r"timing: feedforward is 2\.4 base steps, must be a whole number",
+    ),
+    "no TOML": (replace("[gravity]", "[gravity"), r"not valid TOML"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_wrong_machine_file_is_one_clear_message(case: str, tmp_path: Path) -> None:
+    edit, message = CASES[case]
+    path = tmp_path / "machine.toml"
+    path.write_text(edit(MACHINE_FILE.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(MachineError) as caught:
+        load_machine(path)
+    assert re.search(message, str(caught.value)), str(caught.value)
+    assert str(path) in str(caught.value)
+    # at most one follow-up complaint, and no traceback of the reader
+    assert len(str(caught.value).splitlines()) <= 2
+
+
+def test_default_machine_file_is_accepted() -> None:
+    assert load_machine(MACHINE_FILE).n_arms == 6
+
+
+def test_missing_machine_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(MachineError, match="nowhere.toml: cannot be read"):
+        load_machine(tmp_path / "nowhere.toml")
+
+
+def test_wrong_truth_file_is_one_clear_message(tmp_path: Path) -> None:
+    text = MACHINE_FILE.with_name("tflex-truth.toml").read_text(encoding="utf-8")
+    path = tmp_path / "truth.toml"
+    path.write_text(text.replace("rms = { value = 0.008", "rms = { value = -1.0"), encoding="utf-8")
+    with pytest.raises(MachineError, match=r"cogging\.rms: -1\.0 N m, must be at least 0"):
+        load_truth(path)

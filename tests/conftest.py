@@ -1,0 +1,64 @@
+"""Fixtures that all test rooms share: the machine, the built FMUs, the system descriptions."""
+
+from __future__ import annotations
+
+import fcntl
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from flexhex.build import Builder
+from fmus.common.machine import Machine, load_machine
+
+ROOT = Path(__file__).resolve().parent.parent
+MACHINE_FILE = ROOT / "machines" / "tflex.toml"
+OUT = ROOT / "out" / "test"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--update` writes golden results anew."""
+    parser.addoption("--update", action="store_true", help="write golden results anew")
+
+
+@contextmanager
+def one_at_a_time(folder: Path) -> Iterator[None]:
+    """Only one of several test processes builds; the others then find everything cached."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+@pytest.fixture(scope="session")
+def machine() -> Machine:
+    """The default machine."""
+    return load_machine(MACHINE_FILE)
+
+
+@pytest.fixture(scope="session")
+def builder() -> Builder:
+    """FMUs and system descriptions of the default machine, built under out/test."""
+    made = Builder(MACHINE_FILE, OUT)
+    with one_at_a_time(OUT):
+        made.systems()
+    return made
+
+
+@pytest.fixture(scope="session")
+def fmu_dir(builder: Builder) -> Path:
+    """Folder with the nominal FMUs and machine.fmu."""
+    return builder.out / "fmus"
+
+
+@pytest.fixture(scope="session")
+def hexapod_ssp(builder: Builder) -> Path:
+    """The adaptive loop around the model."""
+    return builder.out / "hexapod.ssp"
+
+
+@pytest.fixture(scope="session")
+def machine_ssp(builder: Builder) -> Path:
+    """The adaptive loop around machine.fmu."""
+    return builder.out / "machine" / "hexapod.ssp"

@@ -1,0 +1,146 @@
+"""A room's step.c compiled and called directly: its structs as NumPy views, its state in sight.
+
+What the FMI adapter adds (sample times, checks of values) has tests of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmugen import codegen, sources
+from fmugen.compile import STRICT, compile_object, link_shared
+from fmugen.fmu import RUNTIME
+from fmugen.rooms import room_interface, step_file
+from numpy.typing import NDArray
+
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine, load_machine
+
+Array = NDArray[np.float64]
+ROOT = Path(__file__).resolve().parents[2]
+CACHE = ROOT / "out" / "cache" / "rooms"
+_START = ctypes.CFUNCTYPE(
+    ctypes.c_bool, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p,
+    ctypes.c_size_t,
+)  # fmt: skip
+_TICK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
+
+
+class _Room(ctypes.Structure):
+    """flexhex_room of room.h."""
+
+    _fields_ = (
+        ("parameters", ctypes.c_size_t),
+        ("inputs", ctypes.c_size_t),
+        ("outputs", ctypes.c_size_t),
+        ("state", ctypes.c_size_t),
+        ("start", _START),
+        ("tick", _TICK),
+    )
+
+
+class StartError(Exception):
+    """start() refused the parameters."""
+
+
+class Struct:
+    """A C struct of doubles by variable name; scalars read as floats."""
+
+    def __init__(self, variables: Sequence[Variable]) -> None:
+        self.size = sum(v.count for v in variables)
+        self.values = np.zeros(max(self.size, 1))
+        self._slices: dict[str, tuple[int, int | None]] = {}
+        at = 0
+        for v in variables:
+            self._slices[v.name] = (at, v.size)
+            self.values[at : at + v.count] = v.starts
+            at += v.count
+
+    def __getitem__(self, name: str) -> Any:
+        at, size = self._slices[name]
+        return float(self.values[at]) if size is None else self.values[at : at + size].copy()
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        at, size = self._slices[name]
+        self.values[at : at + (size or 1)] = value
+
+    @property
+    def pointer(self) -> int:
+        return int(self.values.ctypes.data)
+
+
+class Loaded:
+    """One instance of a room: `start` once, then `tick` with named inputs."""
+
+    def __init__(self, library: Path, interface: Interface) -> None:
+        self._library = ctypes.CDLL(str(library))
+        self._room = _Room.in_dll(self._library, f"{interface.name}_room")
+        self.p = Struct(interface.parameters)
+        self.u, self.y = Struct(interface.inputs), Struct(interface.outputs)
+        sizes = (self._room.parameters, self._room.inputs, self._room.outputs)
+        assert sizes == tuple(8 * s.values.size for s in (self.p, self.u, self.y))
+        self.state = np.full(self._room.state // 8, np.nan)
+
+    def start(self, **parameters: Any) -> Struct:
+        """Set parameters, start; raises StartError with the room's message."""
+        for name, value in parameters.items():
+            self.p[name] = value
+        text = ctypes.create_string_buffer(256)
+        good = self._room.start(
+            self.p.pointer, self.state.ctypes.data, self.y.pointer, text, len(text)
+        )
+        if not good:
+            raise StartError(text.value.decode())
+        return self.y
+
+    def tick(self, **inputs: Any) -> Struct:
+        """One tick with these inputs changed; the outputs."""
+        for name, value in inputs.items():
+            self.u[name] = value
+        self._room.tick(self.p.pointer, self.u.pointer, self.state.ctypes.data, self.y.pointer)
+        return self.y
+
+
+@cache
+def machine() -> Machine:
+    """The default machine."""
+    return load_machine(ROOT / "machines" / "tflex.toml")
+
+
+@cache
+def build(room: str) -> tuple[Path, Interface]:
+    """Shared library and interface of a room, compiled as the FMU's own sources are."""
+    equations: Any = importlib.import_module(f"fmus.{room}.equations")
+    interface, functions = room_interface(room, machine()), equations.functions(machine())
+    step = step_file(room)
+    texts = {
+        f"{room}.h": sources.header(interface, functions, room),
+        "room.h": (RUNTIME / "room.h").read_text(encoding="utf-8"),
+        **{path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")},
+        f"{room}_step.c": step.read_text(encoding="utf-8"),
+        f"{room}_casadi.c": codegen.casadi_source(functions, room, room),
+    }
+    headers = "\0".join(text for name, text in texts.items() if name.endswith(".h"))
+    CACHE.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=CACHE) as folder:
+        work = Path(folder)
+        for name, text in texts.items():
+            (work / name).write_text(text, encoding="utf-8")
+        objects = [
+            compile_object(work / f"{room}_casadi.c", "", CACHE),
+            compile_object(work / f"{room}_step.c", headers, CACHE, STRICT),
+        ]
+        library = CACHE / ("-".join(path.stem for path in objects) + ".so")
+        return link_shared(objects, library), interface
+
+
+def load(room: str) -> Loaded:
+    """A fresh instance of a room, not yet started."""
+    return Loaded(*build(room))
