@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from fmugen.native import native
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
@@ -82,35 +83,35 @@ class MotionModel:
         rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
         z = ca.SX.sym("z", n)
         linkage = model.linkage(x)
-        self._newton = ca.Function("newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())]))
+        newton = ca.Function("native_newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())]))
         v = linkage.rates(rate)
         a = linkage.accelerations(v, acceleration)
-        self._rates = ca.Function("rates", [x, rate, acceleration], ca.cse([v, a]))
+        rates = ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a]))
         Phi = model.regressor(x, xd, xdd, model.basis(x[:n], z))
         sparsity = Phi.sparsity()
         self._rows, self._cols = np.array(sparsity.row()), np.array(sparsity.get_col())
         self._shape = (n, model.n_p)
         entries: Any = Phi.nonzeros()
         values = ca.vertcat(*entries)
-        self._phi = ca.Function("phi", [x, xd, xdd, z], ca.cse([values]))
+        phi = ca.Function("native_phi", [x, xd, xdd, z], ca.cse([values]))
+        self._newton, self._rates, self._phi = native([newton, rates, phi])
 
     def close(self, theta: Array) -> Array:
         """x~ (samples, 37) for angles (samples, n), each solved from neutral."""
-        x = np.tile(self.model.frames.x0[:, None], (1, len(theta)))
-        x[: self.model.n] = theta.T
-        newton = self._newton.map(len(theta))
+        x = np.tile(self.model.frames.x0, (len(theta), 1))
+        x[:, : self.model.n] = theta
         for _ in range(NEWTON_STEPS):
-            x = newton(x).full()
-        return x.T
+            (x,) = self._newton(x)
+        return x
 
     def rates(self, x: Array, thetad: Array, thetadd: Array) -> tuple[Array, Array]:
         """xd, xdd (samples, 37)."""
-        xd, xdd = self._rates.map(len(x))(x.T, thetad.T, thetadd.T)
-        return xd.full().T, xdd.full().T
+        xd, xdd = self._rates(x, thetad, thetadd)
+        return xd, xdd
 
     def columns(self, theta: Array, z: Array, thetad: Array, thetadd: Array) -> Columns:
         """Model columns at every sample; all arguments (samples, n)."""
         x = self.close(theta)
         xd, xdd = self.rates(x, thetad, thetadd)
-        values = self._phi.map(len(x))(x.T, xd.T, xdd.T, z.T).full().T
+        (values,) = self._phi(x, xd, xdd, z)
         return Columns(values, self._rows, self._cols, self._shape)

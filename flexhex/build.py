@@ -80,7 +80,7 @@ class Builder:
         self.fmus()
         p = base_parameters(self.machine)
         adaptive = table_cases(self.machine, p, self.machine.reference.duration)[-1]
-        written = [self._write(self._as_plant(adaptive, "plant"), self.out / "hexapod.ssp")]
+        written = [self._write(self._around_model(adaptive), self.out / "hexapod.ssp")]
         if truth_file(self.machine_file).exists():
             written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
         return written
@@ -90,8 +90,10 @@ class Builder:
         return self._write(case, self.out / "cases" / case.name / "hexapod.ssp")
 
     @staticmethod
-    def _as_plant(case: Case, plant: str) -> Case:
-        return Case(case.name, case.title, plant, case.duration, case.starts)
+    def _around_model(case: Case) -> Case:
+        """The case with plant.fmu in the place of machine.fmu."""
+        starts = {name: values for name, values in case.starts.items() if name != "plant"}
+        return Case(case.name, case.title, "plant", case.duration, starts)
 
     def _write(self, case: Case, path: Path) -> Path:
         folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
@@ -99,7 +101,7 @@ class Builder:
         for instance, room in INSTANCES.items():
             name = case.plant if instance == "plant" else room
             starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
-            interfaces[instance] = self._interface(room, starts)
+            interfaces[instance] = self._interface(room, name, starts)
             self._place(room, name, starts, folder)
         system = hexapod(
             interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
@@ -108,7 +110,12 @@ class Builder:
 
     def _place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
         """Build a variant into `folder`, or copy the FMU that needs none."""
-        if starts and name != "machine":
+        if starts and name == "machine":
+            build_machine(
+                self.machine, truth_file(self.machine_file), folder, starts, self.out / "cache"
+            )
+            return
+        if starts:
             self._room(room, folder, starts)
             return
         source = self.out / "fmus" / f"{name}.fmu"
@@ -123,8 +130,12 @@ class Builder:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
         return next((self.schedule[i] for i in found if i in self.schedule), {})
 
-    def _interface(self, room: str, starts: Starts) -> Interface:
-        return with_starts(room_interface(room, self.machine), starts)
+    def _interface(self, room: str, name: str, starts: Starts) -> Interface:
+        """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
+        known = room_interface(room, self.machine)
+        if name == "machine":
+            return known
+        return with_starts(known, starts)
 
     def _system(self, starts: Mapping[str, Starts]) -> System:
         rooms = {room: room_interface(room, self.machine) for room in ROOMS}

@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 SETTLE = 2.0
 """Hold before the first move [s]: the preload's transient is over, nothing is judged."""
 FIT_SEED, RUN_SEED = 11, 1
+WARM = 1200.0
+"""The data for the fit come from a cold machine, the cases run on a warm one [s]."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ def _case(
     p: Array | None = None,
     duration: float,
     seed: int = RUN_SEED,
+    age: float = WARM,
     basis: float = 1.0,
 ) -> Case:
     p0 = base_parameters(machine) if p is None else p
@@ -54,12 +57,14 @@ def _case(
         "W": {"basis": basis},
         "K": {"p0": p0, "scale": normalisation(machine, p0), "adapt": float(adapt)},
     }
+    if plant == "machine":
+        starts["plant"] = {"age": age}
     return Case(name, title, plant, SETTLE + duration, starts)
 
 
 def fit_case(machine: Machine, duration: float) -> Case:
     """The run whose log p-hat is fitted to: another trajectory, feedback and nominal model."""
-    return _case("fit", "data for the fit", machine, duration=duration, seed=FIT_SEED)
+    return _case("fit", "data for the fit", machine, duration=duration, seed=FIT_SEED, age=0.0)
 
 
 def table_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]:

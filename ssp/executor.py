@@ -16,7 +16,7 @@ import numpy as np
 
 from fmus.common.errors import InterfaceError, RunError, UsageError
 from ssp import library
-from ssp.fmu import binary_path, open_zip, read_bytes
+from ssp.fmu import binary_path, open_zip, read_bytes, read_member
 from ssp.read import Instance, Package, period, read_ssp
 from ssp.results import Array, FmuTime, Group, Result, rate_name
 from ssp.signals import Signal, arrays, select
@@ -50,10 +50,11 @@ def run(
     package = read_ssp(ssp_path)
     n_steps = _base_steps(duration, package.base)
     overrides = _overrides(package, parameters or {})
+    c = library.load(cache)
     with tempfile.TemporaryDirectory(prefix="flexhex-") as folder:
         plan = _Plan(package, overrides, select(package, signals), Path(folder))
         begin = time.perf_counter()
-        plan.execute(n_steps, progress, timing, cache)
+        plan.execute(c, n_steps, progress, timing)
         wall = time.perf_counter() - begin
     meta: dict[str, str | int | float] = {"ssp": Path(ssp_path).name, "base_step": package.base}
     meta["sha256 ssp"] = hashlib.sha256(read_bytes(ssp_path)).hexdigest()
@@ -174,9 +175,8 @@ class _Plan:
             logs.append(library.LogData(steps, len(slots), array, rows.ctypes.data, len(rows), 0))
         return self._array(library.LogData, logs), len(logs)
 
-    def execute(self, n_steps: int, progress: Progress | None, timing: bool, cache: Path) -> None:
+    def execute(self, c: Any, n_steps: int, progress: Progress | None, timing: bool) -> None:
         """Run to the end; RunError when an FMU fails. Frees everything in any case."""
-        c = library.load(cache)
         logs, n_logs = self._logs(n_steps)
         components = self._array(library.ComponentData, self.components)
         message = ctypes.create_string_buffer(1024)
@@ -240,8 +240,9 @@ def _extract(package: Package, folder: Path) -> dict[str, Path]:
             )
         for name in archive.namelist():
             if name == binary or name.startswith("resources/"):
+                read_member(archive, name, f"{package.path}: {source}")  # damage gets a message
                 archive.extract(name, root)
-        (root / "resources").mkdir(exist_ok=True)
+        (root / "resources").mkdir(parents=True, exist_ok=True)
         roots[source] = root
     return roots
 

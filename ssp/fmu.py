@@ -7,6 +7,7 @@ import io
 import math
 import platform
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,10 +78,7 @@ def read_fmu(data: bytes, file: str) -> Fmu:
     or is no FMI 2.0 co-simulation FMU.
     """
     archive = open_zip(data, file)
-    try:
-        text = archive.read("modelDescription.xml")
-    except KeyError:
-        raise InterfaceError(f"{file}: no modelDescription.xml inside: not an FMU") from None
+    text = read_member(archive, "modelDescription.xml", file)
     root = parse(text, f"{file}: modelDescription.xml")
     version, cosimulation = root.get("fmiVersion"), root.find("CoSimulation")
     if version != "2.0" or cosimulation is None:
@@ -90,7 +88,10 @@ def read_fmu(data: bytes, file: str) -> Fmu:
         )
     experiment = root.find("DefaultExperiment")
     step = None if experiment is None else experiment.get("stepSize")
-    variables = [_variable(element, file) for element in root.iterfind("ModelVariables/*")]
+    try:
+        variables = [_variable(element, file) for element in root.iterfind("ModelVariables/*")]
+    except ValueError as error:
+        raise InterfaceError(f"{file}: modelDescription.xml: {error}") from None
     return Fmu(
         file=file,
         model=str(cosimulation.get("modelIdentifier")),
@@ -109,6 +110,16 @@ def open_zip(data: bytes, file: str) -> zipfile.ZipFile:
         return zipfile.ZipFile(io.BytesIO(data))
     except zipfile.BadZipFile:
         raise InterfaceError(f"{file}: not a zip archive, or a truncated one") from None
+
+
+def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:
+    """One file of an archive; InterfaceError when it is missing or damaged."""
+    try:
+        return archive.read(name)
+    except KeyError:
+        raise InterfaceError(f"{file}: {name} is missing in the archive") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:
+        raise InterfaceError(f"{file}: {name} is damaged in the archive ({error})") from None
 
 
 def read_bytes(path: str | Path) -> bytes:

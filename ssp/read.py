@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZipFile
 
 from fmus.common.errors import InterfaceError
-from ssp.fmu import Fmu, open_zip, read_bytes, read_fmu
+from ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
 from ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
 from ssp.xml import NAMESPACES, parse
 
@@ -105,12 +105,7 @@ class _Reader:
         return InterfaceError(f"{self.path}: {text}")
 
     def member(self, name: str) -> bytes:
-        try:
-            return self.archive.read(name)
-        except KeyError:
-            raise self.error(f"{name} is missing in the archive") from None
-        except (BadZipFile, EOFError, OSError, ValueError) as error:
-            raise self.error(f"{name} is damaged in the archive ({error})") from None
+        return read_member(self.archive, name, str(self.path))
 
     def refuse(self, top: Any) -> None:
         for tag, text in (

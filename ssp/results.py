@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -122,7 +123,8 @@ def save(result: Result, path: str | Path, meta: Meta | None = None) -> Path:
             _write(file, result, {**result.meta, **(meta or {})})
         return partial.replace(target)
     except OSError as error:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink()
         raise LogError(f"{target}: cannot be written ({error})") from None
 
 

@@ -105,7 +105,7 @@ const char *flexhex_call_name(flexhex_call call);
 
 /* messages.c */
 enum { FLEXHEX_NUMBER_SIZE = 32 };
-/* Shortest text that reads back as value, into text[FLEXHEX_NUMBER_SIZE]; returns text. */
+/* Shortest text that reads back as value; text[FLEXHEX_NUMBER_SIZE] is where it may be built. */
 const char *flexhex_number(char *text, double value);
 /* To the importer, whatever is switched on; functions->logger may be NULL. */
 void flexhex_say(const fmi2CallbackFunctions *functions, const char *instance, fmi2Status status,

@@ -1,6 +1,7 @@
 /* What the importer is told, and how a refused call is marked. */
 #include "instance.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,6 +12,9 @@ const char *const flexhex_categories[FLEXHEX_N_CATEGORIES] = {"logStatusError", 
                                                               "logEvents"};
 
 const char *flexhex_number(char *text, double value) {
+  if (isnan(value)) {
+    return "nan"; /* printf would show its sign */
+  }
   for (int digits = 15; digits <= 17; ++digits) {
     (void)snprintf(text, FLEXHEX_NUMBER_SIZE, "%.*g", digits, value);
     if (strtod(text, NULL) == value) {

@@ -46,10 +46,9 @@ static fmi2Status refuse_value(flexhex_instance *m, fmi2ValueReference vr, doubl
   const flexhex_variable *v = variable_of(m, vr);
   const bool plain = strcmp(v->unit, "1") == 0;
   const char *space = plain ? "" : " ", *unit = plain ? "" : v->unit;
-  char name[LABEL_SIZE], is[FLEXHEX_NUMBER_SIZE], low[FLEXHEX_NUMBER_SIZE];
+  char text[LABEL_SIZE], number[FLEXHEX_NUMBER_SIZE], low[FLEXHEX_NUMBER_SIZE];
   char high[FLEXHEX_NUMBER_SIZE];
-  (void)label(m, vr, name);
-  (void)flexhex_number(is, value);
+  const char *name = label(m, vr, text), *is = flexhex_number(number, value);
   if (isinf(v->min) && isinf(v->max)) {
     return flexhex_refuse(m, "%s = %s%s%s, must be finite", name, is, space, unit);
   }

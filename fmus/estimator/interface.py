@@ -70,7 +70,7 @@ def interface(machine: Machine) -> Interface:
             max=1,
             **each,
         ),
-        Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-12, max=1e3),
+        Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-9, max=1e3),
         Variable("P0", "parameter", "1", "first normalised variance", start=c.P0, min=0, max=1e3),
         Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
         Variable("x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10),

@@ -79,12 +79,13 @@ static void tick(const kinematics_parameters *p, const kinematics_inputs *u, voi
   correct(u->theta, d, (int)p->corrections);
   bool good = s->started != 0.0 && evaluate(p, u, d, xd, xdd, &residual);
 
-  /* a jump of the angle: again from the last good pose, then from neutral */
+  /* a jump of the angle: again from neutral, which leads to the assembly that the machine has;
+     from the last good pose a far jump may end in another one, and stay there */
   for (int attempt = 0; !good && attempt < 2; ++attempt) {
     if (attempt == 0) {
-      memcpy(d, s->d, sizeof d);
-    } else {
       kinematics_neutral(d);
+    } else {
+      memcpy(d, s->d, sizeof d);
     }
     correct(u->theta, d, RETRIES);
     good = evaluate(p, u, d, xd, xdd, &residual);

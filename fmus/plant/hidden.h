@@ -31,10 +31,12 @@ static void plant_hidden_start(const plant_parameters *p, plant_hidden_state *s)
   s->draw = (uint64_t)p->seed;
 }
 
-/* Torque on the joints that the model does not know, at time t [s]. */
+/* Torque on the joints that the model does not know, t [s] after the start. */
 static void plant_hidden_torque(const plant_parameters *p, plant_hidden_state *s, double t,
-                                const double *theta, double *torque) {
-  plant_hidden(theta, &t, p->hidden_cogging, p->drift_torque, &p->drift_time, torque);
+                                const double *theta, const double *tau_motor, double *torque) {
+  const double age = p->age + t;
+  plant_hidden(theta, tau_motor, &age, p->hidden_cogging, p->drift_torque, &p->drift_gain,
+               &p->drift_time, torque);
   for (int i = 0; i < PLANT_N; ++i) {
     torque[i] += p->noise_torque * hidden_noise(s);
   }
@@ -55,8 +57,8 @@ static void plant_hidden_start(const plant_parameters *p, plant_hidden_state *s)
 }
 
 static void plant_hidden_torque(const plant_parameters *p, plant_hidden_state *s, double t,
-                                const double *theta, double *torque) {
-  (void)p, (void)s, (void)t, (void)theta;
+                                const double *theta, const double *tau_motor, double *torque) {
+  (void)p, (void)s, (void)t, (void)theta, (void)tau_motor;
   for (int i = 0; i < PLANT_N; ++i) {
     torque[i] = 0.0;
   }

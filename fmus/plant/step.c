@@ -154,7 +154,7 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
   drive(p, u, s, command);
   y->end_stop = y->fault = 0.0;
   double disturbance[N];
-  plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.theta, disturbance);
+  plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.theta, s->tau_motor, disturbance);
   for (int k = 0; k < substeps; ++k) {
     const motion before = s->now;
     double tau[3][N], d[N_D], residual;

@@ -39,7 +39,7 @@ class Errors(_Section):
 class Cogging(_Section):
     """Harmonics of omega_cog that the model does not have; rms [N m] of their sum."""
 
-    orders: tuple[Annotated[int, Field(ge=1, le=200)], ...]
+    orders: tuple[Annotated[float, Field(gt=0, le=200)], ...]
     rms: Annotated[float, quantity("N m", ge=0)]
 
 
@@ -51,9 +51,11 @@ class Noise(_Section):
 
 
 class Drift(_Section):
-    """Offset that creeps in after the start: torque (rms over the joints) and time constant."""
+    """What creeps in as the machine warms up: offset torque (rms over the joints), relative
+    loss of the motor constant, time constant."""
 
     torque: Annotated[float, quantity("N m", ge=0)]
+    gain: Annotated[float, quantity("1", ge=0, le=0.5)]
     time: Annotated[float, quantity("s", gt=0)]
 
 
@@ -94,7 +96,9 @@ def interface(machine: Machine, truth: Truth) -> Interface:
     hidden = [
         Variable("hidden_cogging", "parameter", "N m", "cos, sin", len(cogging), cogging),
         Variable("drift_torque", "parameter", "N m", "offset after a long time", n, creep),
-        Variable("drift_time", unit="s", description="its time", start=truth.drift.time, **whole),
+        Variable("drift_gain", unit="1", description="loss", start=truth.drift.gain, **whole),
+        Variable("drift_time", unit="s", description="their time", start=truth.drift.time, **whole),
+        Variable("age", unit="s", description="time since it was switched on", **whole),
         Variable("noise_torque", unit="N m", description="noise", start=noise.torque, **whole),
         Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **whole),
         Variable("seed", unit="1", description="noise seed", start=truth.seed, max=2**53, **whole),
@@ -105,20 +109,22 @@ def interface(machine: Machine, truth: Truth) -> Interface:
 
 
 def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
-    """The plant's functions and plant_hidden(theta, t, cogging, drift, time) -> torque (6,)."""
+    """The plant's functions and the torque (6,) that the model does not know:
+    plant_hidden(theta, tau_motor, age, cogging, drift, gain, time)."""
     n, orders = machine.n_arms, truth.cogging.orders
-    theta, t, time = ca.SX.sym("theta", n), ca.SX.sym("t"), ca.SX.sym("time")
+    theta, tau_motor = ca.SX.sym("theta", n), ca.SX.sym("tau_motor", n)
+    age, gain, time = ca.SX.sym("age"), ca.SX.sym("gain"), ca.SX.sym("time")
     cogging, drift = ca.SX.sym("cogging", 2 * n * len(orders)), ca.SX.sym("drift", n)
-    torque = drift * (1 - ca.exp(-t / time))
+    torque = (drift + gain * tau_motor) * (1 - ca.exp(-age / time))
     for i in range(n):
         for k, order in enumerate(orders):
             angle, at = order * machine.actuator.omega_cog * theta[i], 2 * (len(orders) * i + k)
             torque[i] += cogging[at] * ca.cos(angle) + cogging[at + 1] * ca.sin(angle)
     hidden = ca.Function(
         "plant_hidden",
-        [theta, t, cogging, drift, time],
+        [theta, tau_motor, age, cogging, drift, gain, time],
         [torque],
-        ["theta", "t", "cogging", "drift", "time"],
+        ["theta", "tau_motor", "age", "cogging", "drift", "gain", "time"],
         ["torque"],
     )
     return [*equations.functions(machine), hidden]

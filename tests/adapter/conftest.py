@@ -25,7 +25,7 @@ def toy(toy_fmu: Path, tmp_path_factory: pytest.TempPathFactory) -> Binary:
     return Binary(toy_fmu, tmp_path_factory.mktemp("unpacked"))
 
 
-@pytest.fixture()
+@pytest.fixture
 def make(toy: Binary) -> Iterator[Make]:
     """Makes instances of the toy."""
     made: list[Slave] = []
@@ -41,13 +41,13 @@ def make(toy: Binary) -> Iterator[Make]:
             slave.free()
 
 
-@pytest.fixture()
+@pytest.fixture
 def fresh(make: Make) -> Slave:
     """An instance just made."""
     return make()
 
 
-@pytest.fixture()
+@pytest.fixture
 def running(make: Make) -> Slave:
     """An instance ready for its first step."""
     return make().initialise()

@@ -40,8 +40,7 @@ class Binary:
         self.library = ct.CDLL(str(folder / "binaries" / "linux64" / f"{self.name}.so"))
         self.library.fmi2Instantiate.restype = ct.c_void_p
         for text in ("fmi2GetVersion", "fmi2GetTypesPlatform"):
-            self.library[text].restype = ct.c_char_p
-            setattr(self.library, text, self.library[text])
+            getattr(self.library, text).restype = ct.c_char_p
         self.library.fmi2FreeInstance.restype = None
 
 

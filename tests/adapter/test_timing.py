@@ -9,7 +9,6 @@ import fmpy
 import numpy as np
 import pytest
 
-from tests.adapter import toys
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.adapter.toys import BASE, OUTPUTS, VR, Twin
 
@@ -59,7 +58,11 @@ def test_input_of_the_first_step_is_never_sampled(running: Slave) -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_slices_of_a_step_change_nothing(make, seed: int) -> None:
-    whole, sliced, rng = make("whole").initialise(), make("sliced").initialise(), random.Random(seed)
+    whole, sliced, rng = (
+        make("whole").initialise(),
+        make("sliced").initialise(),
+        random.Random(seed),
+    )
     for k in range(100):
         for slave in (whole, sliced):
             assert slave.set(IN, inputs(k)) == OK
@@ -72,7 +75,9 @@ def test_slices_of_a_step_change_nothing(make, seed: int) -> None:
         assert whole.get(OUT) == sliced.get(OUT)
 
 
-@pytest.mark.parametrize("size", [0.0, -BASE, 0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, np.nan, np.inf])
+@pytest.mark.parametrize(
+    "size", [0.0, -BASE, 0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, np.nan, np.inf]
+)
 def test_step_that_is_not_whole_is_refused(running: Slave, size: float) -> None:
     running.advance(3)
     before = running.get(OUT[:-1])

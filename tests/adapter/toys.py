@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
-
 from fmugen.fmu import build_fmu
+
 from fmus.common.interface import Interface, Variable
 
 BASE = 0.00025
@@ -39,7 +39,9 @@ def functions() -> list[ca.Function]:
     integral, a = ca.SX.sym("integral", N), ca.SX.sym("a", N)
     return [
         ca.Function("toy_scale", [u, gain, offset], [gain * u + offset], ["u", "g", "o"], ["y"]),
-        ca.Function("toy_integrate", [integral, a, Ts], [integral + a * Ts], ["i", "a", "T"], ["n"]),
+        ca.Function(
+            "toy_integrate", [integral, a, Ts], [integral + a * Ts], ["i", "a", "T"], ["n"]
+        ),
     ]
 
 

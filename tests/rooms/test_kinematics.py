@@ -18,7 +18,7 @@ from tests.oracles.machine import Machine, read_machine
 from tests.rooms.loaded import Loaded, StartError, load
 
 TS, SIGMA = 0.0005, 0.015
-UNREACHABLE = np.array([0.6, -0.6, 0.6, -0.6, 0.6, -0.6])
+UNREACHABLE = np.array([-0.6, 0.0, 0.0, 0.0, 0.6, -0.6])
 
 
 @cache
@@ -97,18 +97,11 @@ def test_kinematics_keeps_the_loops_closed_with_one_correction() -> None:
 def test_kinematics_rates_are_derivatives_of_the_closure(at: float) -> None:
     theta, thetad, thetadd = swing(at)
     y = started().tick(theta=theta, thetad=thetad, thetadd=thetadd)
-    for name, part in zip(
-        ("x", "xd", "xdd"), geometry.motion(subject(), theta, thetad, thetadd), strict=True
-    ):
-        expected = part if name == "x" else part * signs(y["x"])
-        expected = same_quaternions(expected, y["x"]) if name == "x" else expected
-        assert_close(y[name], expected, atol=3e-13, what=name)
-
-
-def signs(x: Array) -> Array:
-    """Signs of the quaternions in x against those of the oracle's neutral pose (37,)."""
-    neutral = geometry.neutral(subject())
-    return np.where(same_quaternions(neutral, x) == neutral, 1.0, -1.0)
+    sign = np.where(y["x"] * geometry.close(subject(), theta) < 0, -1.0, 1.0)
+    expected = geometry.motion(subject(), theta, thetad, thetadd)
+    for name, part in zip(("x", "xd", "xdd"), expected, strict=True):
+        # 1e-14 of rates up to 2/s over the radius of the oracle's Taylor circle, squared
+        assert_close(y[name], part * sign, atol=1e-12, what=name)
 
 
 def test_kinematics_corrections_square_the_residual() -> None:
@@ -124,16 +117,21 @@ def test_kinematics_corrections_square_the_residual() -> None:
     assert largest[2] < 1e-14
 
 
-def test_kinematics_follows_any_jump_to_the_right_assembly() -> None:
-    """Loops of this kind close in several ways; a jump must not land in another one."""
-    rng, room = np.random.default_rng(7), started()
-    for _ in range(300):
-        theta = rng.uniform(-0.3, 0.3, 6)
+def test_kinematics_follows_jumps_to_the_right_assembly() -> None:
+    """Loops of this kind close in several ways; a jump must not land in another one and stay.
+
+    Over the whole stroke one pose in a hundred is out of reach: there it says so.
+    """
+    rng, room, lost = np.random.default_rng(1), started(), 0
+    for _ in range(250):
+        theta = rng.uniform(-0.52, 0.52, 6)
         y = room.tick(theta=theta)
-        assert y["converged"] == 1.0
+        if y["converged"] == 0.0:
+            lost += 1
+            continue
         expected = same_quaternions(geometry.close(subject(), theta), y["x"])
-        # after a jump one correction may leave up to `tolerance`
-        assert_close(y["x"], expected, atol=1e-5, what="x")
+        assert_close(y["x"], expected, atol=1e-12, what="x")
+    assert lost < 10
 
 
 def test_kinematics_holds_the_last_good_pose_and_recovers() -> None:
@@ -149,11 +147,12 @@ def test_kinematics_holds_the_last_good_pose_and_recovers() -> None:
         assert not y["xd"].any()
         assert not y["xdd"].any()
     # the hysteresis went along with the angle
-    assert_close(y["z"], np.sign(UNREACHABLE), atol=1e-9, what="z")
+    moved = UNREACHABLE != 0
+    assert_close(y["z"][moved], np.sign(UNREACHABLE[moved]), atol=1e-9, what="z")
     y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
     assert (y["converged"], y["fault"]) == (1.0, 0.0)
     assert_close(y["x"], good, atol=1e-12, what="x")
-    assert_close(y["xd"][:6], thetad, what="thetad")
+    assert np.array_equal(y["xd"][:6], thetad)
 
 
 def test_kinematics_starts_anywhere_without_history() -> None:

@@ -77,6 +77,27 @@ static void tick(const relay_parameters *p, const relay_inputs *u, void *s, rela
 FLEXHEX_ROOM(relay, state, start, tick)
 """
 
+NOTHING_C = """#include <math.h>
+#include <string.h>
+
+#include "NAME.h"
+
+typedef struct {
+  double unused;
+} state;
+
+static bool start(const NAME_parameters *p, void *s, NAME_outputs *y, char *message, size_t size) {
+  (void)p, (void)s, (void)y, (void)message, (void)size;
+  return true;
+}
+
+static void tick(const NAME_parameters *p, const NAME_inputs *u, void *s, NAME_outputs *y) {
+  (void)p, (void)u, (void)s, (void)y;
+}
+
+FLEXHEX_ROOM(NAME, state, start, tick)
+"""
+
 KEEP, GAIN = 0.7, 1.3
 
 
@@ -145,7 +166,7 @@ def ring(limit: float = 1e6) -> System:
             ("a.y[2]", "b.v"),
             ("src.r[2]", "c.v"),
         ),
-        plots=("c.fault",),
+        plots=("c.y", "c.fault"),
     )
 
 
@@ -190,9 +211,7 @@ def jacobi(system: System, n_steps: int) -> dict[str, list[tuple[float, float]]]
     for n in range(n_steps):
         shown = {name: twin.shown for name, twin in twins.items()}
 
-        def read(
-            name: str, variable: str, now: dict[str, tuple[float, float]] = shown
-        ) -> float:
+        def read(name: str, variable: str, now: dict[str, tuple[float, float]] = shown) -> float:
             start = feeds.get((name, variable))
             return now[start[0]][start[1]] if start else 0.0
 

@@ -1,0 +1,47 @@
+"""One FMU alone in FMPy: no flexhex needed, as for any other FMU.
+
+    python examples/single_fmu.py out/fmus/reference.fmu t_start=0.1 kind=2
+    python examples/single_fmu.py out/fmus/plant.fmu 'tau[1]=0.5' --stop 0.05
+
+Sets parameters and constant inputs by name, runs it at its own step size and prints the
+outputs at eleven instants.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from fmpy import read_model_description, simulate_fmu
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Run one FMU in FMPy.")
+    parser.add_argument("fmu", help="path of the .fmu file")
+    parser.add_argument("values", nargs="*", metavar="name=value", help="parameters and inputs")
+    parser.add_argument("--stop", type=float, default=1.0, help="seconds to simulate")
+    parser.add_argument("--show", type=int, default=8, help="outputs to print")
+    arguments = parser.parse_args()
+
+    description = read_model_description(arguments.fmu)
+    step = description.defaultExperiment.stepSize
+    values = dict(pair.rsplit("=", 1) for pair in arguments.values)
+    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    result = simulate_fmu(
+        arguments.fmu,
+        stop_time=arguments.stop,
+        step_size=float(step),
+        output_interval=float(step),
+        start_values=values,
+        output=outputs,
+    )
+    shown = outputs[: arguments.show]
+    print(f"{description.modelName}: {description.description}, {len(outputs)} outputs")
+    print("  ".join(["time [s]".rjust(10), *(name.rjust(14) for name in shown)]))
+    for k in np.linspace(0, len(result) - 1, 11).astype(int):
+        row = [f"{result['time'][k]:10.5f}", *(f"{result[name][k]:14.6g}" for name in shown)]
+        print("  ".join(row))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""Variables and sample time of the reference FMU, the source of an experiment."""
+
+from __future__ import annotations
+
+from fmus.common.interface import Interface, Variable
+from fmus.common.machine import Machine
+from fmus.reference.equations import MAX_SINES
+
+MAX_PAYLOADS = 8
+"""Longest payload schedule, in changes of the mass."""
+
+
+def _fixed(name: str, unit: str, text: str, start: float, low: float, high: float) -> Variable:
+    return Variable(name, "parameter", unit, text, start=start, min=low, max=high)
+
+
+def schedule(machine: Machine) -> tuple[Variable, ...]:
+    """Which trajectory, how often and how far; amplitude is limited to the stroke."""
+    ref, stroke = machine.reference, machine.geometry.stroke
+    kinds = "0 random setpoints, 1 triangle, 2 multisine, 3 chirp, 4 hold at zero"
+    return (
+        _fixed("kind", "1", kinds, 0, 0, 4),
+        _fixed("seed", "1", "seed of setpoints and phases, whole", 1, 0, 2.0**53),
+        Variable(
+            "amplitude",
+            "parameter",
+            "rad",
+            "largest |r| of each joint",
+            size=machine.n_arms,
+            start=ref.amplitude,
+            min=0,
+            max=stroke,
+        ),
+        _fixed("t_start", "s", "hold at zero before the first pass, whole Ts", 2, 0, 1e4),
+        _fixed("duration", "s", "length of one pass, whole Ts", ref.duration, 1e-3, 1e5),
+        _fixed("passes", "1", "times that the trajectory is run through, whole", 3, 1, 1e6),
+    )
+
+
+def shapes(machine: Machine) -> tuple[Variable, ...]:
+    """What the kinds need: random, triangle, multisine, chirp."""
+    ref = machine.reference
+    return (
+        _fixed("period", "s", "time from setpoint to setpoint, whole Ts", ref.period, 1e-3, 1e4),
+        _fixed("move", "s", "time of the move to a setpoint", ref.move, 1e-3, 1e4),
+        _fixed("speed", "rad/s", "triangle: speed between its corners", 0.05, 1e-4, 10),
+        _fixed("rounding", "rad/s2", "triangle: acceleration in its corners", 1, 1e-3, 1e4),
+        _fixed("fade", "s", "multisine, chirp: fading in and out", 1, 1e-3, 1e4),
+        _fixed("f_base", "Hz", "multisine: lowest frequency", 0.1, 1e-3, 100),
+        _fixed("n_sines", "1", "multisine: sines at 1, 2, ... f_base, whole", 10, 1, MAX_SINES),
+        _fixed("f0", "Hz", "chirp: frequency at its begin", 0.1, 0, 500),
+        _fixed("f1", "Hz", "chirp: frequency at its end", 3, 0, 500),
+    )
+
+
+def payloads() -> tuple[Variable, ...]:
+    """Schedule of the payload, in time since the start of the simulation."""
+    entry = {"size": MAX_PAYLOADS, "start": 0.0, "min": 0.0}
+    return (
+        _fixed("payload_count", "1", "entries of the schedule in use, whole", 0, 0, MAX_PAYLOADS),
+        Variable(
+            "payload_time", "parameter", "s", "when each mass comes, ascending", max=1e6, **entry
+        ),
+        Variable("payload_mass", "parameter", "kg", "mass from then on", max=50, **entry),
+    )
+
+
+def interface(machine: Machine) -> Interface:
+    """Experiment of a machine: nothing in, reference motion and payload out."""
+    n = machine.n_arms
+    variables = (
+        *schedule(machine),
+        *shapes(machine),
+        *payloads(),
+        Variable("r", "output", "rad", "reference angles", size=n),
+        Variable("rd", "output", "rad/s", "their rates", size=n),
+        Variable("rdd", "output", "rad/s2", "their accelerations", size=n),
+        Variable("payload", "output", "kg", "mass at the end-effector", min=0, max=50),
+    )
+    return Interface(
+        "reference",
+        "Reference motion of an experiment: setpoints, triangle, multisine, chirp; payload",
+        machine.timing.base,
+        variables,
+        {"N": n, "MAX_SINES": MAX_SINES, "MAX_PAYLOADS": MAX_PAYLOADS},
+    )

@@ -1,0 +1,100 @@
+"""Messages: categories, what is always said, and texts that importers take as formats."""
+
+from __future__ import annotations
+
+import ctypes as ct
+
+from tests.adapter.slave import ERROR, OK, WARNING, Slave
+from tests.adapter.toys import VR
+
+
+def switch(slave: Slave, on: bool, *categories: str) -> int:
+    names = (ct.c_char_p * max(len(categories), 1))(*[c.encode() for c in categories])
+    return slave.call("fmi2SetDebugLogging", int(on), ct.c_size_t(len(categories)), names)
+
+
+def cause_fault(slave: Slave) -> None:
+    """A fault of the room, and back."""
+    for u in (0.95, 0.0):
+        slave.set([VR["u"]], [u])
+        slave.advance(4)
+
+
+def test_nothing_but_errors_is_said_by_default(running: Slave) -> None:
+    cause_fault(running)
+    assert running.log == []
+    running.step(0.0, 1.0)
+    assert [entry[:2] for entry in running.log] == [(ERROR, "logStatusError")]
+
+
+def test_logging_on_says_events_and_warnings(make) -> None:
+    slave = make(logging=True).initialise()
+    cause_fault(slave)
+    slave.call("fmi2Terminate")
+    assert slave.log == [
+        (OK, "logEvents", "toy instantiated (instance one)"),
+        (OK, "logEvents", "initialised, 2 base steps per sample time (instance one)"),
+        (WARNING, "logStatusWarning", "fault = 2 from 0.001 s on (instance one)"),
+        (OK, "logEvents", "terminated (instance one)"),
+    ]
+
+
+def test_warning_does_not_depend_on_the_slices(make) -> None:
+    logs = []
+    for count in (1, 2, 4, 8):
+        slave = make(logging=True).initialise()
+        slave.set([VR["u"]], [0.95])
+        for _ in range(8 // count):
+            slave.advance(count)
+        logs.append(slave.log)
+    assert logs.count(logs[0]) == len(logs)
+    assert len(logs[0]) == 3
+
+
+def test_only_chosen_categories_are_said(running: Slave) -> None:
+    assert switch(running, True, "logStatusWarning") == OK
+    cause_fault(running)
+    running.call("fmi2Terminate")
+    assert [entry[1] for entry in running.log] == ["logStatusWarning"]
+
+
+def test_logging_can_be_switched_off(make) -> None:
+    slave = make(logging=True)
+    assert switch(slave, False) == OK
+    slave.initialise()
+    assert len(slave.log) == 1
+
+
+def test_all_categories_when_none_is_named(running: Slave) -> None:
+    assert switch(running, True) == OK
+    running.call("fmi2Terminate")
+    assert [entry[1] for entry in running.log] == ["logEvents"]
+
+
+def test_unknown_category_is_refused(running: Slave) -> None:
+    assert switch(running, True, "logEvents", "logAll") == ERROR
+    assert running.said == (
+        "fmi2SetDebugLogging: no category logAll; there are logStatusError, logStatusWarning,"
+        " logEvents (instance one)"
+    )
+    running.call("fmi2Terminate")
+    assert len(running.log) == 1, "events were switched on by a refused call"
+
+
+def test_categories_are_those_of_the_description(running: Slave) -> None:
+    listed = [c.get("name") for c in running.binary.xml.findall("LogCategories/Category")]
+    assert listed == ["logStatusError", "logStatusWarning", "logEvents"]
+    for name in listed:
+        assert switch(running, True, str(name)) == OK
+
+
+def test_name_with_format_characters_is_escaped(make) -> None:
+    slave = make("50%s #r1#").initialise()
+    slave.step(0.0, 1e-9)
+    assert "(instance 50%%s ##r1##)" in slave.said
+
+
+def test_very_long_name_is_cut_not_written_beyond_the_end(make) -> None:
+    slave = make("%" * 5000).initialise()
+    assert slave.step(0.0, 1e-9) == ERROR
+    assert len(slave.said) < 1100

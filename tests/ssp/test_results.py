@@ -1,0 +1,86 @@
+"""Results survive HDF5 bit for bit, with what made them; other files are refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import pytest
+
+from fmus.common.errors import LogError
+from ssp.executor import run
+from ssp.results import Result, load, provenance, save
+
+
+@pytest.fixture(scope="module")
+def result(ring_ssp: Path, cache: Path) -> Result:
+    return run(ring_ssp, 0.09, parameters={"src.gain": 2.0}, cache=cache)
+
+
+def test_result_survives_hdf5(result: Result, tmp_path: Path) -> None:
+    path = save(result, tmp_path / "runs" / "r.h5", provenance(command="flexhex simulate"))
+    again = load(path)
+    assert list(again.groups) == list(result.groups)
+    for name, group in result.groups.items():
+        other = again.groups[name]
+        assert (other.period, other.base) == (group.period, group.base)
+        assert other.units == group.units
+        assert other.descriptions == group.descriptions
+        assert set(other.signals) == set(group.signals)
+        for signal, values in group.signals.items():
+            assert other.signals[signal].tobytes() == values.tobytes()
+    assert again.times == result.times
+    assert (again.duration, again.wall) == (result.duration, result.wall)
+
+
+def test_meta_tells_what_made_the_result(result: Result, tmp_path: Path) -> None:
+    meta = load(save(result, tmp_path / "r.h5", provenance(machine="tflex"))).meta
+    assert meta["machine"] == "tflex"
+    assert meta["parameter src.gain"] == 2.0
+    assert len(str(meta["sha256 ssp"])) == len(str(meta["sha256 relay2.fmu"])) == 64
+    assert meta["compiler"]
+    assert meta["casadi"]
+
+
+def test_file_is_plain_hdf5_with_units(result: Result, tmp_path: Path) -> None:
+    with h5py.File(save(result, tmp_path / "r.h5"), "r") as file:
+        data = file["rates/30ms/c.y"]
+        assert data.shape == (4, 2)
+        assert data.attrs["unit"] == "1"
+        assert data.attrs["description"] == "stamp and mixed wave"
+        assert file["rates/30ms"].attrs["period"] == 120
+
+
+def test_broken_and_foreign_files_are_refused(result: Result, tmp_path: Path) -> None:
+    good = save(result, tmp_path / "r.h5")
+    cut, text, foreign = (tmp_path / n for n in ("cut.h5", "text.h5", "foreign.h5"))
+    cut.write_bytes(good.read_bytes()[:-2000])
+    text.write_text("time,theta")
+    with h5py.File(foreign, "w") as file:
+        file["x"] = 1.0
+    for path, reason in (
+        (tmp_path / "none.h5", "no such file"),
+        (cut, "not a readable HDF5 result"),
+        (text, "not a readable HDF5 result"),
+        (foreign, "not a result of flexhex"),
+    ):
+        with pytest.raises(LogError, match=f"{path.name}: .*{reason}"):
+            load(path)
+
+
+def test_other_version_and_missing_part_are_refused(result: Result, tmp_path: Path) -> None:
+    path = save(result, tmp_path / "r.h5")
+    with h5py.File(path, "a") as file:
+        del file["times"]
+    with pytest.raises(LogError, match="not a readable HDF5 result"):
+        load(path)
+    with h5py.File(path, "a") as file:
+        file.attrs["version"] = 99
+    with pytest.raises(LogError, match="version 99 of the format, this program reads 1"):
+        load(path)
+
+
+def test_place_that_cannot_be_written_is_named(result: Result, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match="cannot be written"):
+        save(result, tmp_path / "file" / "r.h5")

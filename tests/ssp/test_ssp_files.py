@@ -1,0 +1,244 @@
+"""The .ssp file: valid, reproducible, read back as written; broken ones refused by name."""
+
+from __future__ import annotations
+
+import shutil
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.ssp.ssd import read_ssd, read_ssv
+from lxml import etree
+
+from fmus.common.errors import InterfaceError
+from ssp.read import period, read_ssp
+from ssp.system import System, hexapod
+from ssp.write import write_ssp
+from ssp.xml import NAMESPACES
+from tests.ssp import toys
+from tests.ssp.test_system import rooms
+
+SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
+
+
+def members(path: Path) -> dict[str, bytes]:
+    """Contents of an archive."""
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def changed(path: Path, target: Path, change: Callable[[dict[str, bytes]], object]) -> Path:
+    """A copy of an archive after change(members)."""
+    files = members(path)
+    change(files)
+    with zipfile.ZipFile(target, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return target
+
+
+def edited(
+    path: Path, target: Path, old: str, new: str, member: str = "SystemStructure.ssd"
+) -> Path:
+    """A copy of an archive with one text replaced in one member."""
+
+    def replace(files: dict[str, bytes]) -> None:
+        assert old.encode() in files[member], f"{old} is not in {member}"
+        files[member] = files[member].replace(old.encode(), new.encode())
+
+    return changed(path, target, replace)
+
+
+@pytest.fixture(scope="session")
+def toy_hexapod(work: Path) -> tuple[System, Path]:
+    """The full wiring of the hexapod with FMUs that do nothing."""
+    small = hexapod(rooms((3, 4, 5)))
+    folder = work / "hexapod"
+    for interface in {c.interface.name: c.interface for c in small.components}.values():
+        step = folder / "rooms" / interface.name / "step.c"
+        step.parent.mkdir(parents=True, exist_ok=True)
+        step.write_text(toys.NOTHING_C.replace("NAME", interface.name))
+        toys.build_fmu(interface, [], step, folder)
+    return small, write_ssp(small, folder, folder / "hexapod.ssp")
+
+
+def test_hexapod_is_valid_against_the_standard(toy_hexapod: tuple[System, Path]) -> None:
+    _, path = toy_hexapod
+    for name, data in members(path).items():
+        kind = {"ssd": "Description", "ssv": "ParameterValues"}.get(name.rpartition(".")[2])
+        if kind:
+            schema = etree.XMLSchema(file=str(SCHEMAS / f"SystemStructure{kind}.xsd"))
+            schema.assertValid(etree.fromstring(data))
+    read_ssd(str(path))  # FMPy validates once more and finds every connection's ends
+
+
+def test_invalid_document_is_seen_by_the_schema(ring_ssp: Path, tmp_path: Path) -> None:
+    broken = edited(ring_ssp, tmp_path / "x.ssp", 'kind="input"', 'kind="inlet"')
+    with pytest.raises(Exception, match="Failed to validate"):
+        read_ssd(str(broken))
+
+
+def test_both_annotations_declare_the_base_step(ring_ssp: Path) -> None:
+    document = etree.fromstring(members(ring_ssp)["SystemStructure.ssd"])
+    experiment = document.find("ssd:DefaultExperiment", NAMESPACES)
+    osp = experiment.find(".//osp:FixedStepAlgorithm", NAMESPACES)
+    oms = experiment.find(".//oms:SimulationInformation", NAMESPACES)
+    assert float(osp.get("baseStepSize")) == float(oms.get("fixedStepSize")) == 0.00025
+    assert b"StepSizeHint" not in members(ring_ssp)["SystemStructure.ssd"]
+
+
+def test_schedule_carries_periods_and_delays(toy_hexapod: tuple[System, Path]) -> None:
+    document = etree.fromstring(members(toy_hexapod[1])["SystemStructure.ssd"])
+    periods = {
+        e.get("component"): int(e.get("steps"))
+        for e in document.iterfind(".//flexhex:Period", NAMESPACES)
+    }
+    assert (periods["plant"], periods["N_E"], periods["K"]) == (1, 2, 120)
+    torque = document.find(".//flexhex:Delay", NAMESPACES)
+    assert torque.get("path") == "reference N_F F feedback plant"
+    assert (torque.get("shortest"), torque.get("longest")) == ("5", "6")
+
+
+def test_only_connectors_in_use_and_plots_are_listed(toy_hexapod: tuple[System, Path]) -> None:
+    system, path = toy_hexapod
+    listed = {
+        (c.name, k.name, k.kind) for c in read_ssd(str(path)).system.elements for k in c.connectors
+    }
+    inputs = {(w.target, w.input) for w in system.wires}
+    assert {(c, k) for c, k, kind in listed if kind == "input"} == inputs
+    outputs = {(c, k) for c, k, kind in listed if kind == "output"}
+    assert ("K", "innovation[1]") in outputs
+    assert ("K", "p_std[1]") not in outputs
+
+
+def test_diagram_is_drawn_like_figure_3(toy_hexapod: tuple[System, Path]) -> None:
+    document = etree.fromstring(members(toy_hexapod[1])["SystemStructure.ssd"])
+    centre = {}
+    for component in document.iterfind(".//ssd:Component", NAMESPACES):
+        box = component.find("ssd:ElementGeometry", NAMESPACES)
+        x1, y1, x2, y2 = (float(box.get(key)) for key in ("x1", "y1", "x2", "y2"))
+        centre[component.get("name")] = (x1 + x2) / 2, (y1 + y2) / 2
+    x = {name: c[0] for name, c in centre.items()}
+    y = {name: c[1] for name, c in centre.items()}
+    assert x["reference"] < x["feedback"] < x["plant"]
+    assert x["N_F"] < x["F"]
+    assert y["reference"] == y["feedback"] == y["plant"]
+    assert y["N_F"] == y["F"] > y["feedback"] > y["W"] == y["N_E"] == y["K"]
+    assert x["K"] < x["N_E"] < x["W"]
+
+
+def test_parameter_sets_share_one_name_and_repeat_the_fmus_values(ring_ssp: Path) -> None:
+    for source in ("src", "a", "a2", "b", "c"):
+        values = read_ssv(str(ring_ssp), resource=f"resources/{source}.ssv")
+        assert values.name == "parameters"
+        read = {p.name: float(p.value) for p in values.parameters}
+        wanted = {"gain": toys.GAIN} if source == "src" else {"keep": toys.KEEP}
+        assert {k: v for k, v in read.items() if k != "Ts"} == wanted
+
+
+def test_archive_is_reproducible(work: Path, tmp_path: Path, ring_ssp: Path) -> None:
+    again = write_ssp(toys.ring(), work, tmp_path / "again.ssp")
+    assert again.read_bytes() == ring_ssp.read_bytes()
+
+
+def test_reader_gives_back_what_was_written(ring_ssp: Path) -> None:
+    system, package = toys.ring(), read_ssp(ring_ssp)
+    assert package.wires == system.wires
+    assert package.base == system.base
+    assert [i.name for i in package.instances] == [c.name for c in system.components]
+    assert [period(i, package.base) for i in package.instances] == [1, 1, 1, 2, 120]
+    assert package.instance("src").parameters == {"Ts": 0.00025, "gain": toys.GAIN}
+
+
+def test_system_level_parameters_win(ring_ssp: Path, tmp_path: Path) -> None:
+    # SSP 1.0: bindings at system level take precedence; unknown names are ignored
+    inline = (
+        "<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet"
+        ' version="1.0" name="s"><ssv:Parameters><ssv:Parameter name="b.keep"><ssv:Real'
+        ' value="0.1"/></ssv:Parameter><ssv:Parameter name="b.nothing"><ssv:Real value="1"/>'
+        "</ssv:Parameter></ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>"
+        "</ssd:ParameterBinding></ssd:ParameterBindings><ssd:Elements>"
+    )
+    path = edited(ring_ssp, tmp_path / "x.ssp", "<ssd:Elements>", inline)
+    instance = read_ssp(path).instance("b")
+    assert instance.parameters["keep"] == 0.1
+    assert instance.ignored == ("nothing",)
+
+
+def test_base_step_is_found_in_foreign_files(ring_ssp: Path, tmp_path: Path) -> None:
+    path = edited(ring_ssp, tmp_path / "x.ssp", "flexhex:Schedule", "flexhex:Other")
+    path = edited(path, tmp_path / "y.ssp", 'baseStepSize="0.00025"', 'baseStepSize="0.000125"')
+    assert read_ssp(path).base == 0.000125
+    path = edited(path, tmp_path / "z.ssp", "FixedStepAlgorithm", "Other")
+    assert read_ssp(path).base == 0.00025
+
+
+SSD = "SystemStructure.ssd"
+BROKEN: list[tuple[str, str, str, str]] = [
+    ("XML", "</ssd:System>", "", "not valid XML"),
+    ("namespace", "SSP1/SystemStructureDescription", "SSP9/Other", "is no SSP 1.x system"),
+    ("wire", 'startElement="src"', 'startElement="scr"', "no component 'scr', did you mean 'src'"),
+    ("connector", 'endConnector="v"', 'endConnector="w"', "no variable 'w'"),
+    ("source", "resources/relay2.fmu", "resources/relay3.fmu", "relay3.fmu is missing"),
+    ("ssv", "resources/b.ssv", "resources/q.ssv", "q.ssv is missing"),
+    ("type", "x-fmu-sharedlibrary", "x-ssp-package", "'application/x-ssp-package' is no FMU"),
+    ("step", 'baseStep="0.00025"', 'baseStep="-1"', "must be a positive number"),
+    ("twice", 'name="a2"', 'name="a"', "component 'a' exists twice"),
+    ("outside", 'startElement="src" ', "", "connector of the system"),
+]
+
+
+@pytest.mark.parametrize(("what", "old", "new", "text"), BROKEN, ids=[b[0] for b in BROKEN])
+def test_broken_description_is_refused(
+    ring_ssp: Path, tmp_path: Path, what: str, old: str, new: str, text: str
+) -> None:
+    path = edited(ring_ssp, tmp_path / "broken.ssp", old, new)
+    with pytest.raises(InterfaceError, match=rf"broken.ssp: .*{text}"):
+        read_ssp(path)
+
+
+def test_transformation_is_refused(ring_ssp: Path, tmp_path: Path) -> None:
+    old = 'endElement="a" endConnector="v"/>'
+    new = old[:-2] + '><ssc:LinearTransformation factor="2"/></ssd:Connection>'
+    path = edited(ring_ssp, tmp_path / "x.ssp", old, new)
+    with pytest.raises(InterfaceError, match="holds transformations: the executor runs flat"):
+        read_ssp(path)
+
+
+def test_missing_truncated_and_foreign_files_are_refused(ring_ssp: Path, tmp_path: Path) -> None:
+    with pytest.raises(InterfaceError, match="nothing.ssp: cannot be read"):
+        read_ssp(tmp_path / "nothing.ssp")
+    cut = tmp_path / "cut.ssp"
+    cut.write_bytes(ring_ssp.read_bytes()[:-100])
+    with pytest.raises(InterfaceError, match="not a zip archive, or a truncated one"):
+        read_ssp(cut)
+    empty = changed(ring_ssp, tmp_path / "empty.ssp", lambda files: files.pop(SSD))
+    with pytest.raises(InterfaceError, match=r"SystemStructure.ssd is missing"):
+        read_ssp(empty)
+    damaged = tmp_path / "damaged.ssp"
+    raw = bytearray(ring_ssp.read_bytes())
+    at = raw.find(b"resources/relay1.fmu") + 200
+    raw[at : at + 50] = bytes(50)
+    damaged.write_bytes(bytes(raw))
+    with pytest.raises(InterfaceError, match=r"relay1.fmu is damaged"):
+        read_ssp(damaged)
+
+
+def test_fmu_that_is_none_is_refused(ring_ssp: Path, tmp_path: Path) -> None:
+    name = "resources/relay2.fmu"
+    path = changed(ring_ssp, tmp_path / "x.ssp", lambda files: files.update({name: b"no zip"}))
+    with pytest.raises(InterfaceError, match=r"relay2.fmu: not a zip archive"):
+        read_ssp(path)
+
+
+def test_fmu_of_another_interface_is_not_packed(work: Path, tmp_path: Path) -> None:
+    for file in work.glob("*.fmu"):
+        shutil.copy(file, tmp_path / file.name)
+    shutil.copy(tmp_path / "source1.fmu", tmp_path / "relay2.fmu")
+    with pytest.raises(InterfaceError, match="b: in relay2.fmu there is no variable 'keep'"):
+        write_ssp(toys.ring(), tmp_path, tmp_path / "x.ssp")
+    (tmp_path / "relay2.fmu").unlink()
+    with pytest.raises(InterfaceError, match=r"relay2.fmu: cannot be read"):
+        write_ssp(toys.ring(), tmp_path, tmp_path / "x.ssp")
