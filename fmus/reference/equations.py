@@ -115,7 +115,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     s = {name: ca.SX.sym(name) for name in names.split()}
     s |= {name: ca.SX.sym(name, n) for name in ("amplitude", "cycles", "r_from", "r_to")}
     s["phase"] = ca.SX.sym("phase", n * MAX_SINES)
-    t, T, amplitude, speed, rounding = (s[k] for k in "t T amplitude speed rounding".split())
+    t, T, amplitude, speed, rounding = (s[k] for k in ["t", "T", "amplitude", "speed", "rounding"])
     window = fading(t, T, s["fade"])
 
     def made(name: str, arguments: str, values: list[ca.SX], results: str = "r rd rdd") -> Any:

@@ -116,5 +116,5 @@ def test_path_that_does_not_exist_is_refused(path: tuple[str, ...], text: str) -
         path_delay(chain(1, 2, 1), path)
 
 
-def _with_Ts(interface: Interface, Ts: float) -> Interface:  # noqa: N802, N803
+def _with_Ts(interface: Interface, Ts: float) -> Interface:
     return dataclasses.replace(interface, Ts=Ts)

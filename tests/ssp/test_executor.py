@@ -79,7 +79,7 @@ def test_rates_stay_apart_and_time_counts_whole_steps(ring_ssp: Path, cache: Pat
     # integer counts times the base step: no drift after 120 000 steps
     assert result.time("src.fault")[-1] == 120_000 * 0.00025
     assert result.groups["0.25ms"].units["src.fault"] == "1"
-    with pytest.raises(Exception, match="no signal 'a.y'"):
+    with pytest.raises(Exception, match=r"no signal 'a\.y'"):
         _ = result["a.y"]
 
 

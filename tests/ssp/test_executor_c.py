@@ -8,8 +8,8 @@ from pathlib import Path
 
 import fmpy
 import pytest
-
 from fmugen.compile import STRICT, compiler
+
 from ssp.fmu import binary_path, read_fmu
 from ssp.library import HERE
 

@@ -17,7 +17,7 @@ def rooms(sizes: tuple[int, int, int] = (37, 162, 114)) -> dict[str, Interface]:
     """Interfaces with the hexapod's connectors; sizes: x, p, chi_f."""
     n_x, n_p, n_chi = sizes
 
-    def room(name: str, Ts: float, inputs: str, outputs: str) -> Interface:  # noqa: N803
+    def room(name: str, Ts: float, inputs: str, outputs: str) -> Interface:
         known: dict[str, tuple[str, int | None]] = {
             "payload": ("kg", None), "x": ("1", n_x), "xd": ("1/s", n_x), "xdd": ("1/s2", n_x),
             "p": ("1", n_p), "p_std": ("1", n_p), "chi_f": ("1", n_chi), "z": ("1", 6),
@@ -118,7 +118,7 @@ def test_unequal_units_are_refused() -> None:
 def test_units_of_single_elements_are_compared() -> None:
     interfaces = rooms()
     mixed = ("1",) * 161 + ("N m",)
-    K = interfaces["estimator"]  # noqa: N806
+    K = interfaces["estimator"]
     variables = tuple(
         dataclasses.replace(v, units=mixed) if v.name == "p" else v for v in K.variables
     )
@@ -128,9 +128,9 @@ def test_units_of_single_elements_are_compared() -> None:
 
 
 @pytest.mark.parametrize("Ts", [0.0006, 0.0001, 0.000250001])
-def test_sample_time_that_is_no_whole_number_of_base_steps_is_refused(Ts: float) -> None:  # noqa: N803
+def test_sample_time_that_is_no_whole_number_of_base_steps_is_refused(Ts: float) -> None:
     wrong = dataclasses.replace(source(), Ts=Ts)
-    with pytest.raises(InterfaceError, match="base steps of 0.00025 s, must be a whole number"):
+    with pytest.raises(InterfaceError, match=r"base steps of 0.00025 s, must be a whole number"):
         System("one", (Component("src", wrong),), ())
 
 

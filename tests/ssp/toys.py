@@ -7,10 +7,12 @@ so that any change of order or of a bit shows. Both have initial outputs that ar
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
 from fmugen.fmu import build_fmu
+
 from fmus.common.interface import Interface, Variable
 from ssp.system import BASE_STEP, Component, System
 from ssp.write import write_ssp
@@ -136,7 +138,7 @@ def chain(*steps: int) -> System:
     components = [Component("c0", source())]
     components += [Component(n, relay(s)) for n, s in zip(names, steps, strict=True)]
     connections = [("c0.r", "c1.u")]
-    connections += [(f"{a}.y", f"{b}.u") for a, b in zip(names, names[1:], strict=False)]
+    connections += [(f"{a}.y", f"{b}.u") for a, b in itertools.pairwise(names)]
     connections += [("c0.r[2]", f"{n}.v") for n in names]
     return System("chain", tuple(components), tuple(connections), plots=(f"{names[-1]}.y",))
 

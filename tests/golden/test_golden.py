@@ -1,0 +1,73 @@
+"""Each FMU answers recorded inputs as it did when the golden results were written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ssp.executor import run
+from tests.golden.golden import FOLDER, Table, play, read, write
+
+# FMU -> (instance whose inputs are recorded, first tick and number of ticks)
+RECORDED = {
+    "reference": ("reference", 0, 40),
+    "kinematics": ("N_E", 4400, 16),
+    "feedforward": ("F", 4400, 10),
+    "feedback": ("feedback", 8800, 40),
+    "plant": ("plant", 8800, 40),
+    "filter": ("W", 4400, 24),
+    "estimator": ("K", 70, 8),
+}
+# Straight-line code with the same operations in the same order: what differs between compilers
+# and C libraries is the last bit of sin, cos, exp and sqrt. 1e-9 of the largest value of an array
+# is far above that and far below any change of an equation.
+RTOL = 1e-9
+
+
+@pytest.fixture(scope="module")
+def inputs(request: pytest.FixtureRequest, hexapod_ssp: Path) -> dict[str, Table] | None:
+    """Inputs of every FMU from the adaptive loop, only when golden results are updated."""
+    if not request.config.getoption("--update"):
+        return None
+    from ssp.read import read_ssp
+
+    package = read_ssp(hexapod_ssp)
+    everything = [instance.name for instance in package.instances]
+    result = run(hexapod_ssp, 2.4, signals=everything)
+    tables = {}
+    for fmu, (instance, first, count) in RECORDED.items():
+        period = round(float(package.instance(instance).parameters["Ts"]) / package.base)
+        wires = [w for w in package.wires if w.target == instance]
+        columns = []
+        for wire in wires:
+            name, _, index = wire.output.removesuffix("]").partition("[")
+            signal = f"{wire.source}.{name}"
+            values = result[signal] if not index else result[signal][:, int(index) - 1]
+            source = result.group(signal).period
+            at = (first + np.arange(count)) * period // source
+            columns.append(values[at])
+        rows = np.column_stack(columns) if columns else np.zeros((count, 0))
+        tables[fmu] = ([w.input for w in wires], rows)
+    return tables
+
+
+@pytest.mark.parametrize("fmu", RECORDED)
+def test_fmu_answers_as_recorded(fmu: str, fmu_dir: Path, inputs: dict[str, Table] | None) -> None:
+    given, wanted = FOLDER / f"{fmu}.in.csv", FOLDER / f"{fmu}.out.csv"
+    if inputs is not None:
+        names, rows = inputs[fmu]
+        write(given, names, rows)
+        write(wanted, *play(fmu_dir / f"{fmu}.fmu", names, rows))
+    names, rows = read(given)
+    outputs, answers = play(fmu_dir / f"{fmu}.fmu", names, rows)
+    recorded, expected = read(wanted)
+    assert outputs == recorded, "outputs were renamed: `make golden` if that is wanted"
+    assert answers.shape == expected.shape
+    arrays = np.array([name.partition("[")[0] for name in outputs])
+    for name in dict.fromkeys(arrays):
+        mine, theirs = answers[:, arrays == name], expected[:, arrays == name]
+        worst = np.abs(mine - theirs).max()
+        assert worst <= RTOL * np.abs(theirs).max() + 1e-15, f"{name} differs by {worst:.3g}"
+        assert np.isfinite(mine).all(), name

@@ -1,0 +1,273 @@
+"""P: equal to a Runge-Kutta twin; energy, convergence, stops, quanta, delays, payload.
+
+The twin integrates with the CasADi functions of the room, which tests/oracles holds against
+Lagrange's equations; the current loop and everything around it are its own.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from fmus.plant.equations import functions
+from tests.compare import assert_close
+from tests.oracles import geometry, lagrange
+from tests.oracles.machine import read_machine
+from tests.rooms.loaded import Array, Loaded, StartError, load, machine
+
+TS = 0.00025
+EXACT = {"theta_step": 0.0, "tau_step": 0.0}
+"""Sensors and drives without quanta."""
+HOLD = np.array([2.1, 2.4, 1.9, 2.2, 2.0, 2.3])
+"""Torque (6,) [N m] that moves the machine gently from its neutral pose."""
+
+
+@cache
+def equations() -> dict[str, ca.Function]:
+    return {f.name(): f for f in functions(machine())}
+
+
+def values(result: ca.DM) -> Array:
+    return np.array(result).ravel()
+
+
+def started(**parameters: object) -> Loaded:
+    room = load("plant")
+    room.start(**parameters)
+    return room
+
+
+def without_actuators() -> Array:
+    """No friction, cogging, offset, spring: the mechanism alone."""
+    return np.zeros(132)
+
+
+def motion(room: Loaded) -> tuple[Array, Array, Array]:
+    """theta, thetad (6,), d (31,) unquantised, from the state."""
+    return room.state[:6].copy(), room.state[6:12].copy(), room.state[12:43].copy()
+
+
+def torques(ticks: int, seed: int) -> Array:
+    """Commands (ticks, 6) [N m] that wander about what holds the machine."""
+    rng, t = np.random.default_rng(seed), TS * np.arange(ticks)[:, None]
+    phase, f = rng.uniform(0, 6, 6), rng.uniform(1, 4, 6)
+    return HOLD + 1.5 * np.sin(2 * np.pi * f * t + phase)
+
+
+class Twin:
+    """The plant's step in NumPy, without quanta, delays and stops."""
+
+    def __init__(self, room: Loaded, substeps: int) -> None:
+        self.p, self.h = room.p, TS / substeps
+        self.substeps = substeps
+        d = values(equations()["plant_neutral"]()["d"])
+        self.y, self.tau = np.concatenate([np.zeros(12), d, np.zeros(6)]), np.zeros(6)
+
+    def slope(self, y: Array, tau: Array, payload: float) -> Array:
+        theta, thetad, d, z = np.split(y, [6, 12, 43])
+        fixed = (self.p["mechanism"], self.p["actuator"], payload)
+        rates = equations()["plant_rates"](theta, thetad, d, z, tau, *fixed)
+        return np.concatenate([thetad, *(values(rate) for rate in rates)])
+
+    def tick(self, command: Array, payload: float) -> None:
+        limited = np.clip(command, -self.p["tau_max"], self.p["tau_max"])
+        for _ in range(self.substeps):
+            self.substep(limited, payload)
+
+    def substep(self, command: Array, payload: float) -> None:
+        """Runge-Kutta with the torque at start, middle and end; the middle keeps the impulse."""
+        reach, h = 2 * np.pi * self.p["f_current"] * self.h, self.h
+        first, last = self.tau, command + (self.tau - command) * np.exp(-reach)
+        impulse = command + (self.tau - command) * (1 - np.exp(-reach)) / reach
+        middle = (6 * impulse - first - last) / 4
+        k1 = self.slope(self.y, first, payload)
+        k2 = self.slope(self.y + h / 2 * k1, middle, payload)
+        k3 = self.slope(self.y + h / 2 * k2, middle, payload)
+        k4 = self.slope(self.y + h * k3, last, payload)
+        self.y, self.tau = self.y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), last
+        closed = equations()["plant_close"](self.y[:6], self.y[12:43])[0]
+        self.y[12:43] = values(closed)
+
+
+@pytest.mark.parametrize("substeps", [1, 2, 3])
+def test_plant_equals_its_twin(substeps: int) -> None:
+    """A payload that comes and goes, a torque beyond the limit now and then."""
+    room = started(substeps=substeps, tau_max=4.0, **EXACT)
+    twin = Twin(room, substeps)
+    for k, tau in enumerate(1.4 * torques(200, seed=substeps)):
+        payload = 0.8 if 60 <= k < 140 else 0.0
+        y = room.tick(tau=tau, payload=payload)
+        twin.tick(tau, payload)
+        # rounding of 300 operations a step, carried on: far below the encoder's 1e-8 rad
+        assert_close(y["theta"], twin.y[:6], atol=1e-14, what=f"theta, tick {k}")
+        assert_close(y["tau_meas"], twin.tau, atol=1e-13, what=f"tau_meas, tick {k}")
+        assert_close(motion(room)[1], twin.y[6:12], atol=1e-12, what=f"thetad, tick {k}")
+    x = np.concatenate([twin.y[:6], twin.y[12:43]])
+    assert_close(y["x_E"], x[30:33], atol=1e-14, what="x_E")
+
+
+def test_plant_keeps_its_loops_closed() -> None:
+    room = started(**EXACT)
+    for tau in torques(2000, seed=4):
+        room.tick(tau=tau)
+    theta, _, d = motion(room)
+    D = geometry.constraints(read_machine(), np.concatenate([theta, d]))
+    assert np.abs(theta).max() > 0.02
+    assert np.linalg.norm(D) < 1e-14
+
+
+def test_plant_conserves_energy() -> None:
+    """Undamped under constant torque, with a payload, for 0.45 s; the energy is the oracle's.
+
+    Up to 0.6 J of motion; what is lost is the rounding of 10 J of height, 5e-15 J.
+    """
+    payload, subject = 0.5, read_machine().with_payload(0.5)
+    held = lagrange.gravity_torque(subject, np.zeros(6))
+    push = held + np.array([0.3, -0.2, 0.25, 0.1, -0.3, 0.2])
+    # the current loop settles within the first tick, and does no harm before
+    room = started(actuator=without_actuators(), f_current=1e5, **EXACT)
+    room.tick(tau=push, payload=payload)
+
+    def energy() -> tuple[float, float]:
+        theta, thetad, d = motion(room)
+        x = np.concatenate([theta, d])
+        xd = geometry.dependent_rates(subject, x) @ thetad
+        T = float(lagrange.kinetic_energy(subject, x, xd))
+        V = lagrange.gravity_energy(subject, x) + lagrange.elastic_energy(subject, x)
+        return T, T + float(V) - float(push @ theta)
+
+    start, kinetic = energy()[1], []
+    for k in range(1800):
+        y = room.tick()
+        if k % 200 == 199:
+            T, total = energy()
+            kinetic.append(T)
+            assert_close(total, start, atol=1e-13, what=f"energy, tick {k}")
+    assert y["end_stop"] == 0.0
+    assert max(kinetic) > 0.5
+
+
+def replay(substeps: int, commands: Array) -> Array:
+    room = started(substeps=substeps, **EXACT)
+    return np.array([room.tick(tau=tau)["theta"] for tau in commands])
+
+
+def test_plant_substeps_converge_below_the_encoder_step() -> None:
+    """Against 16 substeps over 0.2 s open loop: one is off by 1e-8 rad, two by a sixteenth."""
+    commands = torques(800, seed=6)
+    fine = replay(16, commands)
+    assert np.abs(fine).max() > 0.1
+    error = {n: float(np.abs(replay(n, commands) - fine).max()) for n in (1, 2)}
+    assert error[2] < 0.1 * machine().encoder.step
+    assert 12 < error[1] / error[2] < 20, "order four"
+
+
+def test_plant_stops_at_the_end_and_leaves_it_again() -> None:
+    room = started(stroke=0.1)
+    held = 0
+    for _ in range(2000):
+        y = room.tick(tau=2 * HOLD)
+        assert np.abs(y["theta"]).max() <= 0.1 + machine().encoder.step
+        assert y["fault"] == 2.0 * y["end_stop"]
+        held += int(y["end_stop"])
+    assert held > 1000
+    assert np.abs(y["theta"]).max() > 0.09
+    for _ in range(400):
+        y = room.tick(tau=np.zeros(6))
+    assert (y["end_stop"], y["fault"]) == (0.0, 0.0)
+    assert np.abs(y["theta"]).max() < 0.09
+
+
+def test_plant_quantises_like_its_sensors_and_drives() -> None:
+    coarse, fine = started(theta_step=1e-4, tau_step=0.0), started(theta_step=0.0, tau_step=0.0)
+    for tau in torques(300, seed=8):
+        theta, exact = coarse.tick(tau=tau)["theta"], fine.tick(tau=tau)["theta"]
+        counts = theta / 1e-4
+        assert_close(counts, np.round(counts), atol=1e-9, what="counts")
+        assert np.abs(theta - exact).max() <= 0.5e-4 + 1e-12
+    stepped = started(tau_step=0.01)
+    for tau in torques(300, seed=8):
+        tau_meas = stepped.tick(tau=tau)["tau_meas"]
+        assert_close(tau_meas, 0.01 * np.round(tau_meas / 0.01), atol=1e-12, what="tau_meas")
+
+
+def test_plant_quantises_the_command_too() -> None:
+    """A command within half a current step of a multiple acts like that multiple."""
+    rough, plain = started(tau_step=0.5), started(tau_step=0.5)
+    for tau in np.round(torques(100, seed=9) / 0.5) * 0.5:
+        assert np.array_equal(rough.tick(tau=tau + 0.2)["theta"], plain.tick(tau=tau)["theta"])
+
+
+@pytest.mark.parametrize(("command", "measurement"), [(3, 0), (0, 5), (2, 40), (40, 1)])
+def test_plant_delays_are_whole_ticks(command: int, measurement: int) -> None:
+    """An extra delay shifts the record and changes nothing else (before it, no torque)."""
+    commands = torques(200, seed=10)
+    rest = np.zeros((command, 6))
+    plain = started(**EXACT)
+    delayed = started(command_delay=command, measurement_delay=measurement, **EXACT)
+    now, late = [plain.y.values.copy()], [delayed.y.values.copy()]
+    for tau in np.concatenate([rest, commands]):
+        now.append(plain.tick(tau=tau).values.copy())
+    for tau in commands:
+        late.append(delayed.tick(tau=tau).values.copy())
+    measured = slice(0, 12)
+    for k in range(measurement, len(late)):
+        assert np.array_equal(late[k][measured], now[k - measurement][measured]), f"tick {k}"
+    # the pose is not measured: it is shown as it is
+    assert np.array_equal(late[-1][12:18], now[len(late) - 1][12:18])
+
+
+def test_plant_current_loop_is_first_order() -> None:
+    f = 800.0
+    room, command = started(f_current=f, **EXACT), np.array([1.0, -1.0, 2.0, 0.5, -0.5, 3.0])
+    for k in range(1, 20):
+        tau = room.tick(tau=command)["tau_meas"]
+        expected = command * (1 - np.exp(-2 * np.pi * f * k * TS))
+        assert_close(tau, expected, atol=1e-14, what=f"tau_meas, tick {k}")
+
+
+def test_plant_limits_the_torque() -> None:
+    room = started(tau_max=1.5, f_current=1e5, **EXACT)
+    y = room.tick(tau=np.array([9.0, -9.0, 1.5, 1.0, 0.0, -1.6]))
+    assert_close(y["tau_meas"], [1.5, -1.5, 1.5, 1.0, 0.0, -1.5], atol=1e-12, what="tau_meas")
+
+
+def test_plant_carries_its_payload() -> None:
+    """What accelerates the loaded machine from rest is the weight that the oracle gives it."""
+    subject, payload = read_machine(), 1.3
+    loaded = subject.with_payload(payload)
+    extra = lagrange.gravity_torque(loaded, np.zeros(6))
+    # held exactly, it stays; without the payload's share it sinks
+    for held, moves in ((extra, False), (lagrange.gravity_torque(subject, np.zeros(6)), True)):
+        room = started(actuator=without_actuators(), f_current=1e5, **EXACT)
+        for _ in range(200):
+            y = room.tick(tau=held, payload=payload)
+        sunk = 0.3 - y["x_E"][2]
+        assert sunk > 1e-3 if moves else abs(sunk) < 1e-6
+
+
+def test_plant_starts_at_rest_at_neutral() -> None:
+    y = load("plant").start()
+    assert not y["theta"].any()
+    assert not y["tau_meas"].any()
+    assert_close(y["x_E"], read_machine().x_E0, atol=1e-15, what="x_E")
+
+
+@pytest.mark.parametrize("name", ["substeps", "command_delay", "measurement_delay"])
+def test_plant_refuses_what_is_not_whole(name: str) -> None:
+    with pytest.raises(StartError, match=rf"^{name} = 2.5, must be a whole number$"):
+        started(**{name: 2.5})
+
+
+def test_plant_state_is_all_there_is() -> None:
+    room, commands = started(command_delay=4, measurement_delay=7), torques(60, seed=12)
+    for tau in commands:
+        room.tick(tau=tau)
+    kept = room.state.copy()
+    first = [room.tick(tau=tau).values.copy() for tau in commands]
+    room.state[:] = kept
+    again = [room.tick(tau=tau).values.copy() for tau in commands]
+    assert np.array_equal(first, again)
