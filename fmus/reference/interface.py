@@ -8,6 +8,8 @@ from fmus.reference.equations import MAX_SINES
 
 MAX_PAYLOADS = 8
 """Longest payload schedule, in changes of the mass."""
+MAX_PAYLOAD = 50.0
+"""Largest payload [kg]."""
 
 
 def _fixed(name: str, unit: str, text: str, start: float, low: float, high: float) -> Variable:
@@ -55,13 +57,14 @@ def shapes(machine: Machine) -> tuple[Variable, ...]:
 
 def payloads() -> tuple[Variable, ...]:
     """Schedule of the payload, in time since the start of the simulation."""
-    entry = {"size": MAX_PAYLOADS, "start": 0.0, "min": 0.0}
+
+    def entries(name: str, unit: str, text: str, high: float) -> Variable:
+        return Variable(name, "parameter", unit, text, MAX_PAYLOADS, min=0, max=high)
+
     return (
         _fixed("payload_count", "1", "entries of the schedule in use, whole", 0, 0, MAX_PAYLOADS),
-        Variable(
-            "payload_time", "parameter", "s", "when each mass comes, ascending", max=1e6, **entry
-        ),
-        Variable("payload_mass", "parameter", "kg", "mass from then on", max=50, **entry),
+        entries("payload_time", "s", "when each mass comes, ascending", 1e6),
+        entries("payload_mass", "kg", "mass from then on", MAX_PAYLOAD),
     )
 
 
@@ -75,7 +78,7 @@ def interface(machine: Machine) -> Interface:
         Variable("r", "output", "rad", "reference angles", size=n),
         Variable("rd", "output", "rad/s", "their rates", size=n),
         Variable("rdd", "output", "rad/s2", "their accelerations", size=n),
-        Variable("payload", "output", "kg", "mass at the end-effector", min=0, max=50),
+        Variable("payload", "output", "kg", "mass at the end-effector", min=0, max=MAX_PAYLOAD),
     )
     return Interface(
         "reference",

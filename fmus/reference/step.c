@@ -118,12 +118,6 @@ static bool check_times(const reference_parameters *p, char *message, size_t siz
       !divides("duration", p->duration, "Ts", p->Ts, message, size)) {
     return false;
   }
-  if (ticks_of(p, p->t_start) < 1.0 || ticks_of(p, p->duration) < 1.0) {
-    /* at Ts the initial output is still shown: the motion must not have begun */
-    snprintf(message, size, "t_start = %.9g s and duration = %.9g s must be Ts = %.9g s or longer",
-             p->t_start, p->duration, p->Ts);
-    return false;
-  }
   for (int k = 1; k < (int)p->payload_count; ++k) {
     if (p->payload_time[k] <= p->payload_time[k - 1]) {
       snprintf(message, size, "payload_time[%d] = %.9g s, must be later than the %.9g s before it",

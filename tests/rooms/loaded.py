@@ -80,6 +80,7 @@ class Loaded:
     """One instance of a room: `start` once, then `tick` with named inputs."""
 
     def __init__(self, library: Path, interface: Interface) -> None:
+        self.interface = interface
         self._library = ctypes.CDLL(str(library))
         self._room = _Room.in_dll(self._library, f"{interface.name}_room")
         self.p = Struct(interface.parameters)

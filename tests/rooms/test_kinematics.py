@@ -49,7 +49,8 @@ class Twin:
     def __init__(self, x0: Array) -> None:
         self.d = x0[6:].copy()
         self.dd, self.ddd = np.zeros(31), np.zeros(31)
-        self.z, self.last = np.zeros(6), None
+        self.z: Array = np.zeros(6)
+        self.last: Array | None = None
 
     def tick(self, theta: Array, thetad: Array, thetadd: Array) -> dict[str, Array]:
         if self.last is not None:

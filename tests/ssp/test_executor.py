@@ -195,7 +195,7 @@ def test_compiled_once(cache: Path) -> None:
 def last_of(job: tuple[str, str]) -> bytes:
     """Last row of c in a run of its own (called in another process)."""
     path, cache = job
-    return run(path, 0.3, cache=Path(cache))["c.y"][-1].tobytes()
+    return bytes(run(path, 0.3, cache=Path(cache))["c.y"][-1].tobytes())
 
 
 def replace_binary(ssp: Path, folder: Path, content: bytes | None) -> Path:

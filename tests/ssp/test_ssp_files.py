@@ -10,6 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
+from fmugen.fmu import build_fmu
 from lxml import etree
 
 from fmus.common.errors import InterfaceError
@@ -60,7 +61,7 @@ def toy_hexapod(work: Path) -> tuple[System, Path]:
         step = folder / "rooms" / interface.name / "step.c"
         step.parent.mkdir(parents=True, exist_ok=True)
         step.write_text(toys.NOTHING_C.replace("NAME", interface.name))
-        toys.build_fmu(interface, [], step, folder)
+        build_fmu(interface, [], step, folder)
     return small, write_ssp(small, folder, folder / "hexapod.ssp")
 
 
