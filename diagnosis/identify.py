@@ -82,6 +82,25 @@ def fit(machine: Machine, logs: Sequence[Log], settle: float = 1.0) -> Fit:
     return _solve(machine, A, b)
 
 
+def correlation_time(residual: Array) -> float:
+    """Samples that count as one: 1 + 2 sum_k rho_k up to the first negative rho, mean of joints.
+
+    Neighbouring smoothed samples repeat each other, and so does what the model lacks; without
+    this factor the standard deviations would be far too small.
+    """
+    n = len(residual)
+    centred = residual - residual.mean(axis=0)
+    spectrum = np.fft.rfft(centred, 2 * n, axis=0)
+    rho = np.fft.irfft(np.abs(spectrum) ** 2, axis=0)[:n]
+    rho /= np.maximum(rho[0], 1e-300)
+    totals = []
+    for column in rho.T:
+        negative = np.flatnonzero(column < 0)
+        end = negative[0] if len(negative) else n
+        totals.append(1 + 2 * float(column[1:end].sum()))
+    return float(np.mean(totals))
+
+
 def _solve(machine: Machine, A: Array, b: Array) -> Fit:
     listed = parameters(machine)
     size = np.linalg.norm(A, axis=0)
@@ -98,9 +117,7 @@ def _solve(machine: Machine, A: Array, b: Array) -> Fit:
     residual = (b - A @ p).reshape(-1, machine.n_arms)
     rms = np.sqrt((residual**2).mean(axis=0))
     inverse = np.linalg.inv(triangle)
-    # neighbouring smoothed samples repeat each other: a window holds about two independent ones
-    repeats = machine.control.hann_points / 2 / EVERY
-    variance = (residual**2).mean() * max(repeats, 1.0)
+    variance = (residual**2).mean() * correlation_time(residual)
     std = np.sqrt(variance * (inverse**2).sum(axis=1)) / size
     floors = np.array([max(abs(v), par.floor) for v, par in zip(p, listed, strict=True)])
     loose = tuple(par.name for par, s, f in zip(listed, std, floors, strict=True) if s > f)

@@ -12,10 +12,10 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
-from fmugen.native import native
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 

@@ -83,7 +83,7 @@ def extra_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]
     """
     exact: dict[str, Any] = {"plant": "plant", "duration": duration}
     paper: dict[str, Any] = {"p": p, "adapt": True, "duration": duration, "basis": 0.0}
-    title = "adaptive, basis at the filtered angle as in the paper"
+    title = "adaptive, the paper's form of W"
     return (
         _case("paper-form", title, machine, **paper),
         _case("exact-fixed", "exact plant, fixed", machine, **exact),

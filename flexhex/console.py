@@ -9,9 +9,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from diagnosis.identify import Fit
 from flexhex.cases import Case
@@ -39,8 +40,8 @@ class LiveProgress:
     def __init__(self) -> None:
         self._bars = Progress(
             SpinnerColumn(finished_text="✓"),
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=30),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True, width=36)),
+            BarColumn(bar_width=20),
             TextColumn("{task.fields[note]}"),
             TimeElapsedColumn(),
             console=Console(stderr=True),
@@ -105,24 +106,22 @@ def print_study(study: Study, report: Path) -> None:
     loose = len(study.fit.undetermined)
     out.print(
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
-        f" {loose} of {len(study.fit.p)} parameters are not determined by themselves."
+        f" {loose} of {len(study.fit.p)} not determined by themselves"
     )
     out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
     out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
 
 
 def _table(outcomes: Sequence[Outcome]) -> Table:
-    table = Table(title="RMS tracking error and feedback torque, paper in grey")
-    table.add_column("")
+    table = Table(title="RMS tracking error and feedback torque", box=SIMPLE_HEAD)
+    table.add_column("", no_wrap=True)
     for name, unit in COLUMNS:
-        table.add_column(f"{name}\n[dim]{unit}[/]", justify="right")
+        table.add_column(f"{name}\n[dim]{unit}[/]", justify="right", no_wrap=True)
     for outcome in outcomes:
-        paper = PAPER[outcome.case.name]
-        cells = [
-            f"{_number(value, k)}\n[dim]{paper[k]:g}[/]"
-            for k, value in enumerate(outcome.figures.row())
-        ]
-        table.add_row(f"{outcome.case.title}\n[dim]paper[/]", *cells, end_section=True)
+        ours = [_number(value, k) for k, value in enumerate(outcome.figures.row())]
+        paper = [_number(value, k) for k, value in enumerate(PAPER[outcome.case.name])]
+        table.add_row(outcome.case.title, *ours)
+        table.add_row("  paper", *paper, style="dim", end_section=True)
     return table
 
 
@@ -131,7 +130,7 @@ def _number(value: float, column: int) -> str:
 
 
 def _beside(outcomes: Sequence[Outcome]) -> Table:
-    table = Table(title="Beside the table")
+    table = Table(title="Beside the table", box=SIMPLE_HEAD)
     for name in ("case", "plant"):
         table.add_column(name)
     for name in ("e\n[dim]µrad[/]", "τ_FB\n[dim]N m[/]"):
@@ -143,7 +142,7 @@ def _beside(outcomes: Sequence[Outcome]) -> Table:
 
 
 def _speed(result: Result, title: str) -> Table:
-    table = Table(title=title)
+    table = Table(title=title, box=SIMPLE_HEAD)
     table.add_column("FMU")
     for name in ("steps", "µs a step", "ms per simulated s"):
         table.add_column(name, justify="right")
@@ -161,7 +160,7 @@ def print_speed(result: Result) -> None:
 
 def print_fit(machine: Machine, fit: Fit) -> None:
     """All estimates with unit and standard deviation."""
-    table = Table(title="Least-squares estimate")
+    table = Table(title="Least-squares estimate", box=SIMPLE_HEAD)
     for name in ("parameter", "body", "unit"):
         table.add_column(name)
     for name in ("estimate", "± std"):

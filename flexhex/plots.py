@@ -40,12 +40,11 @@ def figure(
 ) -> Figure:
     """A figure with axis titles; layout is merged over the house style."""
     base: dict[str, Any] = {
-        "title": {"text": title, "font": {"size": 15}},
+        "title": {"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
         "xaxis": {"title": {"text": x}, "zeroline": False, "gridcolor": "#eee"},
         "yaxis": {"title": {"text": y}, "zeroline": False, "gridcolor": "#eee"},
-        "margin": {"l": 70, "r": 20, "t": 45, "b": 50},
+        "margin": {"l": 70, "r": 190, "t": 45, "b": 50},
         "height": 360,
-        "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 1, "xanchor": "right"},
         "plot_bgcolor": "white",
         "font": {"family": "system-ui, sans-serif", "size": 13},
     }

@@ -15,6 +15,7 @@ from flexhex.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
 from flexhex.run import Outcome, Study
 from fmus.common.parameters import base_parameters, parameters
 
+LOG = {"type": "log", "dtick": 1}
 COLUMNS = ("e", "tau_fb", "dx", "dy", "dz", "dphi", "dtheta", "dpsi")
 HEADINGS = (
     ("e", "µrad"),
@@ -79,7 +80,7 @@ def _error(study: Study) -> Figure:
         colour = COLOURS[outcome.case.name]
         lines.append(trace(t, moving_rms(e, ts) * 1e6, outcome.case.title, colour))
     title = "Tracking error, RMS over the joints in a 0.25 s window"
-    return figure(title, "time [s]", "e [µrad]", lines, yaxis={"type": "log"})
+    return figure(title, "time [s]", "e [µrad]", lines, yaxis=LOG)
 
 
 def _torque(outcome: Outcome) -> Figure:
@@ -104,9 +105,8 @@ def _spectrum(study: Study) -> Figure:
         f, density = spectrum(e * 1e6, ts)
         keep = f < 300
         lines.append(trace(f[keep], density[keep], outcome.case.title, COLOURS[outcome.case.name]))
-    log = {"type": "log"}
     unit = "e [µrad/√Hz]"
-    return figure("Spectrum of the error", "frequency [Hz]", unit, lines, xaxis=log, yaxis=log)
+    return figure("Spectrum of the error", "frequency [Hz]", unit, lines, xaxis=LOG, yaxis=LOG)
 
 
 def _joints(outcome: Outcome) -> Figure:

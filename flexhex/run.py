@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,12 +29,13 @@ WORKERS = 2
 
 @dataclass(frozen=True)
 class Outcome:
-    """One finished case: figures judged after the settling time, result file, speed."""
+    """One finished case: figures judged after the settling time, result file, what made it."""
 
     case: Case
     figures: Figures
     path: Path
     result: Result
+    made: Mapping[str, str | int | float]
 
     @property
     def real_time_factor(self) -> float:
@@ -105,9 +106,10 @@ def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> 
     advance = progress.case(case)
     result = run(description, case.duration, signals=SIGNALS, progress=advance)
     path = builder.out / "runs" / f"{case.name}.h5"
-    made = provenance(command=command, case=case.name, machine=builder.machine.name)
+    versions = provenance(command=command, case=case.name, machine=builder.machine.name)
+    made = {**versions, **result.meta}
     save(result, path, made)
-    return Outcome(case, _figures(builder, result), path, result)
+    return Outcome(case, _figures(builder, result), path, result, made)
 
 
 def _figures(builder: Builder, result: Result) -> Figures:

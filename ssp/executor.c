@@ -21,7 +21,8 @@ typedef struct {
   fmi2Status status; /* of the last call */
   double *inputs;
   executor_times times;
-  char logged[LOGGED]; /* last message of the FMU */
+  char logged[LOGGED]; /* last error message of the FMU */
+  char warned[LOGGED]; /* first warning */
 } unit;
 
 struct executor {
@@ -39,7 +40,7 @@ struct executor {
   fmi2CallbackFunctions callbacks[]; /* one for each unit: they carry its address */
 };
 
-/* The FMU's logger: keeps the last message of a unit for the error text. */
+/* The FMU's logger: keeps its last error for the error text, and its first warning. */
 static void keep_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                          fmi2String category, fmi2String message, ...) {
   unit *u = environment;
@@ -49,8 +50,11 @@ static void keep_message(fmi2ComponentEnvironment environment, fmi2String name, 
   if (u == NULL || status == fmi2OK || message == NULL) {
     return;
   }
+  if (status == fmi2Warning && u->times.warnings++ > 0) {
+    return;
+  }
   va_start(arguments, message);
-  (void)vsnprintf(u->logged, sizeof u->logged, message, arguments);
+  (void)vsnprintf(status == fmi2Warning ? u->warned : u->logged, LOGGED, message, arguments);
   va_end(arguments);
 }
 
@@ -67,9 +71,6 @@ static bool fail(executor *e, const unit *u, const char *what, double t) {
 
 static bool accept(executor *e, unit *u, fmi2Status status, const char *what, double t) {
   u->status = status;
-  if (status == fmi2Warning) {
-    u->times.warnings++;
-  }
   return status == fmi2OK || status == fmi2Warning || fail(e, u, what, t);
 }
 
@@ -352,6 +353,10 @@ const char *executor_message(const executor *e) {
 
 double *executor_bus(executor *e) {
   return e->bus;
+}
+
+const char *executor_warning_of(const executor *e, size_t component) {
+  return e->units[component].warned;
 }
 
 executor_times executor_time_of(const executor *e, size_t component) {

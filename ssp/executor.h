@@ -65,7 +65,7 @@ typedef struct {
   double seconds; /* spent in calls of this FMU while stepping */
   double worst;   /* longest single step [s] */
   uint64_t steps;
-  uint64_t warnings; /* calls that returned fmi2Warning */
+  uint64_t warnings; /* messages of status fmi2Warning */
 } executor_times;
 
 typedef struct executor executor;
@@ -84,6 +84,9 @@ int64_t executor_now(const executor *e);
 const char *executor_message(const executor *e);
 double *executor_bus(executor *e);
 executor_times executor_time_of(const executor *e, size_t component);
+
+/* First warning that the FMU logged, such as a fault of its room; empty when there is none. */
+const char *executor_warning_of(const executor *e, size_t component);
 
 /* Terminate and free all instances and libraries; e may be NULL. */
 void executor_close(executor *e);

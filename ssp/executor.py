@@ -192,7 +192,11 @@ class _Plan:
             for k, instance in enumerate(self.package.instances):
                 spent = c.executor_time_of(executor, k)
                 self.times[instance.name] = FmuTime(
-                    spent.seconds, spent.worst, spent.steps, spent.warnings
+                    spent.seconds,
+                    spent.worst,
+                    spent.steps,
+                    spent.warnings,
+                    _text(c.executor_warning_of(executor, k)),
                 )
             c.executor_close(executor)
 

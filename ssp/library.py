@@ -108,6 +108,8 @@ def load(cache: Path = DEFAULT_CACHE) -> ctypes.CDLL:
     library.executor_bus.argtypes = (c_void_p,)
     library.executor_time_of.restype = TimesData
     library.executor_time_of.argtypes = (c_void_p, c_size_t)
+    library.executor_warning_of.restype = c_char_p
+    library.executor_warning_of.argtypes = (c_void_p, c_size_t)
     library.executor_close.restype = None
     library.executor_close.argtypes = (c_void_p,)
     return library

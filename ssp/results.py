@@ -25,12 +25,13 @@ Meta = Mapping[str, str | int | float]
 
 @dataclass(frozen=True)
 class FmuTime:
-    """Time spent in one FMU: all and the worst step [s], steps, calls that gave a warning."""
+    """Time spent in one FMU: all and the worst step [s], steps; warnings, the first in words."""
 
     seconds: float
     worst: float
     steps: int
     warnings: int
+    warning: str = ""
 
 
 @dataclass(frozen=True)
@@ -187,6 +188,7 @@ def _time(attributes: Any) -> FmuTime:
         float(attributes["worst"]),
         int(attributes["steps"]),
         int(attributes["warnings"]),
+        str(attributes["warning"]),
     )
 
 

@@ -71,7 +71,8 @@ def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
     C = ca.vertcat(*coupling)
     half = C + (M_E @ T).T / 2
     mixed = half @ T
-    return ca.diag(ca.vertcat(*own)) + mixed + mixed.T
+    M: ca.SX = ca.diag(ca.vertcat(*own)) + mixed + mixed.T
+    return M
 
 
 def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:

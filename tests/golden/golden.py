@@ -37,8 +37,8 @@ def write(path: Path, names: list[str], rows: NDArray[np.float64]) -> None:
         writer.writerows([repr(float(v)) for v in row] for row in rows)
 
 
-def play(fmu: Path, names: list[str], rows: NDArray[np.float64]) -> Table:
-    """Feed rows of inputs, one each Ts, to a fresh instance; its outputs after each step."""
+def play(fmu: Path, names: list[str], rows: NDArray[np.float64], held: int) -> Table:
+    """Feed rows of inputs, each held for `held` Ts, to a fresh instance; outputs after each."""
     description = fmpy.read_model_description(str(fmu))
     variables = {v.name: v for v in description.modelVariables}
     outputs = [v for v in description.modelVariables if v.causality == "output"]
@@ -58,7 +58,7 @@ def play(fmu: Path, names: list[str], rows: NDArray[np.float64]) -> Table:
         answers = []
         for k, row in enumerate(rows):
             slave.setReal([variables[name].valueReference for name in names], list(row))
-            slave.doStep(k * Ts, Ts)
+            slave.doStep(k * held * Ts, held * Ts)
             answers.append(slave.getReal([v.valueReference for v in outputs]))
         slave.terminate()
         slave.freeInstance()

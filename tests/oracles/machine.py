@@ -61,7 +61,7 @@ class Machine:
 
     g: Array
     L: float
-    l: float
+    l: float  # noqa: E741 - the paper's neighbour of L
     x_E0: Array
     x_B: Array
     axis: Array

@@ -90,8 +90,6 @@ def test_kinematics_keeps_the_loops_closed_with_one_correction() -> None:
         assert y["converged"] == 1.0
         largest = max(largest, y["residual"])
     assert 0 < largest < 1e-14
-    D = geometry.constraints(subject(), y["x"])
-    assert_close(y["residual"], np.linalg.norm(D), atol=1e-15, what="residual")
 
 
 @pytest.mark.parametrize("at", [0.2, 0.55, 0.9])
@@ -133,6 +131,32 @@ def test_kinematics_follows_jumps_to_the_right_assembly() -> None:
         expected = same_quaternions(geometry.close(subject(), theta), y["x"])
         assert_close(y["x"], expected, atol=1e-12, what="x")
     assert lost < 10
+
+
+@pytest.mark.parametrize(
+    ("last", "theta"),
+    [
+        ([-0.33, 0.35, -0.27, 0.34, -0.52, -0.46], [-0.46, 0.45, 0.33, -0.51, 0.45, -0.29]),
+        ([0.51, -0.47, -0.41, 0.27, -0.21, 0.51], [0.5, -0.25, -0.28, 0.23, 0.38, 0.35]),
+    ],
+)
+def test_kinematics_far_jump_is_solved_from_neutral(last: list[float], theta: list[float]) -> None:
+    """Newton's method from the last good pose ends in another assembly here."""
+    room = started()
+    room.tick(theta=last)
+    x = room.tick(theta=theta)["x"]
+    expected = same_quaternions(geometry.close(subject(), np.array(theta)), x)
+    assert_close(x, expected, atol=1e-12, what="x")
+
+
+def test_kinematics_residual_is_the_norm_of_all_constraints() -> None:
+    """Far from closed, so that every row of D counts: one correction after 0.1 rad."""
+    room = started(tolerance=1e-2)
+    room.tick(theta=np.zeros(6))
+    y = room.tick(theta=np.array([0.1, -0.1, 0.08, -0.05, 0.1, -0.1]))
+    D = geometry.constraints(subject(), y["x"])
+    assert np.abs(D[30]) > 1e-6
+    assert_close(y["residual"], np.linalg.norm(D), atol=1e-15, what="residual")
 
 
 def test_kinematics_holds_the_last_good_pose_and_recovers() -> None:

@@ -32,13 +32,13 @@ def run(room: Loaded, ticks: int) -> dict[str, Array]:
     return {name: np.array(values) for name, values in rows.items()}
 
 
-def one_pass(duration: float, t_start: float = 0.1, **parameters: Any) -> tuple[Array, Any]:
+def one_pass(duration: float, t_start: float = 0.1, **parameters: Any) -> tuple[Array, list[Array]]:
     """Times since the begin of the pass [s], and r, rd, rdd from there to its end."""
     room = started(duration=duration, t_start=t_start, passes=1, **parameters)
     y = run(room, round((t_start + duration) / TS))
     first = round(t_start / TS) - 2
-    ticks = np.arange(len(y["r"]) - first)
-    return ticks * TS, tuple(y[name][first:] for name in ("r", "rd", "rdd"))
+    t: Array = TS * np.arange(len(y["r"]) - first)
+    return t, [y[name][first:] for name in ("r", "rd", "rdd")]
 
 
 def test_twin_draws_the_published_numbers() -> None:
@@ -66,7 +66,7 @@ def test_reference_random_motion_equals_its_twin() -> None:
     expected = twin.random_motion(t, twin.setpoints(3, 0.19, moves=5), 1.0, 0.6)
     # rounding of the angle, over move and move^2
     for name, a, e, atol in zip(
-        "r rd rdd".split(), actual, expected, (1e-15, 1e-14, 2e-13), strict=True
+        ["r", "rd", "rdd"], actual, expected, (1e-15, 1e-14, 2e-13), strict=True
     ):
         assert_close(a[: len(t) - 1], e[: len(t) - 1], atol=atol, what=name)
 
@@ -90,7 +90,8 @@ def test_reference_rates_are_the_derivatives(kind: int) -> None:
     assert_close(rd[1:-1], (r[2:] - r[:-2]) / (2 * TS), atol=1e-5 + jumps, what="rd")
     corners = np.abs(rdd[2:] - rdd[:-2]) > 5 if kind == TRIANGLE else np.zeros(rdd[1:-1].shape)
     difference = np.where(corners, rdd[1:-1], (rd[2:] - rd[:-2]) / (2 * TS))
-    assert_close(rdd[1:-1], difference, atol=2e-3, what="rdd")
+    # where the jerk changes its sign the difference is off by jerk Ts / 2: 60 rad/s3 here
+    assert_close(rdd[1:-1], difference, atol=8e-3, what="rdd")
     assert np.abs(rdd).max() > 1
 
 
@@ -135,7 +136,7 @@ def test_reference_triangle_equals_its_twin() -> None:
         for a, e in zip(actual[:2], expected[:2], strict=True):
             assert_close(a[:-1, i], e[:-1], atol=1e-12, what=f"joint {i + 1}")
         assert_close(np.abs(actual[0][:, i]).max(), size, atol=1e-6)
-        assert size == 0 or 1 <= cycles
+        assert size == 0 or cycles >= 1
 
 
 def test_reference_multisine_equals_its_twin() -> None:

@@ -15,8 +15,8 @@ from ssp.read import period, read_ssp
 from ssp.results import Result
 
 BASE = 0.00025
-# The default experiment rests for two seconds; here it moves almost at once.
-PARAMETERS = {"reference.t_start": 0.06}
+# The default experiment rests for two seconds; here it moves and adapts almost at once.
+PARAMETERS = {"reference.t_start": 0.06, "K.t_start": 0.03}
 
 
 def fmpy_rows(path: Path, n_steps: int) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import zipfile
 from collections.abc import Callable
@@ -232,6 +233,20 @@ def test_fmu_that_is_none_is_refused(ring_ssp: Path, tmp_path: Path) -> None:
     path = changed(ring_ssp, tmp_path / "x.ssp", lambda files: files.update({name: b"no zip"}))
     with pytest.raises(InterfaceError, match=r"relay2.fmu: not a zip archive"):
         read_ssp(path)
+
+
+def test_fmu_with_another_unit_is_not_packed(work: Path, tmp_path: Path) -> None:
+    system = toys.ring()
+    b = system.component("b")
+    heavy = dataclasses.replace(b.interface.variables[0], unit="kg")
+    changed_room = dataclasses.replace(b.interface, variables=(heavy, *b.interface.variables[1:]))
+    components = tuple(
+        dataclasses.replace(c, interface=changed_room) if c.name == "b" else c
+        for c in system.components
+    )
+    wrong = dataclasses.replace(system, components=components)
+    with pytest.raises(InterfaceError, match=r"b.keep: relay2.fmu has parameter \[1\], its"):
+        write_ssp(wrong, work, tmp_path / "x.ssp")
 
 
 def test_fmu_of_another_interface_is_not_packed(work: Path, tmp_path: Path) -> None:

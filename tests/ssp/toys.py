@@ -44,6 +44,7 @@ static void tick(const source_parameters *p, const source_inputs *u, void *s, so
   mine->k += 1.0;
   y->r[0] = (mine->k + 1.0) * floor(p->Ts / 0.00025 + 0.5);
   y->r[1] = p->gain * sin(0.01 * y->r[0]);
+  y->fault = fabs(y->r[1]) > 100.0 ? 2.0 : 0.0;
 }
 
 FLEXHEX_ROOM(source, state, start, tick)

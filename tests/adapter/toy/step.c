@@ -17,6 +17,10 @@ static bool start(const toy_parameters *p, void *memory, toy_outputs *y, char *m
     snprintf(message, size, "offset = %g, must not be seven", p->offset);
     return false;
   }
+  if (s->integral[0] != 0.0 || y->integral[0] != 0.0) {
+    snprintf(message, size, "state and outputs must come in zeroed");
+    return false;
+  }
   memcpy(s->integral, p->begin, sizeof s->integral);
   memcpy(y->integral, p->begin, sizeof y->integral);
   y->y = p->offset;
