@@ -113,7 +113,8 @@ def print_study(study: Study, report: Path) -> None:
 
 
 def _table(outcomes: Sequence[Outcome]) -> Table:
-    table = Table(title="RMS tracking error and feedback torque", box=SIMPLE_HEAD)
+    title = "RMS tracking error and feedback torque"
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     table.add_column("", no_wrap=True)
     for name, unit in COLUMNS:
         table.add_column(f"{name}\n[dim]{unit}[/]", justify="right", no_wrap=True)
@@ -126,7 +127,10 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
 
 
 def _number(value: float, column: int) -> str:
-    return f"{value:.4f}" if column == 1 else f"{value:.1f}"
+    """Three digits and more where they fit into six places."""
+    if column == 1:
+        return f"{value:.4f}"
+    return f"{value:.0f}" if value >= 1000 else f"{value:.1f}"
 
 
 def _beside(outcomes: Sequence[Outcome]) -> Table:

@@ -37,7 +37,7 @@ def one_pass(duration: float, t_start: float = 0.1, **parameters: Any) -> tuple[
     room = started(duration=duration, t_start=t_start, passes=1, **parameters)
     y = run(room, round((t_start + duration) / TS))
     first = round(t_start / TS) - 2
-    t: Array = TS * np.arange(len(y["r"]) - first)
+    t = np.asarray(TS * np.arange(len(y["r"]) - first), dtype=np.float64)
     return t, [y[name][first:] for name in ("r", "rd", "rdd")]
 
 

@@ -230,7 +230,7 @@ def replace_binary(ssp: Path, folder: Path, content: bytes | None) -> Path:
 def open_libraries() -> set[str]:
     """FMU binaries that are mapped into this process."""
     maps = Path(f"/proc/{os.getpid()}/maps").read_text().splitlines()
-    return {line.split()[-1] for line in maps if "/binaries/" in line}
+    return {line.partition("/")[2] for line in maps if "/binaries/" in line}
 
 
 def _names(result: Result) -> list[str]:
