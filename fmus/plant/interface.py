@@ -48,7 +48,7 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
             units=tuple(par.unit for par in listed),
         ),
         Variable(
-            "substeps", "parameter", "1", "integration steps a Ts, whole", start=2, min=1, max=64
+            "substeps", "parameter", "1", "integration steps a Ts, whole", start=1, min=1, max=64
         ),
         Variable(
             "f_current", "parameter", "Hz", "current loop", start=drive.f_current, min=1, max=1e5
