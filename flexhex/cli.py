@@ -17,12 +17,23 @@ app = typer.Typer(
     add_completion=True,
     pretty_exceptions_enable=False,
 )
+SHIPPED = Path(__file__).resolve().parent.parent / "machines"
 DEFAULT_MACHINE = Path("machines/tflex.toml")
+"""Looked for here first, then among the machines that came with flexhex."""
 MachineFile = Annotated[
     Path, typer.Option("--machine", "-m", help="machine file (TOML)", show_default=True)
 ]
 OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everything generated")]
 AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")]
+
+
+@app.callback()
+def options(
+    debug: Annotated[bool, typer.Option("--debug", help="show tracebacks")] = False,
+) -> None:
+    """Options of all commands."""
+    if debug:
+        os.environ["FLEXHEX_DEBUG"] = "1"
 
 
 @app.command()
@@ -39,7 +50,9 @@ def run(
     from flexhex.run import study
 
     with LiveProgress() as progress:
-        found = study(Builder(machine, out, progress.building), command(), quick, progress)
+        found = study(
+            Builder(found_machine(machine), out, progress.building), command(), quick, progress
+        )
         progress.stage("writing the report")
         report = write_report(found, out / "report.html")
     if json:
@@ -56,7 +69,7 @@ def build(machine: MachineFile = DEFAULT_MACHINE, out: OutFolder = Path("out")) 
 
     with LiveProgress() as progress:
         progress.stage("building the FMUs")
-        written = Builder(machine, out, progress.building).systems()
+        written = Builder(found_machine(machine), out, progress.building).systems()
     for path in written:
         print(path)
 
@@ -95,7 +108,7 @@ def identify(
     from flexhex.console import fit_json, print_fit
     from fmus.common.machine import load_machine
 
-    described = load_machine(machine)
+    described = load_machine(found_machine(machine))
     found = fit(described, [read_log(path) for path in logs], settle)
     if json:
         print(fit_json(described, found))
@@ -117,6 +130,13 @@ def check(
         raise typer.Exit(1)
 
 
+def found_machine(path: Path) -> Path:
+    """The machine file, or the shipped one of that name when the default is not here."""
+    if path == DEFAULT_MACHINE and not path.exists():
+        return SHIPPED / path.name
+    return path
+
+
 def command() -> str:
     """The command line as it was typed, without this machine's folders."""
     return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
@@ -131,6 +151,11 @@ def main() -> None:
             raise
         print(f"flexhex: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
+    except OSError as error:
+        if os.environ.get("FLEXHEX_DEBUG"):
+            raise
+        print(f"flexhex: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
+        sys.exit(3)
     except KeyboardInterrupt:
         print("flexhex: stopped", file=sys.stderr)
         sys.exit(130)

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from diagnosis.identify import Fit, fit
 from diagnosis.logs import read_log
-from flexhex.build import Builder
+from flexhex.build import Builder, truth_file
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
 from flexhex.metrics import Figures, figures
+from fmus.common.errors import MachineError
 from ssp.executor import run
 from ssp.results import Result, provenance, save
 from ssp.signals import DEFAULT
@@ -70,6 +71,12 @@ class Progress(Protocol):
 def study(builder: Builder, command: str, quick: bool, progress: Progress) -> Study:
     """The whole of `flexhex run`; quick: short trajectories and the table's cases alone."""
     began, machine = time.monotonic(), builder.machine
+    truth = truth_file(builder.machine_file)
+    if not truth.exists():
+        raise MachineError(
+            f"{truth}: no such file: the cases run on a machine that differs from its model, and"
+            " this file says how; copy machines/tflex-truth.toml, or use `flexhex simulate`"
+        )
     seconds = 8.0 if quick else machine.reference.duration
     progress.stage("building the FMUs")
     builder.systems()

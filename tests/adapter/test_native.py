@@ -109,6 +109,7 @@ def test_shared_library_exports_fmi_only(toy: Binary) -> None:
     symbols = run(["nm", "-D", "--defined-only", str(library)], toy.folder).split()[2::3]
     assert symbols
     assert all(symbol.startswith("fmi2") for symbol in symbols)
+    assert run(["nm", str(library)], toy.folder) == "", "not stripped"
 
 
 def test_static_symbols_wear_the_identifier(pair: tuple[Binary, Binary], tmp_path: Path) -> None:

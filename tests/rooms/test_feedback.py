@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
-from fmus.feedback.design import Gains, delay_steps, design
+from fmus.feedback.design import Gains, design
 from tests.compare import assert_close
 from tests.rooms.loaded import Array, Loaded, StartError, load, machine
 from tests.rooms.twins.feedback import Twin
@@ -115,7 +115,9 @@ def discrete_plant(m: Machine, inertia: float) -> Any:
     A = np.array([[0, 1, 0], [0, 0, 1 / inertia], [0, 0, -a]])
     drive = control.ss(A, np.array([[0], [0], [a]]), np.array([[1, 0, 0]]), 0)
     held = control.sample_system(drive, m.timing.base, method="zoh")
-    delay = control.tf([1], [1, *[0] * delay_steps(m)], m.timing.base)
+    # one step until the command is shown [DESIGN, the timing rule], and what the drive adds
+    steps = 1 + round((m.drive.t_command + m.drive.t_measurement) / m.timing.base)
+    delay = control.tf([1], [1, *[0] * steps], m.timing.base)
     return control.series(control.ss(delay), held)
 
 

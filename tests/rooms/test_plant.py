@@ -116,7 +116,8 @@ def test_plant_keeps_its_loops_closed() -> None:
     theta, _, d = motion(room)
     D = geometry.constraints(read_machine(), np.concatenate([theta, d]))
     assert np.abs(theta).max() > 0.02
-    assert np.linalg.norm(D) < 1e-14
+    # without the correction it would be 1e-14, and growing
+    assert np.linalg.norm(D) < 2e-15
 
 
 def test_plant_conserves_energy() -> None:

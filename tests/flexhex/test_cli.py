@@ -1,0 +1,71 @@
+"""The command line as a user meets it: one message for a mistake, never a traceback."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import MACHINE_FILE
+
+
+def flexhex(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a folder of its own."""
+    command = [sys.executable, "-m", "flexhex", *map(str, words)]
+    env = {"PYTHONPATH": ":".join(sys.path), "PATH": "/usr/bin:/bin", "HOME": str(cwd)}
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, env=env, check=False)
+
+
+MISTAKES: dict[str, tuple[list[str], int, str]] = {
+    "no such machine": (["run", "-m", "x.toml"], 3, r"x\.toml: cannot be read"),
+    "not a machine": (["build", "-m", "log.csv"], 3, r"log\.csv: not valid TOML"),
+    "no truth": (["run", "-m", "other.toml"], 3, r"other-truth\.toml: no such file: .* copy"),
+    "no such ssp": (["simulate", "x.ssp"], 3, r"x\.ssp: cannot be read"),
+    "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
+    "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),
+    "kind of log": (["identify", "other.toml"], 3, r"unknown kind '\.toml'; write CSV or HDF5"),
+    "unit of a log": (["identify", "log.csv"], 3, r"theta\[1\] is in 'deg', wanted 'rad': convert"),
+    "no such command": (["frobnicate"], 2, r"No such command 'frobnicate'"),
+    "nothing to check": (["check", "log.csv"], 2, r"nothing to check in '\.csv', wants \.fmu"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake_gives_message_and_exit_code(mistake: str, tmp_path: Path) -> None:
+    words, code, message = MISTAKES[mistake]
+    (tmp_path / "other.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
+    (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,deg,N m\n0,1,2\n1,2,3\n2,3,4\n")
+    done = flexhex(*words, cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert re.search(message, done.stderr), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_check_accepts_what_we_build(fmu_dir: Path, hexapod_ssp: Path, tmp_path: Path) -> None:
+    done = flexhex("check", hexapod_ssp, *fmu_dir.glob("*.fmu"), MACHINE_FILE, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count(": ok") == 2 + len(list(fmu_dir.glob("*.fmu")))
+
+
+def test_check_complains_about_a_broken_fmu(fmu_dir: Path, tmp_path: Path) -> None:
+    broken = tmp_path / "broken.fmu"
+    broken.write_bytes((fmu_dir / "plant.fmu").read_bytes()[:5000])
+    done = flexhex("check", broken, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "broken.fmu: not a zip archive" in done.stdout
+
+
+def test_simulate_then_identify(machine_ssp: Path, tmp_path: Path) -> None:
+    """Seven seconds of the machine are enough for an answer; figures come as JSON."""
+    done = flexhex("simulate", machine_ssp, "-d", "7", "-r", "run.h5", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    done = flexhex("identify", "run.h5", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert len(found["parameters"]) == 162
+    assert 0 < np.max(found["residual_rms"]["joints"]) < 0.02
