@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
+from fmugen.pack import scratch_file
 from fmus.common.errors import BuildError
 
 FLAGS = ("-std=c99", "-O2", "-ftree-vectorize", "-fPIC", "-ffp-contract=off")
@@ -49,7 +50,7 @@ def compile_object(source: Path, headers: str, cache: Path, flags: Sequence[str]
     target = cache / f"{source.stem}-{key}.o"
     if not target.exists():
         cache.mkdir(parents=True, exist_ok=True)
-        scratch = target.with_suffix(f".{os.getpid()}.tmp")
+        scratch = scratch_file(target)
         # run inside the folder: no path of this machine reaches the object
         _run([*command, "-c", source.name, "-o", str(scratch.resolve())], source.parent)
         scratch.replace(target)
@@ -59,7 +60,7 @@ def compile_object(source: Path, headers: str, cache: Path, flags: Sequence[str]
 def link_shared(objects: Sequence[Path], target: Path, libraries: Sequence[str] = ("-lm",)) -> Path:
     """Shared library of objects, without debug data or build identifiers."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = target.with_suffix(f".{os.getpid()}.tmp")
+    scratch = scratch_file(target)
     _run([*compiler(), *LINK, "-o", str(scratch), *map(str, objects), *libraries])
     scratch.replace(target)
     return target

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,10 +11,15 @@ from pathlib import Path
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
+def scratch_file(target: Path) -> Path:
+    """Neighbour of `target` that no other process or thread writes to; replace() it later."""
+    return target.with_name(f".{target.name}.{os.getpid()}.{threading.get_ident()}")
+
+
 def write_zip(target: Path, files: Mapping[str, bytes]) -> Path:
     """Write files (archive name -> contents) sorted, with a fixed date; replaces atomically."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = target.with_suffix(f".{os.getpid()}.tmp")
+    scratch = scratch_file(target)
     with zipfile.ZipFile(scratch, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, _EPOCH)
