@@ -206,6 +206,14 @@ class Machine(_Section):
         return len(self.arms)
 
     @model_validator(mode="after")
+    def _drive_delays(self) -> Machine:
+        for name in ("t_command", "t_measurement"):
+            steps = getattr(self.drive, name) / self.timing.base
+            if abs(steps - round(steps)) > 1e-9:
+                raise ValueError(f"drive.{name} is {steps:.6g} base steps, must be a whole number")
+        return self
+
+    @model_validator(mode="after")
     def _actuators(self) -> Machine:
         n, harmonics = self.n_arms, self.actuator.n_harmonics
         for name in ("o", "k", "d", "c", "a", "b"):

@@ -95,6 +95,10 @@ CASES: dict[str, tuple[Edit, str]] = {
         replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0006"),
         r"timing: feedforward is 2\.4 base steps, must be a whole number",
     ),
+    "drive delay not whole": (
+        replace("t_command = { value = 0.0", "t_command = { value = 0.0003"),
+        r"drive\.t_command is 1\.2 base steps, must be a whole number",
+    ),
     "no TOML": (replace("[gravity]", "[gravity"), r"not valid TOML"),
 }
 
@@ -124,6 +128,7 @@ def test_missing_machine_file_is_named(tmp_path: Path) -> None:
 def test_wrong_truth_file_is_one_clear_message(tmp_path: Path) -> None:
     text = MACHINE_FILE.with_name("tflex-truth.toml").read_text(encoding="utf-8")
     path = tmp_path / "truth.toml"
-    path.write_text(text.replace("rms = { value = 0.008", "rms = { value = -1.0"), encoding="utf-8")
+    edit = replace("rms = { value = 0.004", "rms = { value = -1.0")
+    path.write_text(edit(text), encoding="utf-8")
     with pytest.raises(MachineError, match=r"cogging\.rms: -1\.0 N m, must be at least 0"):
         load_truth(path)

@@ -16,8 +16,8 @@ from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
 from fmus.feedback.design import Gains, design
 from tests.compare import assert_close
+from tests.rooms.feedback_twin import Twin
 from tests.rooms.loaded import Array, Loaded, StartError, load, machine
-from tests.rooms.twins.feedback import Twin
 
 TS = 0.00025
 NAMES = ("tau", "tau_fb", "e")

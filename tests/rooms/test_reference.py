@@ -121,6 +121,25 @@ def test_reference_shows_the_instant_of_its_time_and_zero_before() -> None:
     assert_close(rdd[begin - 1], jerk * TS, rtol=1e-12)
 
 
+@pytest.mark.parametrize("kind", [RANDOM, TRIANGLE, MULTISINE, CHIRP, HOLD])
+def test_reference_rests_until_its_start(kind: int) -> None:
+    y = run(started(kind=kind, t_start=0.1, speed=0.5, rounding=10.0), 398)
+    # the last row is shown at 399 Ts, one before the start
+    assert not any(y[name].any() for name in ("r", "rd", "rdd"))
+
+
+@pytest.mark.parametrize("kind", [RANDOM, TRIANGLE, MULTISINE, CHIRP])
+def test_reference_is_the_same_after_days(kind: int) -> None:
+    """Ticks are counted, no time is added up: a month later every bit is as in the first pass."""
+    length, skipped = round(3 / TS), 900_000
+    given = {"duration": 3, "passes": 1e6, "t_start": 0.5, "speed": 0.6, "rounding": 20}
+    rooms = [started(kind=kind, **given) for _ in range(2)]
+    rooms[1].state[0] += skipped * length  # its only changing number: the count of ticks
+    early, late = (run(room, 6000) for room in rooms)
+    assert all(np.array_equal(early[name][2000:], late[name][2000:]) for name in early)
+    assert early["r"].any()
+
+
 def test_reference_triangle_equals_its_twin() -> None:
     amplitude = np.array([0.1, 0.2, 0.0, 0.05, 0.3, 0.07])
     t, actual = one_pass(9.0, kind=TRIANGLE, amplitude=amplitude, speed=0.3, rounding=2.0)
