@@ -145,8 +145,7 @@ static bool within_stroke(const plant_parameters *p, const motion *now, double r
   return true;
 }
 
-static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
-                 plant_outputs *y) {
+static void tick(const plant_parameters *p, const plant_inputs *u, void *memory, plant_outputs *y) {
   state *s = memory;
   const int substeps = (int)p->substeps;
   const double h = p->Ts / substeps;
