@@ -20,7 +20,7 @@ from fmugen.rooms import ROOMS, Starts, build_machine, build_room, room_interfac
 
 from flexhex.cases import Case, table_cases
 from fmus.common.interface import Interface
-from fmus.common.machine import Machine, load_machine
+from fmus.common.machine import Machine, load_machine, truth_file
 from fmus.common.parameters import base_parameters
 from ssp.delays import alignment, reference_delay
 from ssp.system import System, hexapod
@@ -38,11 +38,6 @@ INSTANCES = {
 }
 """Instance in the loop -> room."""
 Say = Callable[[str], None]
-
-
-def truth_file(machine_file: Path) -> Path:
-    """The truth that belongs to a machine file: `tflex.toml` -> `tflex-truth.toml`."""
-    return machine_file.with_name(f"{machine_file.stem}-truth.toml")
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,9 @@ class Coordinates:
 
     @staticmethod
     def split(x: ca.SX, n: int = 6) -> Coordinates:
-        """Take x~ (n + 4 n + 7,) apart."""
+        """Take x~ (n + 4 n + 7,) apart; (n,) without a platform."""
+        if x.numel() == n:
+            return Coordinates(x, [], ca.SX(0, 1), ca.SX(0, 1))
         lam_Q = [x[n + N_LAM * i : n + N_LAM * (i + 1)] for i in range(n)]
         tail = n + N_LAM * n
         return Coordinates(x[:n], lam_Q, x[tail : tail + 3], x[tail + 3 : tail + 7])
@@ -60,7 +62,7 @@ def constraints(machine: Machine, frames: Frames, x: ca.SX) -> ca.SX:
     [SH, Eq. (5), (6)]; (5c) is printed |lam| = 0, what holds is lam^T lam - 1 = 0.
     """
     xt = Coordinates.split(x, machine.n_arms)
-    r_BQ, r_QP = machine.geometry.L, ca.vertcat(machine.geometry.l, 0, 0)
+    r_BQ, r_QP = machine.geometry.L, ca.vertcat(machine.platform.l, 0, 0)
     rows = []
     for i, arm in enumerate(frames.arms):
         lam_Q, theta = xt.lam_Q[i], xt.theta[i]

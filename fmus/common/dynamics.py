@@ -13,7 +13,7 @@ import casadi as ca
 
 from fmus.common import quaternion as qn
 from fmus.common.constraints import Coordinates, deformations
-from fmus.common.linkage import ArmPose, Linkage
+from fmus.common.linkage import ArmPose, FreeArms, Linkage, UpperPose
 from fmus.common.mechanism import Mechanism
 
 
@@ -73,12 +73,18 @@ def bending_reaction(q: ca.SX, k: ca.SX) -> ca.SX:
     return ca.dot(sigma, qv) * qv - q0 * (q0 * sigma - ca.cross(sigma, qv))
 
 
+def upper_torque(pose: UpperPose, motion: Motion, par: Mechanism, i: int) -> ca.SX:
+    """Torque of the upper arm i, J thetadd minus its weight's.  [SH, Eq. (7), (8)]"""
+    J, mc_x, mc_z = par.upper[i][0], par.upper[i][1], par.upper[i][2]
+    torque: ca.SX = J * motion.xdd.theta[i] - ca.dot(motion.g, mc_x * pose.up + mc_z * pose.u)
+    return torque
+
+
 def arm_loads(pose: ArmPose, motion: Motion, par: Mechanism, i: int) -> Loads:
     """Loads of arm i: upper arm, lower arm and its two joints' flexures."""
     thetad, thetadd = motion.xd.theta[i], motion.xdd.theta[i]
     lamd, lamdd = motion.xd.lam_Q[i], motion.xdd.lam_Q[i]
-    J, mc_x, mc_z = par.upper[i][0], par.upper[i][1], par.upper[i][2]
-    joint = J * thetadd - ca.dot(motion.g, mc_x * pose.up + mc_z * pose.u)
+    joint = upper_torque(pose, motion, par, i)
 
     a_Q = pose.L * (thetadd * pose.up - thetad**2 * pose.u) - motion.g
     w, wd = qn.body_rate(pose.lam_Q, lamd), qn.body_rate(pose.lam_Q, lamdd)
@@ -110,8 +116,11 @@ def rod_transpose(pose: ArmPose, moment: ca.SX) -> tuple[ca.SX, ca.SX]:
     return joint, f_P
 
 
-def loads(linkage: Linkage, motion: Motion, par: Mechanism) -> Loads:
+def loads(linkage: Linkage | FreeArms, motion: Motion, par: Mechanism) -> Loads:
     """All bodies and flexures: M~ xdd + h~ - f~ - g~ before the implicit projection."""
+    if isinstance(linkage, FreeArms):
+        alone = [upper_torque(pose, motion, par, i) for i, pose in enumerate(linkage.arms)]
+        return Loads(ca.vertcat(*alone), ca.SX.zeros(3), ca.SX.zeros(3))
     xt, R_E = linkage.xt, linkage.R_E
     w, wd = qn.body_rate(xt.lam_E, motion.xd.lam_E), qn.body_rate(xt.lam_E, motion.xdd.lam_E)
     force, moment = body_wrench(par.end_effector, R_E, motion.xdd.x_E - motion.g, w, wd)
@@ -124,15 +133,19 @@ def loads(linkage: Linkage, motion: Motion, par: Mechanism) -> Loads:
     return Loads(ca.vertcat(*joints), force, moment)
 
 
-def project(linkage: Linkage, load: Loads) -> ca.SX:
+def project(linkage: Linkage | FreeArms, load: Loads) -> ca.SX:
     """Joint torques J^T (...) (n,).  [SH, Eq. (21)]"""
+    if isinstance(linkage, FreeArms):
+        return load.joint
     along = linkage.platform.solve_transposed(ca.vertcat(load.force, load.moment))
     beta = ca.vertcat(*(pose.beta for pose in linkage.arms))
     return load.joint + beta * along
 
 
-def platform_jacobian(linkage: Linkage) -> ca.SX:
+def platform_jacobian(linkage: Linkage | FreeArms) -> ca.SX:
     """Motion of E for each joint rate (6, n): velocity in the world, rotation in its axes."""
+    if isinstance(linkage, FreeArms):
+        return ca.SX(6, linkage.n)
     columns = []
     for i, pose in enumerate(linkage.arms):
         unit = ca.SX.zeros(linkage.n)

@@ -37,7 +37,7 @@ class ArmFrame:
 
 @dataclass(frozen=True)
 class Frames:
-    """All arms and the neutral x~, x0 (37,)."""
+    """All arms and the neutral x~, x0 (37,); without a platform no arms, x0 = theta (6,)."""
 
     arms: tuple[ArmFrame, ...]
     x0: Array
@@ -45,24 +45,26 @@ class Frames:
     @staticmethod
     def of(machine: Machine, where: str = "machine") -> Frames:
         """Frames of a machine; MachineError when an arm does not close at neutral."""
+        if not machine.has_platform:
+            return Frames((), np.zeros(machine.n_arms))
         arms = tuple(_arm_frame(machine, i, where) for i in range(machine.n_arms))
         lams = [arm.lam_Q0 for arm in arms]
         x0 = np.concatenate(
-            [np.zeros(len(arms)), *lams, np.array(machine.geometry.x_E0), [1.0, 0.0, 0.0, 0.0]]
+            [np.zeros(len(arms)), *lams, np.array(machine.platform.x_E0), [1.0, 0.0, 0.0, 0.0]]
         )
         return Frames(arms, x0)
 
 
 def _arm_frame(machine: Machine, i: int, where: str) -> ArmFrame:
-    arm, geometry = machine.arms[i], machine.geometry
+    arm, platform = machine.arms[i], machine.platform
     x_B, axis = np.array(arm.x_B), np.array(arm.axis)
-    u_B, r_EP = np.array(arm.u_B), np.array(arm.r_EP)
-    rod = np.array(geometry.x_E0) + r_EP - x_B - geometry.L * u_B
+    u_B, r_EP = np.array(arm.u_B), np.array(platform.r_EP[i])
+    rod = np.array(platform.x_E0) + r_EP - x_B - machine.geometry.L * u_B
     length = float(np.linalg.norm(rod))
-    if abs(length - geometry.l) > 1e-9:
+    if abs(length - platform.l) > 1e-9:
         raise MachineError(
             f"{where}: arm {i + 1} does not close: at the neutral pose its joints are"
-            f" {length:.9g} m apart, geometry.l is {geometry.l:.9g} m;"
+            f" {length:.9g} m apart, geometry.l is {platform.l:.9g} m;"
             " correct l, x_E0, r_EP, x_B, u_B or L"
         )
     x_Q = rod / length

@@ -36,20 +36,28 @@ class ArmRhs:
     closure: ca.SX
 
 
-class ArmPose:
+class UpperPose:
+    """The upper arm of arm i: u (3,), unit vector along it, and up = du/dtheta."""
+
+    def __init__(self, machine: Machine, theta: ca.SX, i: int) -> None:
+        arm = machine.arms[i]
+        sine, cosine = ca.sin(theta), ca.cos(theta)
+        u0, side = ca.SX(arm.u_B), ca.cross(ca.SX(arm.axis), ca.SX(arm.u_B))
+        self.u, self.up = cosine * u0 + sine * side, cosine * side - sine * u0
+
+
+class ArmPose(UpperPose):
     """Everything about arm i that depends on the pose alone.
 
-    u (3,): unit vector along the upper arm; up = du/dtheta; R_Q = R(lam_Q); n_Q = |lam_Q|^2;
+    R_Q = R(lam_Q); n_Q = |lam_Q|^2;
     q, s (4,): relative quaternions of the universal and spherical joint; beta: motion of P_i
     along the lower arm for a unit joint rate, R_Q[:, 0] . L up.
     """
 
     def __init__(self, machine: Machine, arm: ArmFrame, xt: Coordinates, i: int) -> None:
-        self.arm, self.L, self.l = arm, machine.geometry.L, machine.geometry.l
+        super().__init__(machine, xt.theta[i], i)
+        self.arm, self.L, self.l = arm, machine.geometry.L, machine.platform.l
         self.theta, self.lam_Q = xt.theta[i], xt.lam_Q[i]
-        sine, cosine = ca.sin(self.theta), ca.cos(self.theta)
-        u0, side = ca.SX(arm.u_B), ca.cross(ca.SX(arm.axis), ca.SX(arm.u_B))
-        self.u, self.up = cosine * u0 + sine * side, cosine * side - sine * u0
         self.R_Q = qn.rotation(self.lam_Q)
         self.n_Q = ca.dot(self.lam_Q, self.lam_Q)
         self.q = relative_universal(arm, self.theta, self.lam_Q)
@@ -158,3 +166,27 @@ class Linkage:
             )
             rows += [twist, 2 * ca.dot(lamd, lamd), closure]
         return ca.vertcat(*rows, 2 * ca.dot(v.lam_E, v.lam_E))
+
+
+class FreeArms:
+    """Upper arms without a platform: nothing to close, x~ = theta. Serves like a `Linkage`."""
+
+    def __init__(self, machine: Machine, x: ca.SX) -> None:
+        self.n = machine.n_arms
+        self.arms = [UpperPose(machine, x[i], i) for i in range(self.n)]
+
+    def residual(self) -> ca.SX:
+        """No constraints (0,)."""
+        return ca.SX(0, 1)
+
+    def newton(self) -> ca.SX:
+        """No dependent coordinates (0,)."""
+        return ca.SX(0, 1)
+
+    def rates(self, thetad: ca.SX) -> ca.SX:
+        """xd (6,) = thetad."""
+        return thetad
+
+    def accelerations(self, xd: ca.SX, thetadd: ca.SX) -> ca.SX:
+        """xdd (6,) = thetadd."""
+        return thetadd

@@ -9,182 +9,46 @@ names file, field and remedy.
 from __future__ import annotations
 
 import tomllib
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from fmus.common.errors import MachineError
-from fmus.common.quantity import quantity
-
-Vector = tuple[float, ...]
-Matrix = tuple[Vector, ...]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", ignored_types=(cached_property,))
-
-
-class Gravity(_Section):
-    """g (3,) [m/s2] in the world frame, z up."""
-
-    g: Annotated[Vector, quantity("m/s2", 3)]
-
-
-class Geometry(_Section):
-    """L, l: upper and lower arm [m]; x_E0 (3,): neutral position of E [m]; stroke [rad]."""
-
-    L: Annotated[float, quantity("m", gt=0)]
-    l: Annotated[float, quantity("m", gt=0)]  # noqa: E741 - the paper's neighbour of L
-    x_E0: Annotated[Vector, quantity("m", 3)]
-    stroke: Annotated[float, quantity("rad", gt=0, le=1.5)]
+from fmus.common.sections import (
+    Actuator,
+    Arm,
+    Bodies,
+    Body,
+    Control,
+    Drive,
+    Encoder,
+    EndEffector,
+    Flexures,
+    Geometry,
+    Gravity,
+    Matrix,
+    Reference,
+    Section,
+    Timing,
+    Vector,
+)
 
 
-class Arm(_Section):
-    """One arm in the world frame at the neutral pose; a positive angle turns about `axis`.
+@dataclass(frozen=True)
+class Platform:
+    """Lower arms and end-effector: l [m], x_E0 (3,) [m], r_EP (n_arms, 3) [m], bodies, flexures."""
 
-    x_B (3,) [m]: point on the motor axis; axis, u_B (3,): unit vectors of the motor axis and
-    along the upper arm, at right angles; r_EP (3,) [m]: spherical joint in E.
-    """
-
-    x_B: Annotated[Vector, quantity("m", 3)]
-    axis: Annotated[Vector, quantity("1", 3)]
-    u_B: Annotated[Vector, quantity("1", 3)]
-    r_EP: Annotated[Vector, quantity("m", 3)]
-
-    @model_validator(mode="after")
-    def _frame(self) -> Arm:
-        axis, u = np.array(self.axis), np.array(self.u_B)
-        for name, v in (("axis", axis), ("u_B", u)):
-            if abs(np.linalg.norm(v) - 1) > 1e-9:
-                raise ValueError(f"{name} has length {np.linalg.norm(v):.12g}, must be 1")
-        if abs(axis @ u) > 1e-9:
-            raise ValueError("u_B is not at right angles to axis")
-        return self
-
-
-class Body(_Section):
-    """m [kg], centre of mass c (3,) [m], Ic (6,) [kg m2]: xx, yy, zz, xy, xz, yz about it."""
-
-    m: Annotated[float, quantity("kg", gt=0)]
-    c: Annotated[Vector, quantity("m", 3)]
-    Ic: Annotated[Vector, quantity("kg m2", 6)]
-
-    @model_validator(mode="after")
-    def _physical(self) -> Body:
-        principal = np.linalg.eigvalsh(symmetric(self.Ic))
-        if principal[0] <= 0:
-            raise ValueError(f"Ic is not positive definite (smallest {principal[0]:.3g} kg m2)")
-        if principal[2] > principal[0] + principal[1] + 1e-12:
-            raise ValueError("Ic breaks the triangle inequality: no body has such moments")
-        return self
-
-
-class UpperArm(Body):
-    """Upper arm in B, with the rotor's inertia J_rotor [kg m2] about the motor axis."""
-
-    J_rotor: Annotated[float, quantity("kg m2", ge=0)]
-
-
-class EndEffector(Body):
-    """End-effector in E; a payload is a point mass at c_payload (3,) [m]."""
-
-    c_payload: Annotated[Vector, quantity("m", 3)]
-
-
-class Bodies(_Section):
-    """The three kinds of bodies; all arms are alike."""
-
-    upper: UpperArm
+    l: float  # noqa: E741 - the paper's neighbour of L
+    x_E0: Vector
+    r_EP: Matrix
     lower: Body
     end_effector: EndEffector
+    flexures: Flexures
 
 
-class Flexures(_Section):
-    """Joint stiffness [N m/rad]: k_u (2,) universal bendings, k_s (2,) spherical twist, bending."""
-
-    k_u: Annotated[Vector, quantity("N m/rad", 2, ge=0)]
-    k_s: Annotated[Vector, quantity("N m/rad", 2, ge=0)]
-
-
-class Actuator(_Section):
-    """The terms of [SH, Eq. (22)] for each of the actuators; a, b (n_arms, n_harmonics)."""
-
-    sigma: Annotated[float, quantity("rad", gt=0)]
-    omega_cog: Annotated[float, quantity("1/rad", gt=0)]
-    n_harmonics: Annotated[int, Field(ge=1, le=20)]
-    o: Annotated[Vector, quantity("N m", -1)]
-    k: Annotated[Vector, quantity("N m/rad", -1)]
-    d: Annotated[Vector, quantity("N m s/rad", -1, ge=0)]
-    c: Annotated[Vector, quantity("N m", -1, ge=0)]
-    a: Annotated[Matrix, quantity("N m", -1, -1)]
-    b: Annotated[Matrix, quantity("N m", -1, -1)]
-
-
-class Drive(_Section):
-    """Servo drive: torque constant, limit, quantum, current loop and extra delays."""
-
-    K_t: Annotated[float, quantity("N m/A", gt=0)]
-    I_peak: Annotated[float, quantity("A", gt=0)]
-    I_step: Annotated[float, quantity("A", ge=0)]
-    f_current: Annotated[float, quantity("Hz", gt=0)]
-    t_command: Annotated[float, quantity("s", ge=0, le=0.01)]
-    t_measurement: Annotated[float, quantity("s", ge=0, le=0.01)]
-
-    @property
-    def tau_max(self) -> float:
-        """Torque limit [N m]."""
-        return float(self.K_t * self.I_peak)
-
-
-class Encoder(_Section):
-    """Angle step [rad]; zero means no quantisation."""
-
-    step: Annotated[float, quantity("rad", ge=0)]
-
-
-class Timing(_Section):
-    """Base step and sample times [s]; the latter are whole numbers of base steps."""
-
-    base: Annotated[float, quantity("s", gt=0)]
-    feedforward: Annotated[float, quantity("s", gt=0)]
-    adaptation: Annotated[float, quantity("s", gt=0)]
-
-    @model_validator(mode="after")
-    def _whole(self) -> Timing:
-        for name in ("feedforward", "adaptation"):
-            steps = getattr(self, name) / self.base
-            if abs(steps - round(steps)) > 1e-9 or round(steps) < 1:
-                raise ValueError(f"{name} is {steps:.6g} base steps, must be a whole number")
-        return self
-
-
-class Control(_Section):
-    """Feedback design and Kalman filter; R1, P0 are normalised, R2 [N2 m2]."""
-
-    f_crossover: Annotated[float, quantity("Hz", gt=0)]
-    phase_margin: Annotated[float, quantity("rad", gt=0, le=1.5)]
-    integrator_ratio: Annotated[float, quantity("1", gt=1)]
-    J_design: Annotated[float, quantity("kg m2", gt=0)]
-    hann_points: Annotated[int, Field(ge=3, le=1001)]
-    R1: Annotated[float, quantity("1", ge=0)]
-    R1_end_effector: Annotated[float, quantity("1", ge=0)]
-    R2: Annotated[float, quantity("N2 m2", gt=0)]
-    P0: Annotated[float, quantity("1", gt=0)]
-
-
-class Reference(_Section):
-    """Default experiment: random setpoints within +-amplitude [rad], one each period [s]."""
-
-    amplitude: Annotated[float, quantity("rad", gt=0)]
-    period: Annotated[float, quantity("s", gt=0)]
-    move: Annotated[float, quantity("s", gt=0)]
-    duration: Annotated[float, quantity("s", gt=0)]
-
-
-class Machine(_Section):
+class Machine(Section):
     """Everything that is known about one machine, in SI units."""
 
     name: Annotated[str, Field(pattern=r"^[a-z][a-z0-9_-]*$")]
@@ -192,7 +56,7 @@ class Machine(_Section):
     geometry: Geometry
     arms: Annotated[tuple[Arm, ...], Field(min_length=6, max_length=6)]
     bodies: Bodies
-    flexures: Flexures
+    flexures: Flexures | None = None
     actuator: Actuator
     drive: Drive
     encoder: Encoder
@@ -204,6 +68,38 @@ class Machine(_Section):
     def n_arms(self) -> int:
         """Number of arms and actuators."""
         return len(self.arms)
+
+    @property
+    def has_platform(self) -> bool:
+        """False for the actuators alone: upper arms without Q_i and E."""
+        return self.flexures is not None
+
+    @property
+    def platform(self) -> Platform:
+        """What stands on the upper arms. MachineError when the machine has none."""
+        g, b, f = self.geometry, self.bodies, self.flexures
+        r_EP = tuple(arm.r_EP for arm in self.arms if arm.r_EP is not None)
+        if not (g.l and g.x_E0 and b.lower and b.end_effector and f and len(r_EP) == self.n_arms):
+            raise MachineError(f"{self.name} has no platform, only its actuators")
+        return Platform(g.l, g.x_E0, r_EP, b.lower, b.end_effector, f)
+
+    @model_validator(mode="after")
+    def _whole_platform(self) -> Machine:
+        parts = {
+            "geometry.l": self.geometry.l,
+            "geometry.x_E0": self.geometry.x_E0,
+            "bodies.lower": self.bodies.lower,
+            "bodies.end_effector": self.bodies.end_effector,
+            "flexures": self.flexures,
+            **{f"arms.{i}.r_EP": arm.r_EP for i, arm in enumerate(self.arms, start=1)},
+        }
+        missing = [name for name, part in parts.items() if part is None]
+        if missing and len(missing) < len(parts):
+            raise ValueError(
+                f"{missing[0]} is missing: give all of the platform, or nothing of it"
+                " for the actuators alone"
+            )
+        return self
 
     @model_validator(mode="after")
     def _drive_delays(self) -> Machine:
@@ -227,12 +123,6 @@ class Machine(_Section):
         return self
 
 
-def symmetric(six: Vector) -> np.ndarray:
-    """Matrix (3, 3) from xx, yy, zz, xy, xz, yz."""
-    xx, yy, zz, xy, xz, yz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def load_machine(path: str | Path) -> Machine:
     """Read and check a machine file.
 
@@ -242,13 +132,43 @@ def load_machine(path: str | Path) -> Machine:
     """
     from fmus.common.geometry import Frames
 
-    data = read_toml(path)
     try:
-        machine = Machine.model_validate(data)
+        machine = Machine.model_validate(machine_data(Path(path)))
     except ValidationError as error:
         raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
     Frames.of(machine, where=str(path))
     return machine
+
+
+def machine_data(path: Path) -> dict[str, Any]:
+    """Plain data of a machine file, `extends` and `without_platform` carried out.
+
+    extends = "tflex.toml"      everything from there; top-level keys here replace theirs
+    without_platform = true     no lower arms, no end-effector, no flexures
+    """
+    data = read_toml(path)
+    base = data.pop("extends", None)
+    if base is not None:
+        data = machine_data(path.with_name(str(base))) | data
+    if data.pop("without_platform", False):
+        data.pop("flexures", None)
+        for section, keys in (("geometry", ("l", "x_E0")), ("bodies", ("lower", "end_effector"))):
+            data[section] = {k: v for k, v in data.get(section, {}).items() if k not in keys}
+        data["arms"] = [
+            {k: v for k, v in arm.items() if k != "r_EP"} for arm in data.get("arms", [])
+        ]
+    return data
+
+
+def truth_file(path: Path) -> Path:
+    """The truth that belongs to a machine file: `tflex.toml` -> `tflex-truth.toml`.
+
+    A file that extends another is another build of the same machine and shares its truth.
+    """
+    base = read_toml(path).get("extends")
+    if base is not None:
+        return truth_file(path.with_name(str(base)))
+    return path.with_name(f"{path.stem}-truth.toml")
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -263,6 +183,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def complaint(path: str | Path, error: Any) -> str:
+    """One line for one of pydantic's errors: file, field, what is wrong."""
     where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in error["loc"])
     text = error["msg"].removeprefix("Value error, ")
     if error["type"] == "missing":

@@ -13,7 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.machine import Body, Machine, symmetric
+from fmus.common.machine import Machine
+from fmus.common.sections import Body, symmetric
 
 INERTIA_NAMES = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz")
 INERTIA_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m2",) * 6
@@ -23,7 +24,9 @@ STIFFNESS_NAMES = ("k_u2", "k_u3", "k_s1", "k_s2")
 
 @dataclass(frozen=True)
 class Mechanism:
-    """upper[i] (3,): J about the motor axis, mc_x, mc_z; lower[i], end_effector (10,): m, mc, J
+    """Parameters of all arms; without a platform all but `upper` are empty.
+
+    upper[i] (3,): J about the motor axis, mc_x, mc_z; lower[i], end_effector (10,): m, mc, J
     about the frame's origin; stiffness[i] (4,): k_u2, k_u3, k_s1, k_s2."""
 
     upper: list[Any]
@@ -33,6 +36,8 @@ class Mechanism:
 
     def vector(self) -> Any:
         """All values in one column, arm by arm, end-effector last (17 n_arms + 10)."""
+        if not self.lower:
+            return ca.vertcat(*self.upper)
         arms = zip(self.upper, self.lower, self.stiffness, strict=True)
         parts = [part for arm in arms for part in arm]
         return ca.vertcat(*parts, self.end_effector)
@@ -40,6 +45,8 @@ class Mechanism:
     @staticmethod
     def split(v: Any, n: int) -> Mechanism:
         """The inverse of `vector`."""
+        if v.numel() == len(UPPER_NAMES) * n:
+            return Mechanism([v[3 * i : 3 * (i + 1)] for i in range(n)], [], None, [])
         per = len(mechanism_names(1)) - len(INERTIA_NAMES)
         arms = [v[per * i : per * (i + 1)] for i in range(n)]
         return Mechanism(
@@ -47,26 +54,30 @@ class Mechanism:
         )
 
 
-def mechanism_names(n: int) -> tuple[str, ...]:
+def mechanism_names(n: int, platform: bool = True) -> tuple[str, ...]:
     """Names of `Mechanism.vector`, such as `lower[2].mc_x`."""
-    return tuple(name for name, _ in _entries(n))
+    return tuple(name for name, _ in _entries(n, platform))
 
 
-def mechanism_units(n: int) -> tuple[str, ...]:
+def mechanism_units(n: int, platform: bool = True) -> tuple[str, ...]:
     """Units of `Mechanism.vector`."""
-    return tuple(unit for _, unit in _entries(n))
+    return tuple(unit for _, unit in _entries(n, platform))
 
 
-def _entries(n: int) -> list[tuple[str, str]]:
+def _entries(n: int, platform: bool) -> list[tuple[str, str]]:
     entries = []
     for i in range(1, n + 1):
         upper = zip(UPPER_NAMES, UPPER_UNITS, strict=True)
         entries += [(f"upper[{i}].{name}", unit) for name, unit in upper]
+        if not platform:
+            continue
         lower = zip(INERTIA_NAMES, INERTIA_UNITS, strict=True)
         entries += [(f"lower[{i}].{name}", unit) for name, unit in lower]
         entries += [(f"flexure[{i}].{name}", "N m/rad") for name in STIFFNESS_NAMES]
-    platform = zip(INERTIA_NAMES, INERTIA_UNITS, strict=True)
-    return entries + [(f"end_effector.{name}", unit) for name, unit in platform]
+    if platform:
+        body = zip(INERTIA_NAMES, INERTIA_UNITS, strict=True)
+        entries += [(f"end_effector.{name}", unit) for name, unit in body]
+    return entries
 
 
 def inertia(body: Body) -> NDArray[np.float64]:
@@ -84,11 +95,14 @@ def point_mass(m: Any, r: Any) -> Any:
 
 def nominal_mechanism(machine: Machine) -> Mechanism:
     """The mechanism that the machine file describes, as numbers."""
-    n, bodies = machine.n_arms, machine.bodies
-    body = inertia(bodies.upper)
-    upper = np.array([body[5] + bodies.upper.J_rotor, body[1], body[3]])
-    stiffness = np.array([*machine.flexures.k_u, *machine.flexures.k_s])
-    lower, end_effector = inertia(bodies.lower), inertia(bodies.end_effector)
+    n, arm = machine.n_arms, machine.bodies.upper
+    body = inertia(arm)
+    upper = np.array([body[5] + arm.J_rotor, body[1], body[3]])
+    if not machine.has_platform:
+        return Mechanism([upper] * n, [], None, [])
+    platform = machine.platform
+    stiffness = np.array([*platform.flexures.k_u, *platform.flexures.k_s])
+    lower, end_effector = inertia(platform.lower), inertia(platform.end_effector)
     return Mechanism([upper] * n, [lower] * n, end_effector, [stiffness] * n)
 
 

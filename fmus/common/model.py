@@ -11,7 +11,7 @@ from fmus.common import actuator
 from fmus.common.constraints import Coordinates
 from fmus.common.dynamics import Motion, loads, platform_jacobian, project
 from fmus.common.geometry import Frames
-from fmus.common.linkage import Linkage
+from fmus.common.linkage import FreeArms, Linkage
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_mechanism, parameters
 
@@ -27,8 +27,10 @@ class Model:
         self.n_actuator = self.n_basis + 3
         self.g = ca.SX(list(machine.gravity.g))
 
-    def linkage(self, x: ca.SX) -> Linkage:
-        """The closed loops at x~ (37,)."""
+    def linkage(self, x: ca.SX) -> Linkage | FreeArms:
+        """The closed loops at x~ (37,), or the free upper arms."""
+        if not self.machine.has_platform:
+            return FreeArms(self.machine, x)
         return Linkage(self.machine, self.frames, x)
 
     def motion(self, xd: ca.SX, xdd: ca.SX) -> Motion:

@@ -58,13 +58,15 @@ def actuator_parameters(machine: Machine) -> list[Parameter]:
 
 
 def mechanism_parameters(machine: Machine) -> list[Parameter]:
-    """The 30 of the mechanism: J of each upper arm, then what the arms share, then E."""
+    """The 30 of the mechanism: J of each upper arm, what the arms share, E; 8 without platform."""
     floors = {"kg": 0.1, "kg m": 0.005, "kg m2": 5e-4, "N m/rad": 0.05}
     listed = [
         Parameter(f"upper[{i}].J", "kg m2", f"upper arm {i}", 5e-4)
         for i in range(1, machine.n_arms + 1)
     ]
     listed += [Parameter(f"upper.{n}", "kg m", "upper arms", 0.005) for n in ("mc_x", "mc_z")]
+    if not machine.has_platform:
+        return listed
     for k in _LOWER:
         name, unit = INERTIA_NAMES[k], INERTIA_UNITS[k]
         listed.append(Parameter(f"lower.{name}", unit, "lower arms", floors[unit]))
@@ -86,9 +88,11 @@ def base_mechanism(machine: Machine, p: Any) -> Mechanism:
     Lower arms have m = mc_x = 0: their ends' masses are carried by their neighbours.
     """
     n = machine.n_arms
+    upper = [ca.vertcat(p[i], p[n], p[n + 1]) for i in range(n)]
+    if not machine.has_platform:
+        return Mechanism(upper, [], None, [])
     lower = ca.vertcat(0, 0, p[n + 2 : n + 10])
     end_effector, stiffness = p[n + 10 : n + 20], p[n + 20 : n + 24]
-    upper = [ca.vertcat(p[i], p[n], p[n + 1]) for i in range(n)]
     return Mechanism(upper, [lower] * n, end_effector, [stiffness] * n)
 
 
@@ -109,17 +113,21 @@ def regrouped(machine: Machine, full: Mechanism) -> Array:
     m - mc_x/l at Q_i beside what remains of its inertia; they are added to E and to the
     upper arm. Where arms differ, shared entries are means and the result is approximate.
     """
-    g, n = machine.geometry, machine.n_arms
+    n = machine.n_arms
+    if not machine.has_platform:
+        arms = np.array([np.array(upper, dtype=float).ravel() for upper in full.upper])
+        return np.concatenate([arms[:, 0], arms[:, 1:].mean(axis=0)])
+    L, l, r_EP = machine.geometry.L, machine.platform.l, machine.platform.r_EP  # noqa: E741
     end_effector = np.array(full.end_effector, dtype=float).ravel()
     uppers, rests = [], []
     for i in range(n):
         upper = np.array(full.upper[i], dtype=float).ravel().copy()
         lower = np.array(full.lower[i], dtype=float).ravel().copy()
-        at_P = lower[1] / g.l
+        at_P = lower[1] / l
         at_Q = lower[0] - at_P
-        end_effector = end_effector + np.array(point_mass(at_P, machine.arms[i].r_EP)).ravel()
-        upper += [at_Q * g.L**2, at_Q * g.L, 0.0]
-        lower[[5, 6]] -= at_P * g.l**2
+        end_effector = end_effector + np.array(point_mass(at_P, r_EP[i])).ravel()
+        upper += [at_Q * L**2, at_Q * L, 0.0]
+        lower[[5, 6]] -= at_P * l**2
         uppers.append(upper)
         rests.append(lower[list(_LOWER)])
     shared = np.mean(uppers, axis=0)[1:]

@@ -11,7 +11,7 @@ import casadi as ca
 
 from fmus.common import quaternion as qn
 from fmus.common.dynamics import loads, platform_jacobian, project
-from fmus.common.linkage import ArmPose, Linkage
+from fmus.common.linkage import ArmPose, FreeArms, Linkage
 from fmus.common.machine import Machine
 from fmus.common.mechanism import Mechanism, mechanism_names, point_mass
 from fmus.common.model import Model
@@ -50,8 +50,11 @@ def rod_form(pose: ArmPose, par: ca.SX) -> ca.SX:
     return form
 
 
-def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
+def mass_matrix(linkage: Linkage | FreeArms, par: Mechanism) -> ca.SX:
     """M (n, n) [kg m2] that the joints feel."""
+    if isinstance(linkage, FreeArms):
+        alone: ca.SX = ca.diag(ca.vertcat(*(upper[0] for upper in par.upper)))
+        return alone
     R_E = linkage.R_E
     E = spatial_inertia(par.end_effector)
     M_v = R_E @ E[:3, 3:]
@@ -76,8 +79,10 @@ def mass_matrix(linkage: Linkage, par: Mechanism) -> ca.SX:
 
 
 def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
-    """The mechanism with a point mass `payload` [kg] at c_payload of E."""
-    carried = par.end_effector + point_mass(payload, machine.bodies.end_effector.c_payload)
+    """The mechanism with a point mass `payload` [kg] at c_payload of E, if there is an E."""
+    if not machine.has_platform:
+        return par
+    carried = par.end_effector + point_mass(payload, machine.platform.end_effector.c_payload)
     return Mechanism(par.upper, par.lower, carried, par.stiffness)
 
 
@@ -92,14 +97,14 @@ def functions(machine: Machine) -> list[ca.Function]:
     plant_rates(theta, thetad, d, z, tau, mechanism, actuator, payload)
         -> thetadd (6,), dd (31,), zd (6,)
     plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
-    plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E
     plant_neutral() -> d (31,)
+    plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E; not without a platform
     """
     model = Model(machine)
     n, n_d = model.n, model.n_x - model.n
     theta, thetad, d = ca.SX.sym("theta", n), ca.SX.sym("thetad", n), ca.SX.sym("d", n_d)
     z, tau, payload = ca.SX.sym("z", n), ca.SX.sym("tau", n), ca.SX.sym("payload")
-    mechanism = ca.SX.sym("mechanism", len(mechanism_names(n)))
+    mechanism = ca.SX.sym("mechanism", len(mechanism_names(n, machine.has_platform)))
     p = ca.SX.sym("actuator", n * model.n_actuator)
 
     linkage = model.linkage(ca.vertcat(theta, d))
@@ -110,8 +115,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
     thetadd = solve_symmetric(mass_matrix(linkage, par), tau - chi - bias)
 
-    lam_E = d[n_d - 4 :]
-    return [
+    made = [
         ca.Function(
             "plant_rates",
             [theta, thetad, d, z, tau, mechanism, p, payload],
@@ -126,12 +130,9 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["theta", "d"],
             ["d_next", "residual"],
         ),
-        ca.Function(
-            "plant_pose",
-            [d],
-            [d[n_d - 7 : n_d - 4], qn.rotation_vector(lam_E)],
-            ["d"],
-            ["x_E", "phi_E"],
-        ),
         ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
     ]
+    if machine.has_platform:
+        x_E, phi_E = d[n_d - 7 : n_d - 4], qn.rotation_vector(d[n_d - 4 :])
+        made.append(ca.Function("plant_pose", [d], [x_E, phi_E], ["d"], ["x_E", "phi_E"]))
+    return made

@@ -32,8 +32,8 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
             size=len(full),
             min=-100,
             max=100,
-            elements=mechanism_names(n),
-            units=mechanism_units(n),
+            elements=mechanism_names(n, machine.has_platform),
+            units=mechanism_units(n, machine.has_platform),
         ),
         Variable(
             "actuator",
@@ -100,6 +100,17 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
     )
 
 
+def pose(machine: Machine) -> tuple[Variable, ...]:
+    """Where E is, for plots; nothing without a platform."""
+    if not machine.has_platform:
+        return ()
+    x_E0 = machine.platform.x_E0
+    return (
+        Variable("x_E", "output", "m", "position of E, exact", size=3, start=x_E0),
+        Variable("phi_E", "output", "rad", "rotation vector of E, exact", size=3),
+    )
+
+
 def interface(machine: Machine) -> Interface:
     """Drives, motors, mechanism, encoders: torque command in, angles and torque out."""
     n, x0 = machine.n_arms, Frames.of(machine).x0
@@ -111,8 +122,7 @@ def interface(machine: Machine) -> Interface:
         Variable(
             "tau_meas", "output", "N m", "motor torque as the drives read it, same instant", size=n
         ),
-        Variable("x_E", "output", "m", "position of E, exact", size=3, start=machine.geometry.x_E0),
-        Variable("phi_E", "output", "rad", "rotation vector of E, exact", size=3),
+        *pose(machine),
         Variable("end_stop", "output", "1", "1: an end stop holds the mechanism", min=0, max=1),
     )
     n_p = len(actuator_parameters(machine))
@@ -124,7 +134,7 @@ def interface(machine: Machine) -> Interface:
         {
             "N": n,
             "N_D": len(x0) - n,
-            "N_MECHANISM": len(mechanism_names(n)),
+            "N_MECHANISM": len(mechanism_names(n, machine.has_platform)),
             "N_ACTUATOR": n_p,
             "MAX_DELAY": MAX_DELAY,
             "HIDDEN": 0,

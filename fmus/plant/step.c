@@ -51,7 +51,9 @@ static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) 
     y->theta[i] = s->theta_read[oldest][i];
     y->tau_meas[i] = s->tau_read[oldest][i];
   }
+#if PLANT_N_D > 0
   plant_pose(s->now.d, y->x_E, y->phi_E);
+#endif
 }
 
 static bool start(const plant_parameters *p, void *memory, plant_outputs *y, char *message,

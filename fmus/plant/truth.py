@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fmus.common.errors import MachineError
@@ -79,17 +80,17 @@ def load_truth(path: str | Path) -> Truth:
 
 def interface(machine: Machine, truth: Truth) -> Interface:
     """`machine`: the plant's interface with the truth in its parameters' start values."""
-    base, draw, n = nominal.interface(machine), random.Random(truth.seed), machine.n_arms
+    base, n = nominal.interface(machine), machine.n_arms
     known = {v.name: v for v in base.variables}
     altered = {
-        "mechanism": _mechanism(known["mechanism"], truth.errors, draw),
-        "actuator": _relative(known["actuator"].starts, truth.errors.actuator, draw),
+        "mechanism": _mechanism(known["mechanism"], truth),
+        "actuator": _actuator(known["actuator"].starts, truth),
     }
     variables = [
         dataclasses.replace(v, start=altered[v.name]) if v.name in altered else v
         for v in base.variables
     ]
-    cogging = _cogging(truth.cogging, n, draw)
+    cogging, draw = _cogging(truth, n), _draw(truth, "drift")
     creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
     noise = truth.noise
     whole: dict[str, Any] = {"causality": "parameter", "min": 0}
@@ -130,26 +131,30 @@ def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
     return [*equations.functions(machine), hidden]
 
 
-def _relative(values: Sequence[float], sigma: float, draw: random.Random) -> list[float]:
-    return [value * (1 + sigma * draw.gauss(0, 1)) for value in values]
+def _draw(truth: Truth, what: str) -> random.Random:
+    """Random numbers for one thing, the same whatever else is drawn."""
+    return random.Random(f"{truth.seed}:{what}")
 
 
-def _mechanism(variable: Variable, errors: Errors, draw: random.Random) -> list[float]:
+def _actuator(values: Sequence[float], truth: Truth) -> list[float]:
+    draw = _draw(truth, "actuator")
+    return [value * (1 + truth.errors.actuator * draw.gauss(0, 1)) for value in values]
+
+
+def _mechanism(variable: Variable, truth: Truth) -> list[float]:
     """Bodies keep their shape: one factor for all inertias of a body, stiffness each its own."""
-    factors: dict[str, float] = {}
     changed = []
     for name, value in zip(variable.elements, variable.starts, strict=True):
-        body = name.split(".")[0]
-        sigma = errors.stiffness if body.startswith("flexure") else errors.inertia
-        key = name if body.startswith("flexure") else body
-        factors.setdefault(key, 1 + sigma * draw.gauss(0, 1))
-        changed.append(value * factors[key])
+        flexure = name.startswith("flexure")
+        sigma = truth.errors.stiffness if flexure else truth.errors.inertia
+        draw = _draw(truth, name if flexure else name.split(".")[0])
+        changed.append(value * (1 + sigma * draw.gauss(0, 1)))
     return changed
 
 
-def _cogging(cogging: Cogging, n: int, draw: random.Random) -> np.ndarray:
+def _cogging(truth: Truth, n: int) -> NDArray[np.float64]:
     """cos, sin amplitudes by joint and order, scaled to the wanted rms for each joint."""
-    count = len(cogging.orders)
+    count, draw = len(truth.cogging.orders), _draw(truth, "cogging")
     raw = np.array([draw.gauss(0, 1) for _ in range(2 * n * count)]).reshape(n, 2 * count)
     rms = np.sqrt((raw**2).sum(axis=1, keepdims=True) / 2) if count else 1.0
-    return (cogging.rms * raw / rms).ravel()
+    return np.asarray((truth.cogging.rms * raw / rms).ravel())
