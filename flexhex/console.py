@@ -16,22 +16,11 @@ from rich.table import Column, Table
 
 from diagnosis.identify import Fit
 from flexhex.cases import Case
-from flexhex.metrics import PAPER
+from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.run import Outcome, Study
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from ssp.results import Result
-
-COLUMNS = (
-    ("e", "µrad"),
-    ("τ_FB", "N m"),
-    ("Δx", "µm"),
-    ("Δy", "µm"),
-    ("Δz", "µm"),
-    ("Δφ", "µrad"),
-    ("Δθ", "µrad"),
-    ("Δψ", "µrad"),
-)
 
 
 class LiveProgress:
@@ -100,6 +89,8 @@ def print_study(study: Study, report: Path) -> None:
     out = Console()
     out.print()
     out.print(_table(study.table))
+    if study.actuators:
+        out.print(_actuators(study.actuators))
     if study.extra:
         out.print(_beside(study.extra))
     out.print(_speed(study.table[-1].result, f"Time in each FMU, {study.table[-1].case.title}"))
@@ -123,6 +114,20 @@ def _table(outcomes: Sequence[Outcome]) -> Table:
         paper = [_number(value, k) for k, value in enumerate(PAPER[outcome.case.name])]
         table.add_row(outcome.case.title, *ours)
         table.add_row("  paper", *paper, style="dim", end_section=True)
+    return table
+
+
+def _actuators(outcomes: Sequence[Outcome]) -> Table:
+    title = "Actuators with their upper arms alone"
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("", no_wrap=True)
+    for name, unit in COLUMNS[:2]:
+        table.add_column(f"{name}\n[dim]{unit}[/]", justify="right", no_wrap=True)
+        table.add_column("[dim]paper[/]", justify="right", no_wrap=True, style="dim")
+    for outcome in outcomes:
+        e, tau_fb = PAPER_ACTUATORS[outcome.case.name]
+        ours = _number(outcome.figures.e, 0), _number(outcome.figures.tau_fb, 1)
+        table.add_row(outcome.case.title, ours[0], _number(e, 0), ours[1], _number(tau_fb, 1))
     return table
 
 
@@ -203,7 +208,15 @@ def study_json(study: Study, report: Path) -> str:
         o.case.name: vars(o.figures) | {"real_time_factor": o.real_time_factor}
         for o in (*study.table, *study.extra)
     }
-    return json.dumps({"cases": cases, "paper": PAPER, "report": str(report)}, indent=2)
+    alone = {o.case.name: {"e": o.figures.e, "tau_fb": o.figures.tau_fb} for o in study.actuators}
+    found = {
+        "cases": cases,
+        "actuators": alone,
+        "paper": PAPER,
+        "paper_actuators": PAPER_ACTUATORS,
+        "report": str(report),
+    }
+    return json.dumps(found, indent=2)
 
 
 def print_findings(findings: Mapping[Path, Sequence[str]]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -20,12 +21,29 @@ PAPER = {
     "adaptive": (31.8, 0.0117, 5.2, 5.4, 4.7, 24.7, 26.0, 13.4),
 }
 """Rows of [SH, Table I], total manipulator, in the order and units of `Figures`."""
+PAPER_ACTUATORS = {
+    "feedback": (565.0, 0.9608),
+    "fixed": (34.6, 0.0131),
+    "adaptive": (27.5, 0.0097),
+}
+"""[SH, Table I], actuators only: e [urad], tau_fb [N m]."""
+COLUMNS = (
+    ("e", "µrad"),
+    ("τ_FB", "N m"),
+    ("Δx", "µm"),
+    ("Δy", "µm"),
+    ("Δz", "µm"),
+    ("Δφ", "µrad"),
+    ("Δθ", "µrad"),
+    ("Δψ", "µrad"),
+)
+"""Headings and units of `Figures` for people."""
 
 
 @dataclass(frozen=True)
 class Figures:
     """RMS over all joints and samples: e [urad], tau_fb [N m]; end-effector dx, dy, dz [um],
-    dphi, dtheta, dpsi [urad] (rotations about x, y, z)."""
+    dphi, dtheta, dpsi [urad] (rotations about x, y, z), NaN without an end-effector."""
 
     e: float
     tau_fb: float
@@ -51,6 +69,8 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
 
     The end-effector's error is J_E(theta) e with the nominal kinematics, [SH, V-B].
     """
+    if not machine.has_platform:
+        return Figures(rms(e) * 1e6, rms(tau_fb), *[math.nan] * 6)
     pose = end_effector_error(machine, theta[::POSE_EVERY], e[::POSE_EVERY])
     micro = [rms(pose[:, k]) * 1e6 for k in range(6)]
     return Figures(rms(e) * 1e6, rms(tau_fb), *micro)

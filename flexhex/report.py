@@ -10,23 +10,12 @@ from typing import Any
 import numpy as np
 
 from flexhex.cases import SETTLE
-from flexhex.metrics import PAPER
+from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
 from flexhex.run import Outcome, Study
 from fmus.common.parameters import base_parameters, parameters
 
 LOG = {"type": "log", "dtick": 1}
-COLUMNS = ("e", "tau_fb", "dx", "dy", "dz", "dphi", "dtheta", "dpsi")
-HEADINGS = (
-    ("e", "µrad"),
-    ("τ<sub>FB</sub>", "N m"),
-    ("Δx", "µm"),
-    ("Δy", "µm"),
-    ("Δz", "µm"),
-    ("Δφ", "µrad"),
-    ("Δθ", "µrad"),
-    ("Δψ", "µrad"),
-)
 
 
 def write_report(study: Study, path: Path) -> Path:
@@ -41,9 +30,9 @@ def write_report(study: Study, path: Path) -> Path:
     text = template.render(
         study=study,
         machine=study.builder.machine,
-        headings=HEADINGS,
-        columns=COLUMNS,
+        headings=COLUMNS,
         paper=PAPER,
+        paper_actuators=PAPER_ACTUATORS,
         speed=_speed(study),
         fit=_fit(study),
         figures=list(figures),

@@ -54,6 +54,7 @@ class Study:
     fit_outcome: Outcome
     table: tuple[Outcome, ...]
     extra: tuple[Outcome, ...]
+    actuators: tuple[Outcome, ...]
     command: str
     wall: float
 
@@ -70,28 +71,54 @@ class Progress(Protocol):
 
 
 def study(builder: Builder, command: str, quick: bool, progress: Progress) -> Study:
-    """The whole of `flexhex run`; quick: short trajectories and the table's cases alone."""
+    """The whole of `flexhex run`; quick: short trajectories and Table I alone."""
     began, machine = time.monotonic(), builder.machine
+    check_truth(builder)
+    seconds = 8.0 if quick else machine.reference.duration
+    estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
+    progress.stage("simulating the cases")
+    cases = table_cases(machine, estimate.p, seconds)
+    extra = () if quick else extra_cases(machine, estimate.p, seconds)
+    outcomes = simulate_all(builder, (*cases, *extra), command, progress)
+    table, rest = outcomes[: len(cases)], outcomes[len(cases) :]
+    alone = actuators_alone(builder, seconds, command, progress)
+    wall = time.monotonic() - began
+    return Study(builder, estimate, measured, table, rest, alone, command, wall)
+
+
+def check_truth(builder: Builder) -> None:
+    """MachineError when there is no machine that the cases could run on."""
     truth = truth_file(builder.machine_file)
     if not truth.exists():
         raise MachineError(
             f"{truth}: no such file: the cases run on a machine that differs from its model, and"
             " this file says how; copy machines/tflex-truth.toml, or use `flexhex simulate`"
         )
-    seconds = 8.0 if quick else machine.reference.duration
-    progress.stage("building the FMUs")
+
+
+def fitted(
+    builder: Builder, seconds: float, command: str, progress: Progress
+) -> tuple[Fit, Outcome]:
+    """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
+    progress.stage(f"building the FMUs of {builder.machine.name}")
     builder.systems()
     progress.stage("simulating the data that p is fitted to")
-    measured = simulate(builder, fit_case(machine, 20.0 if quick else seconds), command, progress)
+    measured = simulate(builder, fit_case(builder.machine, seconds), command, progress)
     progress.stage("fitting the parameters")
-    estimate = fit(machine, [read_log(measured.path)], settle=SETTLE)
-    progress.stage("simulating the cases")
-    cases = table_cases(machine, estimate.p, seconds)
-    extra = () if quick else extra_cases(machine, estimate.p, seconds)
-    outcomes = simulate_all(builder, (*cases, *extra), command, progress)
-    table, rest = outcomes[: len(cases)], outcomes[len(cases) :]
-    wall = time.monotonic() - began
-    return Study(builder, estimate, measured, table, rest, command, wall)
+    return fit(builder.machine, [read_log(measured.path)], settle=SETTLE), measured
+
+
+def actuators_alone(
+    builder: Builder, seconds: float, command: str, progress: Progress
+) -> tuple[Outcome, ...]:
+    """The right half of Table I, when `<machine>-actuators.toml` stands beside the machine."""
+    path = builder.machine_file.with_name(f"{builder.machine_file.stem}-actuators.toml")
+    if not path.exists():
+        return ()
+    alone = Builder(path, builder.out / "actuators", builder.say)
+    estimate, _ = fitted(alone, max(seconds, 20.0), command, progress)
+    progress.stage("simulating the actuators alone")
+    return simulate_all(alone, table_cases(alone.machine, estimate.p, seconds), command, progress)
 
 
 def simulate_all(
