@@ -23,9 +23,8 @@ def write_zip(target: Path, files: Mapping[str, bytes]) -> Path:
     with zipfile.ZipFile(scratch, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name, _EPOCH)
-            # an FMU within a .ssp is packed already
-            packed = name.endswith(".fmu")
-            entry.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
+            # FMUs too: a truncated .ssp must not be taken for the stored FMU at its end
+            entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
             entry.create_system = 3
             archive.writestr(entry, files[name])
