@@ -14,9 +14,11 @@ from pathlib import Path
 from fmugen.pack import scratch_file
 from fmus.common.errors import BuildError
 
-FLAGS = ("-std=c99", "-O2", "-ftree-vectorize", "-fPIC", "-ffp-contract=off")
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-ffp-contract=off")
 HIDDEN = ("-fvisibility=hidden",)
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
+LOOPS = ("-ftree-vectorize", "-fpeel-loops")
+"""For hand-written C: the loops of filter and estimator gain from both, and lose by -O3."""
 LINK = ("-shared", "-s", "-Wl,--build-id=none", "-Wl,-z,noexecstack")
 
 

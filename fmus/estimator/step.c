@@ -1,16 +1,15 @@
-/* Kalman filter of the normalised parameters q = p / scale, one torque after the other.
+/* Kalman filter of the normalised parameters q = p / scale, all torques of a tick at once.
 
-   The measurement noise is the same and independent for all torques, so six scalar updates
-   equal one update with all six; each row of Phi has few nonzeros, so P h needs few rows of P.
-     h = phi * scale,  w = P h / sqrt(h' P h + R2),  q += w (tau - phi p) / sqrt(.),  P -= w w'
-   P -= w w' is symmetric to the last bit. */
+   With H = Phi diag(scale), few nonzeros in a row, and S = H P H' + R2 I = L L':
+     W = P H' L^-T,  q += W L^-1 (tau - Phi p),  P -= W W'
+   Every element of W W' is summed in one order, so P stays symmetric to the last bit. */
 #include "estimator.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { N = ESTIMATOR_N, N_P = ESTIMATOR_N_P, WIDTH = ESTIMATOR_WIDTH };
-static const double FAULT_NOT_FINITE = 2.0;
+static const double FAULT_NOT_FINITE = 2.0, FAULT_NO_COVARIANCE = 3.0;
 
 typedef struct {
   double q[N_P];
@@ -44,48 +43,85 @@ static bool start(const estimator_parameters *p, void *memory, estimator_outputs
   return true;
 }
 
-/* What p misses of one torque, tau - phi p. */
-static double miss(const estimator_parameters *p, const state *s, const double *phi,
-                   const double *columns, double tau) {
+/* One row of the measurement: its nonzeros h, where they stand, and what p misses of the torque. */
+typedef struct {
+  double h[WIDTH];
+  int column[WIDTH];
+  double miss;
+} measurement;
+
+static void measure(const estimator_parameters *p, const state *s, const double *phi,
+                    const double *columns, double tau, measurement *m) {
+  m->miss = tau;
   for (int k = 0; k < WIDTH; ++k) {
-    const int column = (int)columns[k];
-    tau -= phi[k] * p->scale[column] * s->q[column];
+    m->column[k] = (int)columns[k];
+    m->h[k] = phi[k] * p->scale[m->column[k]];
+    m->miss -= m->h[k] * s->q[m->column[k]];
   }
-  return tau;
 }
 
-/* One scalar measurement: row phi at the given columns, torque tau. */
-static void update(const estimator_parameters *p, state *s, const double *phi,
-                   const double *columns, double tau) {
-  const double error = miss(p, s, phi, columns, tau);
-  double w[N_P] = {0.0}, variance = p->R2;
+static double along(const measurement *m, const double *w) {
+  double sum = 0.0;
   for (int k = 0; k < WIDTH; ++k) {
-    const int column = (int)columns[k];
-    const double h = phi[k] * p->scale[column];
-    const double *row = s->P[column];
+    sum += m->h[k] * w[m->column[k]];
+  }
+  return sum;
+}
+
+/* W[i] starts as P h_i; L and W are found row by row. False when P is no covariance any more. */
+static bool factorise(const estimator_parameters *p, const state *s, const measurement *m,
+                      double W[N][N_P], double *error) {
+  double L[N][N];
+  memset(W, 0, N * sizeof W[0]);
+  for (int i = 0; i < N; ++i) {
+    for (int k = 0; k < WIDTH; ++k) {
+      const double h = m[i].h[k], *row = s->P[m[i].column[k]];
+      for (int j = 0; j < N_P; ++j) {
+        W[i][j] += h * row[j];
+      }
+    }
+    double pivot = p->R2 + along(&m[i], W[i]);
+    error[i] = m[i].miss;
+    for (int l = 0; l < i; ++l) {
+      L[i][l] = along(&m[i], W[l]);
+      pivot -= L[i][l] * L[i][l];
+      error[i] -= L[i][l] * error[l];
+      for (int j = 0; j < N_P; ++j) {
+        W[i][j] -= L[i][l] * W[l][j];
+      }
+    }
+    /* no less than R2 but for rounding, as long as P is positive semidefinite */
+    if (!(pivot > 0.5 * p->R2)) {
+      return false;
+    }
+    const double inverse = 1.0 / sqrt(pivot);
+    error[i] *= inverse;
     for (int j = 0; j < N_P; ++j) {
-      w[j] += h * row[j];
+      W[i][j] *= inverse;
     }
   }
-  for (int k = 0; k < WIDTH; ++k) {
-    const int column = (int)columns[k];
-    variance += phi[k] * p->scale[column] * w[column];
-  }
-  const double inverse = 1.0 / sqrt(variance);
-  for (int j = 0; j < N_P; ++j) {
-    w[j] *= inverse;
-    s->q[j] += w[j] * inverse * error;
+  return true;
+}
+
+static void correct(state *s, double W[N][N_P], const double *error) {
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N_P; ++j) {
+      s->q[j] += W[i][j] * error[i];
+    }
   }
   for (int i = 0; i < N_P; ++i) {
-    const double w_i = w[i];
     double *row = s->P[i];
     for (int j = 0; j < N_P; ++j) {
-      row[j] -= w_i * w[j];
+      double sum = 0.0;
+      for (int m = 0; m < N; ++m) {
+        sum += W[m][i] * W[m][j];
+      }
+      row[j] -= sum;
     }
   }
 }
 
-static bool finite(const double *values, int count) {
+static bool all_finite(const double *values, int count) {
   for (int k = 0; k < count; ++k) {
     if (!isfinite(values[k])) {
       return false;
@@ -103,20 +139,24 @@ static void tick(const estimator_parameters *p, const estimator_inputs *u, void 
   }
   double phi[N * WIDTH];
   estimator_regressor(u->x, u->xd, u->xdd, u->chi_f, phi);
-  if (!finite(phi, N * WIDTH)) {
+  if (!all_finite(phi, N * WIDTH)) {
     y->fault = FAULT_NOT_FINITE;
     return;
+  }
+  measurement m[N];
+  double W[N][N_P], error[N];
+  for (int i = 0; i < N; ++i) {
+    measure(p, s, phi + i * WIDTH, s->columns + i * WIDTH, u->tau_f[i], &m[i]);
+    y->innovation[i] = m[i].miss;
   }
   for (int k = 0; k < N_P; ++k) {
     s->P[k][k] += p->R1[k] * p->adapt[k];
   }
-  for (int i = 0; i < N; ++i) {
-    const double *row = phi + i * WIDTH, *columns = s->columns + i * WIDTH;
-    y->innovation[i] = miss(p, s, row, columns, u->tau_f[i]);
+  if (!factorise(p, s, m, W, error)) {
+    y->fault = FAULT_NO_COVARIANCE;
+    return;
   }
-  for (int i = 0; i < N; ++i) {
-    update(p, s, phi + i * WIDTH, s->columns + i * WIDTH, u->tau_f[i]);
-  }
+  correct(s, W, error);
   publish(p, s, y);
   y->fault = 0.0;
 }
