@@ -20,7 +20,8 @@ from fmugen.rooms import ROOMS, Starts, build_machine, build_room, room_interfac
 
 from flexhex.cases import Case, table_cases
 from fmus.common.interface import Interface
-from fmus.common.machine import Machine, load_machine, truth_file
+from fmus.common.machine import Machine
+from fmus.common.machine_file import load_machine, truth_file
 from fmus.common.parameters import base_parameters
 from ssp.delays import alignment, reference_delay
 from ssp.system import System, hexapod

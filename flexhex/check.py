@@ -39,7 +39,7 @@ def _ssp(path: Path) -> list[str]:
 
 
 def _toml(path: Path) -> list[str]:
-    from fmus.common.machine import load_machine
+    from fmus.common.machine_file import load_machine
 
     load_machine(path)
     return []

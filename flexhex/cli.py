@@ -106,7 +106,7 @@ def identify(
     from diagnosis.identify import fit
     from diagnosis.logs import read_log
     from flexhex.console import fit_json, print_fit
-    from fmus.common.machine import load_machine
+    from fmus.common.machine_file import load_machine
 
     described = load_machine(found_machine(machine))
     found = fit(described, [read_log(path) for path in logs], settle)

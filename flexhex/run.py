@@ -18,7 +18,7 @@ from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
 from flexhex.metrics import Figures, figures
 from fmus.common.errors import MachineError
-from fmus.common.machine import truth_file
+from fmus.common.machine_file import truth_file
 from ssp.executor import run
 from ssp.results import Result, provenance, save
 from ssp.signals import DEFAULT

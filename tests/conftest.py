@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from flexhex.build import Builder
-from fmus.common.machine import Machine, load_machine
+from fmus.common.machine import Machine
+from fmus.common.machine_file import load_machine
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_FILE = ROOT / "machines" / "tflex.toml"

@@ -1,19 +1,14 @@
-"""A machine is data: `machines/*.toml`, read and checked here.
+"""A machine is data: `Machine` holds what `machines/*.toml` says, in SI units, checked.
 
-`load_machine("machines/tflex.toml")` gives a frozen `Machine`. What the file says
-about units and ranges is checked field by field; that bodies are physical and that
-the mechanism closes is checked at the end. Every complaint is a MachineError that
-names file, field and remedy.
+`machine_file.py` reads it from a file, `sections.py` has its parts.
 """
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from fmus.common.errors import MachineError
 from fmus.common.sections import (
@@ -121,73 +116,3 @@ class Machine(Section):
                 if len(row) != harmonics:
                     raise ValueError(f"actuator.{name}, row {i}: {len(row)} of {harmonics} values")
         return self
-
-
-def load_machine(path: str | Path) -> Machine:
-    """Read and check a machine file.
-
-    Raises MachineError when the file is missing, is no TOML, lacks a field or has an
-    unknown one, holds a wrong unit or an impossible value, or when the mechanism
-    does not close at the neutral pose.
-    """
-    from fmus.common.geometry import Frames
-
-    try:
-        machine = Machine.model_validate(machine_data(Path(path)))
-    except ValidationError as error:
-        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
-    Frames.of(machine, where=str(path))
-    return machine
-
-
-def machine_data(path: Path) -> dict[str, Any]:
-    """Plain data of a machine file, `extends` and `without_platform` carried out.
-
-    extends = "tflex.toml"      everything from there; top-level keys here replace theirs
-    without_platform = true     no lower arms, no end-effector, no flexures
-    """
-    data = read_toml(path)
-    base = data.pop("extends", None)
-    if base is not None:
-        data = machine_data(path.with_name(str(base))) | data
-    if data.pop("without_platform", False):
-        data.pop("flexures", None)
-        for section, keys in (("geometry", ("l", "x_E0")), ("bodies", ("lower", "end_effector"))):
-            data[section] = {k: v for k, v in data.get(section, {}).items() if k not in keys}
-        data["arms"] = [
-            {k: v for k, v in arm.items() if k != "r_EP"} for arm in data.get("arms", [])
-        ]
-    return data
-
-
-def truth_file(path: Path) -> Path:
-    """The truth that belongs to a machine file: `tflex.toml` -> `tflex-truth.toml`.
-
-    A file that extends another is another build of the same machine and shares its truth.
-    """
-    base = read_toml(path).get("extends")
-    if base is not None:
-        return truth_file(path.with_name(str(base)))
-    return path.with_name(f"{path.stem}-truth.toml")
-
-
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """Plain data of a TOML file; MachineError when it is missing or no TOML."""
-    try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a UTF-8 text"
-        raise MachineError(f"{path}: cannot be read ({reason})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise MachineError(f"{path}: not valid TOML: {error}") from None
-
-
-def complaint(path: str | Path, error: Any) -> str:
-    """One line for one of pydantic's errors: file, field, what is wrong."""
-    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in error["loc"])
-    text = error["msg"].removeprefix("Value error, ")
-    if error["type"] == "missing":
-        text = "is missing"
-    elif error["type"] == "extra_forbidden":
-        text = "is not a known key: correct its spelling or take it out"
-    return f"{path}: {where + ': ' if where else ''}{text}"

@@ -19,7 +19,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fmus.common.errors import MachineError
 from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine, complaint, read_toml
+from fmus.common.machine import Machine
+from fmus.common.machine_file import complaint, read_toml
 from fmus.common.quantity import quantity
 from fmus.plant import equations
 from fmus.plant import interface as nominal

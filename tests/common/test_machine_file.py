@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fmus.common.errors import MachineError
-from fmus.common.machine import load_machine
+from fmus.common.machine_file import load_machine
 from fmus.plant.truth import load_truth
 from tests.conftest import MACHINE_FILE
 

@@ -21,7 +21,7 @@ def machine() -> Machine:
 @pytest.fixture(scope="session")
 def model() -> Model:
     # imported here, so that the oracles' own tests run without fmus
-    from fmus.common.machine import load_machine
+    from fmus.common.machine_file import load_machine
     from fmus.common.model import Model
 
     return Model(load_machine(TFLEX))

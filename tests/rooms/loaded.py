@@ -21,7 +21,8 @@ from fmugen.rooms import room_interface, step_file
 from numpy.typing import NDArray
 
 from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine, load_machine
+from fmus.common.machine import Machine
+from fmus.common.machine_file import load_machine
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
