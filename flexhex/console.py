@@ -17,6 +17,7 @@ from rich.table import Column, Table
 from diagnosis.identify import Fit
 from flexhex.cases import Case
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
+from flexhex.repeatability import PAPER_SHARE
 from flexhex.run import Outcome, Study
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
@@ -93,7 +94,11 @@ def print_study(study: Study, report: Path) -> None:
         out.print(_actuators(study.actuators))
     if study.extra:
         out.print(_beside(study.extra))
-    out.print(_speed(study.table[-1].result, f"Time in each FMU, {study.table[-1].case.title}"))
+    out.print(_speed(study.adaptive.result, f"Time in each FMU, {study.adaptive.case.title}"))
+    out.print(
+        f"{study.share:.1%} of the adaptive run's feedback torque repeats"
+        f" (paper: {PAPER_SHARE:.1%}): a better model could remove it"
+    )
     loose = len(study.fit.undetermined)
     out.print(
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
@@ -212,6 +217,7 @@ def study_json(study: Study, report: Path) -> str:
     found = {
         "cases": cases,
         "actuators": alone,
+        "repeatable_share": study.share,
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),

@@ -55,16 +55,16 @@ def _figures(study: Study) -> dict[str, Figure]:
     """Plots of the report by the id of the place where they stand."""
     return {
         "error": _error(study),
-        "torque": _torque(study.table[-1]),
+        "torque": _torque(study.adaptive),
         "spectrum": _spectrum(study),
-        "joints": _joints(study.table[-1]),
+        "joints": _joints(study.adaptive),
         "parameters": _parameters(study),
     }
 
 
 def _error(study: Study) -> Figure:
     lines = []
-    for outcome in study.table:
+    for outcome in study.compared:
         t, e, ts = _judged(outcome, "feedback.e")
         colour = COLOURS[outcome.case.name]
         lines.append(trace(t, moving_rms(e, ts) * 1e6, outcome.case.title, colour))
@@ -89,7 +89,7 @@ def _torque(outcome: Outcome) -> Figure:
 
 def _spectrum(study: Study) -> Figure:
     lines = []
-    for outcome in study.table:
+    for outcome in study.compared:
         _, e, ts = _judged(outcome, "feedback.e")
         f, density = spectrum(e * 1e6, ts)
         keep = f < 300
@@ -106,7 +106,7 @@ def _joints(outcome: Outcome) -> Figure:
 
 def _parameters(study: Study) -> Figure:
     """Estimates of the adaptive run against the fit, in standard deviations' unit: the scale."""
-    outcome, machine = study.table[-1], study.builder.machine
+    outcome, machine = study.adaptive, study.builder.machine
     listed = parameters(machine)
     t, p, _ = _judged(outcome, "K.p")
     scale = np.maximum(np.abs(study.fit.p), [par.floor for par in listed])
@@ -119,7 +119,7 @@ def _parameters(study: Study) -> Figure:
 
 def _speed(study: Study) -> list[dict[str, Any]]:
     """Time spent in each FMU instance of the adaptive run."""
-    outcome = study.table[-1]
+    outcome = study.adaptive
     rows = []
     for name, spent in outcome.result.times.items():
         rows.append(
@@ -138,7 +138,7 @@ def _fit(study: Study) -> list[dict[str, Any]]:
     """One row for each parameter: name, unit, body, nominal, estimate, standard deviation."""
     machine, fit = study.builder.machine, study.fit
     nominal = base_parameters(machine)
-    final = study.table[-1].result["K.p"][-1]
+    final = study.adaptive.result["K.p"][-1]
     return [
         {
             "name": par.name,

@@ -17,7 +17,9 @@ from diagnosis.logs import read_log
 from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
 from flexhex.metrics import Figures, figures
+from flexhex.repeatability import repeatability_figures, repeatable_share, repeated_case
 from fmus.common.errors import MachineError
+from fmus.common.machine import Machine
 from fmus.common.machine_file import truth_file
 from ssp.executor import run
 from ssp.results import Result, provenance, save
@@ -58,6 +60,26 @@ class Study:
     command: str
     wall: float
 
+    @property
+    def compared(self) -> tuple[Outcome, ...]:
+        """The three cases of one pass: feedback only, fixed, adaptive."""
+        return tuple(o for o in self.table if o.case.name != "repeatability")
+
+    @property
+    def adaptive(self) -> Outcome:
+        """The adaptive row."""
+        return row(self.table, "adaptive")
+
+    @property
+    def share(self) -> float:
+        """Share of the adaptive run's feedback torque that repeats."""
+        return repeatable_share(row(self.table, "repeatability").figures, self.adaptive.figures)
+
+
+def row(outcomes: Sequence[Outcome], name: str) -> Outcome:
+    """The outcome of the case of that name."""
+    return next(o for o in outcomes if o.case.name == name)
+
 
 class Progress(Protocol):
     """What a run reports while it goes on; the command line draws it."""
@@ -77,13 +99,18 @@ def study(builder: Builder, command: str, quick: bool, progress: Progress) -> St
     seconds = 8.0 if quick else machine.reference.duration
     estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
     progress.stage("simulating the cases")
-    cases = table_cases(machine, estimate.p, seconds)
+    cases = all_rows(machine, estimate.p, seconds)
     extra = () if quick else extra_cases(machine, estimate.p, seconds)
     outcomes = simulate_all(builder, (*cases, *extra), command, progress)
     table, rest = outcomes[: len(cases)], outcomes[len(cases) :]
     alone = actuators_alone(builder, seconds, command, progress)
     wall = time.monotonic() - began
     return Study(builder, estimate, measured, table, rest, alone, command, wall)
+
+
+def all_rows(machine: Machine, p: Array, seconds: float) -> tuple[Case, ...]:
+    """The cases of Table I, its last row included."""
+    return (*table_cases(machine, p, seconds), repeated_case(machine, p, seconds))
 
 
 def check_truth(builder: Builder) -> None:
@@ -118,7 +145,7 @@ def actuators_alone(
     alone = Builder(path, builder.out / "actuators", builder.say)
     estimate, _ = fitted(alone, max(seconds, 20.0), command, progress)
     progress.stage("simulating the actuators alone")
-    return simulate_all(alone, table_cases(alone.machine, estimate.p, seconds), command, progress)
+    return simulate_all(alone, all_rows(alone.machine, estimate.p, seconds), command, progress)
 
 
 def simulate_all(
@@ -144,10 +171,12 @@ def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> 
     versions = provenance(command=command, case=case.name, machine=builder.machine.name)
     made = {**versions, **result.meta}
     save(result, path, made)
-    return Outcome(case, _figures(builder, result), path, result, made)
+    return Outcome(case, _figures(builder, case, result), path, result, made)
 
 
-def _figures(builder: Builder, result: Result) -> Figures:
+def _figures(builder: Builder, case: Case, result: Result) -> Figures:
+    if case.name == "repeatability":
+        return repeatability_figures(builder.machine, result)
     group = result.group("plant.theta")
     judged = group.time > SETTLE
     signals = group.signals

@@ -1,0 +1,32 @@
+"""The non-repeatable part is what passes do not share, whatever they do share."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from flexhex.metrics import PAPER, Figures
+from flexhex.repeatability import PAPER_SHARE, non_repeatable, repeatable_share
+
+
+def test_what_repeats_does_not_count() -> None:
+    shared = np.sin(np.linspace(0, 20, 5000))[:, None] * [1.0, 50.0]
+    assert non_repeatable(np.vstack([shared] * 3)).max() < 1e-12
+
+
+def test_noise_counts_in_full() -> None:
+    """Three passes with independent noise of 2e-6: the factor sqrt(3 / 2) makes up for the mean."""
+    shared = np.cos(np.linspace(0, 9, 20000))[:, None]
+    noise = np.random.default_rng(1).normal(0, 2e-6, (60000, 1))
+    found = non_repeatable(np.vstack([shared] * 3) + noise)
+    assert found[0] == pytest.approx(2e-6, rel=0.02)
+
+
+def test_share_is_the_papers_for_the_papers_figures() -> None:
+    """1 - 0.0016 / 0.0117 = 86.3 %: a ratio of RMS values, not of their squares."""
+    repeated, adaptive = Figures(*PAPER["repeatability"]), Figures(*PAPER["adaptive"])
+    assert repeatable_share(repeated, adaptive) == pytest.approx(PAPER_SHARE, abs=5e-4)
+    worse = dataclasses.replace(repeated, tau_fb=adaptive.tau_fb)
+    assert repeatable_share(worse, adaptive) == 0
