@@ -41,6 +41,9 @@ def run(
     machine: MachineFile = DEFAULT_MACHINE,
     out: OutFolder = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
+    only: Annotated[
+        str | None, typer.Option(help="table, hysteresis, payload or parameters alone")
+    ] = None,
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
@@ -50,9 +53,8 @@ def run(
     from flexhex.run import study
 
     with LiveProgress() as progress:
-        found = study(
-            Builder(found_machine(machine), out, progress.building), command(), quick, progress
-        )
+        builder = Builder(found_machine(machine), out, progress.building)
+        found = study(builder, command(), quick, progress, only)
         progress.stage("writing the report")
         report = write_report(found, out / "report.html")
     if json:

@@ -16,12 +16,16 @@ from rich.table import Column, Table
 
 from diagnosis.identify import Fit
 from flexhex.cases import Case
+from flexhex.experiments import experiment
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.repeatability import PAPER_SHARE
 from flexhex.run import Outcome, Study
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from ssp.results import Result
+
+MOST_ROWS = 12
+"""Rows of an experiment that the terminal shows."""
 
 
 class LiveProgress:
@@ -88,6 +92,15 @@ class LiveProgress:
 def print_study(study: Study, report: Path) -> None:
     """Table I beside the paper's figures, what stands beside it, time per FMU, the report."""
     out = Console()
+    if study.table:
+        _print_table(out, study)
+    for name, result in study.experiments.items():
+        out.print(_rows(name, result))
+    out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
+    out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
+
+
+def _print_table(out: Console, study: Study) -> None:
     out.print()
     out.print(_table(study.table))
     if study.actuators:
@@ -104,8 +117,20 @@ def print_study(study: Study, report: Path) -> None:
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
         f" {loose} of {len(study.fit.p)} not determined by themselves"
     )
-    out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
-    out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
+
+
+def _rows(name: str, result: Any) -> Table | str:
+    """The rows of an experiment as a table, where the terminal has room for them."""
+    chosen = experiment(name)
+    rows = chosen.rows(result)
+    if len(rows) > MOST_ROWS:
+        return f"{chosen.title}: {len(rows)} rows in the report"
+    table = Table(title=chosen.title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    for key, value in rows[0].items():
+        table.add_column(key, justify="left" if isinstance(value, str) else "right")
+    for row in rows:
+        table.add_row(*(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()))
+    return table
 
 
 def _table(outcomes: Sequence[Outcome]) -> Table:
@@ -217,7 +242,7 @@ def study_json(study: Study, report: Path) -> str:
     found = {
         "cases": cases,
         "actuators": alone,
-        "repeatable_share": study.share,
+        "repeatable_share": study.share if study.table else None,
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),

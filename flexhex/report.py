@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from flexhex.cases import SETTLE
+from flexhex.experiments import experiment, render
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
 from flexhex.run import Outcome, Study
-from fmus.common.parameters import base_parameters, parameters
+from fmus.common.parameters import parameters
 
 LOG = {"type": "log", "dtick": 1}
 
@@ -33,8 +34,9 @@ def write_report(study: Study, path: Path) -> Path:
         headings=COLUMNS,
         paper=PAPER,
         paper_actuators=PAPER_ACTUATORS,
-        speed=_speed(study),
-        fit=_fit(study),
+        speed=_speed(study) if study.table else [],
+        made=study.adaptive.made if study.table else study.fit_outcome.made,
+        sections={name: render(name, result) for name, result in study.experiments.items()},
         figures=list(figures),
         figures_json=json.dumps(figures).replace("</", "<\\/"),
         plotly=(assets / "plotly-basic.min.js").read_text(encoding="utf-8"),
@@ -53,13 +55,18 @@ def _judged(outcome: Outcome, signal: str) -> tuple[Any, Any, float]:
 
 def _figures(study: Study) -> dict[str, Figure]:
     """Plots of the report by the id of the place where they stand."""
-    return {
-        "error": _error(study),
-        "torque": _torque(study.adaptive),
-        "spectrum": _spectrum(study),
-        "joints": _joints(study.adaptive),
-        "parameters": _parameters(study),
-    }
+    found: dict[str, Figure] = {}
+    if study.table:
+        found = {
+            "error": _error(study),
+            "torque": _torque(study.adaptive),
+            "spectrum": _spectrum(study),
+            "joints": _joints(study.adaptive),
+            "adapting": _parameters(study),
+        }
+    for name, result in study.experiments.items():
+        found |= experiment(name).figures(result)
+    return found
 
 
 def _error(study: Study) -> Figure:
@@ -132,23 +139,3 @@ def _speed(study: Study) -> list[dict[str, Any]]:
             }
         )
     return rows
-
-
-def _fit(study: Study) -> list[dict[str, Any]]:
-    """One row for each parameter: name, unit, body, nominal, estimate, standard deviation."""
-    machine, fit = study.builder.machine, study.fit
-    nominal = base_parameters(machine)
-    final = study.adaptive.result["K.p"][-1]
-    return [
-        {
-            "name": par.name,
-            "unit": par.unit,
-            "body": par.body,
-            "nominal": nominal[k],
-            "fit": fit.p[k],
-            "std": fit.std[k],
-            "adapted": final[k],
-            "loose": par.name in fit.undetermined,
-        }
-        for k, par in enumerate(parameters(machine))
-    ]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from diagnosis.identify import Fit, fit
 from diagnosis.logs import read_log
 from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
+from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.metrics import Figures, figures
 from flexhex.repeatability import repeatability_figures, repeatable_share, repeated_case
 from fmus.common.errors import MachineError
@@ -26,6 +27,7 @@ from ssp.results import Result, provenance, save
 from ssp.signals import DEFAULT
 
 Array = NDArray[np.float64]
+TABLE = "table"
 SIGNALS = (DEFAULT, "K.p", "K.p_std")
 WORKERS = 2
 """Runs at the same time; the executor leaves Python alone, so threads are enough."""
@@ -57,6 +59,7 @@ class Study:
     table: tuple[Outcome, ...]
     extra: tuple[Outcome, ...]
     actuators: tuple[Outcome, ...]
+    experiments: Mapping[str, Any]
     command: str
     wall: float
 
@@ -92,20 +95,43 @@ class Progress(Protocol):
         ...
 
 
-def study(builder: Builder, command: str, quick: bool, progress: Progress) -> Study:
-    """The whole of `flexhex run`; quick: short trajectories and Table I alone."""
+def study(
+    builder: Builder, command: str, quick: bool, progress: Progress, only: str | None = None
+) -> Study:
+    """The whole of `flexhex run`; quick: short trajectories and Table I alone.
+
+    only: `table` or the name of one experiment. UsageError for another name.
+    """
     began, machine = time.monotonic(), builder.machine
+    wanted = chosen(only, quick)
     check_truth(builder)
     seconds = 8.0 if quick else machine.reference.duration
     estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
-    progress.stage("simulating the cases")
+    outcomes: tuple[Outcome, ...] = ()
+    alone: tuple[Outcome, ...] = ()
     cases = all_rows(machine, estimate.p, seconds)
-    extra = () if quick else extra_cases(machine, estimate.p, seconds)
-    outcomes = simulate_all(builder, (*cases, *extra), command, progress)
+    if TABLE in wanted:
+        progress.stage("simulating the cases")
+        extra = () if quick else extra_cases(machine, estimate.p, seconds)
+        outcomes = simulate_all(builder, (*cases, *extra), command, progress)
+        alone = actuators_alone(builder, seconds, command, progress)
+    found = {}
+    for name in wanted[wanted.count(TABLE) :]:
+        chosen_one = experiment(name)
+        progress.stage(chosen_one.title.lower())
+        found[name] = chosen_one.run(builder, estimate, progress, command, quick)
     table, rest = outcomes[: len(cases)], outcomes[len(cases) :]
-    alone = actuators_alone(builder, seconds, command, progress)
     wall = time.monotonic() - began
-    return Study(builder, estimate, measured, table, rest, alone, command, wall)
+    return Study(builder, estimate, measured, table, rest, alone, found, command, wall)
+
+
+def chosen(only: str | None, quick: bool) -> list[str]:
+    """What a run does, `table` first."""
+    if only is None:
+        return [TABLE] if quick else [TABLE, *EXPERIMENTS]
+    if only != TABLE:
+        experiment(only)
+    return [only]
 
 
 def all_rows(machine: Machine, p: Array, seconds: float) -> tuple[Case, ...]:

@@ -1,0 +1,85 @@
+"""Experiments of the paper beyond Table I, each one module and one part of the report.
+
+An experiment is a module with `run(builder, fit, progress, command, quick)`, `rows(result)` and
+`figures(result)`, and a fragment `<name>.html.j2` that shows them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from flexhex.experiments import estimates, estimates_view, hysteresis, payload, repeatability
+from flexhex.plots import Figure
+from fmus.common.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment. run(builder, fit, progress, command, quick) -> its result, which
+    `figures` (by the id of their place) and `rows` turn into plots and a table."""
+
+    name: str
+    title: str
+    run: Callable[..., Any]
+    figures: Callable[[Any], dict[str, Figure]]
+    rows: Callable[[Any], list[dict[str, Any]]]
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    experiment.name: experiment
+    for experiment in (
+        Experiment(
+            "repeatability",
+            "Repeatability",
+            repeatability.run,
+            repeatability.figures,
+            repeatability.rows,
+        ),
+        Experiment(
+            "hysteresis",
+            "Cogging and hysteresis",
+            hysteresis.run,
+            hysteresis.figures,
+            hysteresis.rows,
+        ),
+        Experiment(
+            "payload", "Changing end-effector mass", payload.run, payload.figures, payload.rows
+        ),
+        Experiment(
+            "parameters",
+            "Parameters",
+            estimates.run,
+            estimates_view.figures,
+            estimates_view.rows,
+        ),
+    )
+}
+"""All experiments by the name that `flexhex run --only NAME` takes, in the report's order."""
+
+
+def experiment(name: str) -> Experiment:
+    """The experiment of that name; UsageError names those that there are."""
+    if name not in EXPERIMENTS:
+        raise UsageError(f"no experiment {name!r}: there are {', '.join(EXPERIMENTS)}")
+    return EXPERIMENTS[name]
+
+
+def render(name: str, result: Any) -> Any:
+    """The fragment of one experiment as safe HTML (markupsafe.Markup).
+
+    Its plots stand in empty <div>s with the ids of `figures`; the report draws them.
+    """
+    import jinja2
+    from markupsafe import Markup
+
+    chosen = experiment(name)
+    source = resources.files(__name__) / f"{name}.html.j2"
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    template = environment.from_string(source.read_text(encoding="utf-8"))
+    places = list(chosen.figures(result))
+    return Markup(
+        template.render(title=chosen.title, result=result, rows=chosen.rows(result), places=places)
+    )

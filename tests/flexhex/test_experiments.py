@@ -1,0 +1,297 @@
+"""The experiments: their arithmetic on made-up runs, and each of them once on a short one."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.identify import Fit
+from diagnosis.motion import Columns, MotionModel
+from flexhex.build import Builder
+from flexhex.cases import SETTLE, Case
+from flexhex.experiments import EXPERIMENTS, estimates, experiment, hysteresis, payload, render
+from flexhex.experiments import repeatability as repeat
+from flexhex.experiments.common import samples, variant
+from flexhex.metrics import PAPER, Figures, rms
+from flexhex.repeatability import PAPER_SHARE, non_repeatable
+from fmus.common.errors import MachineError, UsageError
+from fmus.common.machine import Machine
+from fmus.common.parameters import base_parameters, parameters
+from fmus.reference.interface import MAX_PAYLOADS
+from ssp.results import Group, Result
+from tests.conftest import MACHINE_FILE
+
+RNG = np.random.default_rng(5)
+
+
+class Silent:
+    """A progress that nobody sees."""
+
+    def stage(self, text: str) -> None:
+        """Nothing."""
+
+    def case(self, case: Case) -> Callable[[float, float], None]:
+        """Nothing."""
+        return lambda done, total: None
+
+
+@pytest.fixture(scope="module")
+def nominal_fit(machine: Machine) -> Fit:
+    """The model's own parameters in the place of fitted ones."""
+    p = base_parameters(machine)
+    loose = ("upper.mc_z", "lower.J_xx")
+    return Fit(p, 0.1 * np.abs(p), np.zeros(machine.n_arms), 1.0, 1, loose)
+
+
+@pytest.fixture(scope="module")
+def results(builder: Builder, nominal_fit: Fit) -> dict[str, Any]:
+    """Every experiment once, quick."""
+    return {
+        name: e.run(builder, nominal_fit, Silent(), "a test", True)
+        for name, e in EXPERIMENTS.items()
+    }
+
+
+def passes(n: int, sigma: float) -> Any:
+    """The same sine n times with noise of its own each time (n, samples, 2)."""
+    common = np.sin(np.linspace(0, 20, 4000))[:, None] * [1.0, 2.0]
+    return common + sigma * RNG.standard_normal((n, 4000, 2))
+
+
+@pytest.mark.parametrize("n", [2, 3, 8])
+def test_non_repeatable_part_is_the_noise_whatever_the_passes(n: int) -> None:
+    """2 % hold 5 standard deviations of an RMS of 16000 values or more; without the factor it
+    would be sqrt((n - 1) / n) of it. It is the figure of Table I, column by column."""
+    values = passes(n, 0.1)
+    left = repeat.deviations(values)
+    assert repeat.unbiased(n) * rms(left) == pytest.approx(0.1, rel=0.02)
+    table = non_repeatable(values.reshape(-1, 2), n)
+    for k in range(2):
+        assert repeat.unbiased(n) * rms(left[..., k]) == pytest.approx(table[k], rel=1e-12)
+
+
+def test_mean_and_deviations_add_up_in_squares() -> None:
+    """Exactly: the mean of the passes is orthogonal to what is left of them."""
+    values = passes(3, 0.3)
+    parts = rms(values.mean(axis=0)) ** 2 + rms(repeat.deviations(values)) ** 2
+    assert rms(values) ** 2 == pytest.approx(parts, rel=1e-12)
+
+
+def test_passes_are_cut_at_their_begins() -> None:
+    signal = np.tile(np.arange(10.0)[:, None], (3, 2))
+    cut = repeat.by_pass(np.vstack([signal, signal[:1]]), 3)
+    assert cut.shape == (3, 10, 2)
+    assert (cut[:, :, 0] == np.arange(10.0)).all()
+    assert not repeat.deviations(cut).any()
+
+
+def test_share_is_the_papers_ratio_of_rms_values() -> None:
+    """0.0016 and 0.0117 N m give 86.3 %; of mean squares it would be 98.1 %."""
+    apart, adaptive = Figures(*PAPER["repeatability"]), Figures(*PAPER["adaptive"])
+    none = np.zeros((1, 1, 1))
+    found = repeat.Repeatability(
+        3, adaptive, apart, apart, adaptive, none[0, 0], none, none, none[0]
+    )
+    assert found.repeatable_share == pytest.approx(PAPER_SHARE, abs=5e-4)
+    assert found.repeatable_share_of_power == pytest.approx(0.981, abs=5e-4)
+
+
+def loop(c: float, slope: float, offset: float) -> tuple[Any, Any]:
+    """Two cycles of a triangle and a torque that jumps by 2 c where it turns."""
+    quarter = np.linspace(0, 0.2, 500, endpoint=False)
+    up = np.concatenate([-0.2 + quarter, quarter])
+    cycle = np.concatenate([quarter, -up, up[:500]])
+    theta = np.concatenate([cycle, cycle])
+    direction = np.sign(np.diff(theta, append=1.0))
+    return theta, offset + slope * theta + c * direction + 0.1 * np.cos(36 * theta)
+
+
+def test_loop_loses_its_own_line_and_keeps_its_width() -> None:
+    """Lines differ, everything else is alike: nothing is missed, and 2 c is the width."""
+    theta, measured = loop(0.07, 0.5, -1.6)
+    _, model = loop(0.07, 0.3, -1.0)
+    found = hysteresis.split(theta, measured, model, 1, 0.05)
+    assert found.missed < 1e-12
+    assert found.line_measured[1] - found.line_model[1] == pytest.approx(0.2, abs=1e-9)
+    assert found.line_measured[0] - found.line_model[0] == pytest.approx(-0.6, abs=1e-9)
+    assert found.width("measured") == pytest.approx(0.14, rel=0.01)
+    _, thin = loop(0.05, 0.5, -1.6)
+    assert hysteresis.split(theta, measured, thin, 1, 0.05).missed == pytest.approx(0.02, rel=0.01)
+
+
+def test_branches_go_one_way() -> None:
+    found = hysteresis.split(*loop(0.07, 0.5, 0.0), loop(0.07, 0.5, 0.0)[1], 1, 0.05)
+    assert (np.diff(found.forward.theta) > 0).all()
+    assert (np.diff(found.backward.theta) < 0).all()
+
+
+def test_predicted_torque_is_phi_times_p() -> None:
+    dense = RNG.standard_normal((20, 3, 5)) * (RNG.random((3, 5)) < 0.6)
+    at = np.nonzero(dense[0])
+    columns = Columns(dense[:, at[0], at[1]], at[0], at[1], (3, 5))
+    p = RNG.standard_normal(5)
+    for joint in range(3):
+        assert hysteresis.predicted(columns, p, joint) == pytest.approx(dense[:, joint] @ p)
+
+
+def test_angle_and_torque_are_of_one_instant(machine: Machine) -> None:
+    """A torque that is a straight line in the angle leaves nothing: one sample of shift would
+    leave a loop of slope * speed * 0.5 ms = 1e-4 N m."""
+    base, speed = machine.timing.base, 0.5
+    t = np.arange(round((SETTLE + 3.2) / base)) * base
+    theta = np.zeros((len(t), machine.n_arms))
+    phase = 2 * np.pi * np.maximum(t - SETTLE, 0) / 1.6
+    theta[:, 0] = 0.1 * np.sin(phase)
+    tau = np.ones_like(theta) + 2.0 * theta
+    result = Result({"a": Group(1, base, {"plant.theta": theta, "plant.tau_meas": tau})})
+    p = np.zeros(len(parameters(machine)))
+    found = hysteresis.evaluate(MotionModel(machine), p, result, 0, speed)
+    assert found.line_measured == pytest.approx((1.0, 2.0), abs=1e-9)
+    assert found.size < 1e-9
+    assert abs(found.width("measured")) < 1e-9
+
+
+def test_mask_lets_the_end_effector_adapt_alone(machine: Machine) -> None:
+    mask = payload.mask(machine)
+    names = [par.name for par, on in zip(parameters(machine), mask, strict=True) if on]
+    assert len(names) == 10
+    assert all(name.startswith("end_effector.") for name in names)
+
+
+def test_payload_wants_an_end_effector() -> None:
+    """A machine without a platform has no mass to change: said before anything runs."""
+    alone = Builder(MACHINE_FILE.with_name("tflex-actuators.toml"), MACHINE_FILE.parent).machine
+    with pytest.raises(MachineError, match=r"no end-effector .*: leave"):
+        payload.mask(alone)
+
+
+def test_payload_times_start_with_the_simulation() -> None:
+    times, masses = payload.schedule(50.0, 0.00025)
+    starts = payload._starts(times, masses)
+    entries = np.asarray(starts["payload_time"])
+    assert starts["payload_count"] == len(masses) <= MAX_PAYLOADS == len(entries)
+    assert entries[0] == SETTLE
+    assert entries[len(times) - 1] == SETTLE + times[-1] < SETTLE + 50.0
+    assert (masses[0], masses[-1]) == (0.0, 0.0)
+
+
+def test_model_itself_is_projected_onto_its_own_parameters(machine: Machine, fmu_dir: Path) -> None:
+    """plant.fmu holds the file's values, whose arms are alike: projecting loses nothing."""
+    found = estimates.projected(machine, estimates.start_values(fmu_dir / "plant.fmu"))
+    assert found == pytest.approx(base_parameters(machine), rel=1e-9, abs=1e-12)
+
+
+def test_truth_differs_from_the_file_as_the_truth_file_says(
+    machine: Machine, fmu_dir: Path
+) -> None:
+    """Actuator terms by 5 %: of 132 draws the RMS lies within 20 % of that."""
+    found = estimates.projected(machine, estimates.start_values(fmu_dir / "machine.fmu"))
+    nominal = base_parameters(machine)
+    assert rms((found / nominal - 1)[:132]) == pytest.approx(0.05, rel=0.2)
+
+
+def test_warm_parameters_act_like_the_drift(machine: Machine) -> None:
+    """(1 - gain s) tau - drift s = Phi p: what hidden.h subtracts from the motor torque."""
+    n, cold = machine.n_arms, base_parameters(machine)
+    drift = RNG.standard_normal(n)
+    values = {
+        "drift_torque": drift,
+        "drift_gain": np.array([0.02]),
+        "drift_time": np.array([600.0]),
+    }
+    s = 1 - np.exp(-900 / 600)
+    Phi = RNG.standard_normal((n, len(cold)))
+    offsets = [k for k, par in enumerate(parameters(machine)) if par.name.startswith("o[")]
+    Phi[:, offsets] = np.eye(n)
+    tau = Phi @ estimates.warmed(machine, cold, values, 900.0)
+    assert (1 - 0.02 * s) * tau - drift * s == pytest.approx(Phi @ cold)
+    assert estimates.warmed(machine, cold, values, 0.0) == pytest.approx(cold)
+
+
+def test_variant_changes_what_it_names_alone() -> None:
+    base = Case("a", "b", "machine", 1.0, {"reference": {"seed": 1.0, "passes": 1.0}, "W": {}})
+    made = variant(base, "c", "d", 2.0, {"reference": {"passes": 3.0}, "plant": {"age": 1.0}})
+    assert made.starts == {
+        "reference": {"seed": 1.0, "passes": 3.0},
+        "W": {},
+        "plant": {"age": 1.0},
+    }
+    assert base.starts["reference"]["passes"] == 1.0
+    assert (made.name, made.title, made.duration) == ("c", "d", 2.0)
+
+
+def test_samples_begin_with_the_first_pass() -> None:
+    """The sample at the settling time is the first of the pass, whatever rounding says."""
+    group = Group(3, 0.1, {"a": np.arange(40.0)[:, None]})
+    t, values, ts = samples(Result({"0.3": group}), "a", 2.1)
+    assert (float(values[0, 0]), ts) == (7.0, pytest.approx(0.3))
+    assert t[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_unknown_experiment_is_told_the_known_ones() -> None:
+    with pytest.raises(UsageError, match="no experiment 'fig2': there are repeatability, "):
+        experiment("fig2")
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_fragment_has_a_place_for_each_plot(name: str, results: dict[str, Any]) -> None:
+    html, figures = str(render(name, results[name])), EXPERIMENTS[name].figures(results[name])
+    assert figures
+    for place, figure in figures.items():
+        assert html.count(f'id="{place}"') == 1
+        drawn = [trace["y"] for trace in figure["data"]]
+        assert all(np.isfinite(ys).all() and len(ys) > 10 for ys in drawn)
+    assert "nan" not in html
+
+
+def test_places_of_all_experiments_differ(results: dict[str, Any]) -> None:
+    ids = [i for name, e in EXPERIMENTS.items() for i in e.figures(results[name])]
+    assert len(ids) == len(set(ids))
+
+
+def test_machine_repeats_better_than_it_follows(results: dict[str, Any]) -> None:
+    found = results["repeatability"]
+    assert found.plain.e < found.apart.e < found.fixed.e
+    left = 1e6 * found.factor * rms(found.deviation)
+    assert left == pytest.approx(found.apart.e, rel=1e-9)
+    assert found.e.shape == (3, *found.e_adaptive.shape)
+
+
+def test_model_line_follows_the_measured_loop(results: dict[str, Any]) -> None:
+    """Even the unfitted model, actuators 5 % off, explains most of cogging and hysteresis."""
+    found = results["hysteresis"]
+    assert found.missed < 0.3 * found.size
+    assert found.width("model") == pytest.approx(found.width("measured"), rel=0.15)
+
+
+def test_estimated_mass_follows_the_true_one(results: dict[str, Any]) -> None:
+    """Its steps equal the payload's within 10 %; the warm motors' loss alone makes 2 %."""
+    rows = EXPERIMENTS["payload"].rows(results["payload"])
+    true = np.diff([row["true"] for row in rows])
+    assert np.diff([row["estimated"] for row in rows]) == pytest.approx(true, rel=0.1)
+    loaded = rows[3]
+    assert loaded["adaptive_settled"] < 0.5 * loaded["fixed_settled"]
+
+
+def test_every_parameter_has_a_row_and_what_is_not_determined_is_marked(
+    results: dict[str, Any], machine: Machine, nominal_fit: Fit
+) -> None:
+    rows = EXPERIMENTS["parameters"].rows(results["parameters"])
+    assert [row["name"] for row in rows] == [par.name for par in parameters(machine)]
+    assert tuple(row["name"] for row in rows if row["loose"]) == nominal_fit.undetermined
+    html = str(render("parameters", results["parameters"]))
+    assert html.count('<tr class="loose">') == 2
+    assert html.count("<svg") == len(rows)
+
+
+def test_share_within_two_deviations_counts_parameters(results: dict[str, Any]) -> None:
+    found = results["parameters"]
+    exact = dataclasses.replace(found, cold=found.fit + 1.9 * found.std)
+    off = dataclasses.replace(found, cold=found.fit + 2.1 * found.std)
+    assert exact.within()[0] == 1.0
+    assert off.within()[0] == 0.0
