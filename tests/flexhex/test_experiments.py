@@ -226,10 +226,10 @@ def test_variant_changes_what_it_names_alone() -> None:
 
 
 def test_samples_begin_with_the_first_pass() -> None:
-    """The sample at the settling time is the first of the pass, whatever rounding says."""
-    group = Group(3, 0.1, {"a": np.arange(40.0)[:, None]})
-    t, values, ts = samples(Result({"0.3": group}), "a", 2.1)
-    assert (float(values[0, 0]), ts) == (7.0, pytest.approx(0.3))
+    """The sample at the settling time is the first, though 1.1 / 0.1 = 11.000000000000002."""
+    group = Group(1, 0.1, {"a": np.arange(40.0)[:, None]})
+    t, values, ts = samples(Result({"0.1": group}), "a", 1.1)
+    assert (float(values[0, 0]), ts) == (11.0, pytest.approx(0.1))
     assert t[0] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -255,10 +255,11 @@ def test_places_of_all_experiments_differ(results: dict[str, Any]) -> None:
 
 
 def test_machine_repeats_better_than_it_follows(results: dict[str, Any]) -> None:
+    """The plots' deviations are the table's up to its first sample, which comes one later."""
     found = results["repeatability"]
     assert found.plain.e < found.apart.e < found.fixed.e
     left = 1e6 * found.factor * rms(found.deviation)
-    assert left == pytest.approx(found.apart.e, rel=1e-9)
+    assert left == pytest.approx(found.apart.e, rel=1e-4)
     assert found.e.shape == (3, *found.e_adaptive.shape)
 
 
