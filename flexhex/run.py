@@ -17,6 +17,7 @@ from diagnosis.logs import read_log
 from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
 from flexhex.experiments import EXPERIMENTS, experiment
+from flexhex.experiments.repeatability import evaluate
 from flexhex.metrics import Figures, figures
 from flexhex.repeatability import repeatability_figures, repeatable_share, repeated_case
 from fmus.common.errors import MachineError
@@ -115,8 +116,14 @@ def study(
         extra = () if quick else extra_cases(machine, estimate.p, seconds)
         outcomes = simulate_all(builder, (*cases, *extra), command, progress)
         alone = actuators_alone(builder, seconds, command, progress)
-    found = {}
+    found: dict[str, Any] = {}
+    if "repeatability" in wanted and outcomes:
+        # both of its runs are rows of the table
+        both = (row(outcomes, name).result for name in ("repeatability", "adaptive"))
+        found["repeatability"] = evaluate(machine, *both)
     for name in wanted[wanted.count(TABLE) :]:
+        if name in found:
+            continue
         chosen_one = experiment(name)
         progress.stage(chosen_one.title.lower())
         found[name] = chosen_one.run(builder, estimate, progress, command, quick)

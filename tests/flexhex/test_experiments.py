@@ -226,10 +226,10 @@ def test_variant_changes_what_it_names_alone() -> None:
 
 
 def test_samples_begin_with_the_first_pass() -> None:
-    """The sample at the settling time is the first, though 1.1 / 0.1 = 11.000000000000002."""
+    """The sample at that time is the first, though 3 * 0.1 / 0.1 is a little more than 3."""
     group = Group(1, 0.1, {"a": np.arange(40.0)[:, None]})
-    t, values, ts = samples(Result({"0.1": group}), "a", 1.1)
-    assert (float(values[0, 0]), ts) == (11.0, pytest.approx(0.1))
+    t, values, ts = samples(Result({"0.1": group}), "a", 3 * 0.1)
+    assert (float(values[0, 0]), ts) == (3.0, pytest.approx(0.1))
     assert t[0] == pytest.approx(0.0, abs=1e-12)
 
 
