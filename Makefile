@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help run quick build test test-all golden check format clean lock
+.PHONY: help run quick build test test-all golden check format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -13,6 +13,7 @@ help:
 	@echo "make test-all  every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
 	@echo "make check     linters, types, formatting"
+	@echo "make bench     speed: medians and ratios side by side"
 	@echo "make format    format Python and C"
 	@echo "make lock      resolve requirements.lock anew"
 	@echo "make clean     remove out/ and the environment"
@@ -41,6 +42,9 @@ test-all: $(READY)
 
 golden: $(READY)
 	$(BIN)/pytest tests/golden --update
+
+bench: $(READY)
+	$(BIN)/python -m benchmarks
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -42,7 +42,8 @@ def run(
     out: OutFolder = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
     only: Annotated[
-        str | None, typer.Option(help="table, hysteresis, payload or parameters alone")
+        str | None,
+        typer.Option(help="table, repeatability, hysteresis, payload or parameters alone"),
     ] = None,
     json: AsJson = False,
 ) -> None:
