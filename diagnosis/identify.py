@@ -2,8 +2,8 @@
 
     Phi p = tau for all samples of all logs                    [SH, Eq. (25), V-A case 2]
 
-Columns and torque pass the same Hann window; samples are then taken a window apart at
-most, and the normalised columns are solved by orthogonal factorisation.
+Columns and torque pass the same Hann window; every tenth of the smoothed samples is used, and
+the normalised columns are solved by orthogonal factorisation.
 """
 
 from __future__ import annotations
@@ -45,6 +45,7 @@ class Fit:
 def regression(model: MotionModel, log: Log, settle: float) -> tuple[Columns, Array]:
     """Smoothed columns and torque (samples, n) of one log, its first `settle` s left out."""
     machine = model.machine
+    _check(machine, log)
     stride = max(1, round(machine.timing.feedforward / log.ts))
     theta, tau = log.theta[::stride], log.tau[::stride]
     ts, window = stride * log.ts, hann(machine.control.hann_points)
@@ -80,6 +81,23 @@ def fit(machine: Machine, logs: Sequence[Log], settle: float = 1.0) -> Fit:
         torques.append(tau[::EVERY].reshape(-1))
     A, b = np.vstack(blocks), np.concatenate(torques)
     return _solve(machine, A, b)
+
+
+def _check(machine: Machine, log: Log) -> None:
+    n, stroke = machine.n_arms, machine.geometry.stroke
+    if log.theta.shape[1] != n:
+        raise LogError(f"{log.name}: {log.theta.shape[1]} joints, {machine.name} has {n}")
+    largest = float(np.abs(log.theta).max())
+    if largest > stroke:
+        raise LogError(
+            f"{log.name}: an angle of {largest:.4g} rad is beyond the stroke of {stroke:.4g} rad:"
+            " are these degrees, or counts?"
+        )
+    if log.ts > machine.timing.feedforward * (1 + 1e-6):
+        raise LogError(
+            f"{log.name}: a sample every {log.ts:.4g} s is too slow, at most"
+            f" {machine.timing.feedforward:.4g} s: is `time` in seconds?"
+        )
 
 
 def correlation_time(residual: Array) -> float:

@@ -58,7 +58,7 @@ def _read_hdf5(path: Path) -> Log:
 def _read_csv(path: Path) -> Log:
     meta: dict[str, str] = {}
     rows: list[list[str]] = []
-    with path.open(encoding="utf-8", newline="") as file:
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
         for line in csv.reader(file, skipinitialspace=True):
             if line and line[0].startswith("#"):
                 key, _, value = ",".join(line)[1:].partition(":")
@@ -90,7 +90,11 @@ def _check_units(path: Path, names: list[str], units: list[str]) -> None:
 
 
 def _array(path: Path, column: Mapping[str, Array], name: str) -> Array:
-    found = [column[f"{name}[{k}]"] for k in range(1, 100) if f"{name}[{k}]" in column]
+    have = sum(key.startswith(f"{name}[") for key in column)
+    missing = [k for k in range(1, have + 1) if f"{name}[{k}]" not in column]
+    if missing:
+        raise LogError(f"{path}: {name}[{missing[0]}] is missing: number them from 1 without gaps")
+    found = [column[f"{name}[{k}]"] for k in range(1, have + 1)]
     if not found:
         raise LogError(f"{path}: no channels {name}[1], {name}[2] ...: name them so")
     return np.column_stack(found)

@@ -102,7 +102,9 @@ def simulate(
 def identify(
     logs: Annotated[list[Path], typer.Argument(help="logs of one machine (CSV, HDF5)")],
     machine: MachineFile = DEFAULT_MACHINE,
-    settle: Annotated[float, typer.Option(help="left out at the start of each log [s]")] = 2.0,
+    settle: Annotated[
+        float, typer.Option(help="left out at the start of each log [s]", min=0.0, max=1e6)
+    ] = 2.0,
     json: AsJson = False,
 ) -> None:
     """Fit the 162 parameters to logs by least squares."""
@@ -159,9 +161,6 @@ def main() -> None:
             raise
         print(f"flexhex: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
         sys.exit(3)
-    except KeyboardInterrupt:
-        print("flexhex: stopped", file=sys.stderr)
-        sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from flexhex.compare import (
@@ -80,13 +81,13 @@ def cells(d: Difference) -> tuple[str, ...]:
     """One row of the table, in the order of `HEADINGS`."""
     if d.state == UNLIKE:
         return (d.signal, d.rate, "", d.unit, "", "", "", "", f"{d.state}: {d.note}")
-    name = f"{d.signal}[{d.element}]" if d.element else d.signal
+    name = f"{d.signal}[{d.element}]" if d.element and d.worst > 0 else d.signal
     # 162 parameters have as many units: the table shows one
     unit = d.unit.split(",")[max(d.element, 1) - 1] if "," in d.unit else d.unit
     first = "" if math.isnan(d.first) else f"{d.first:.6g}"
     at = "" if d.worst == 0 else f"{d.at:.6g}"
     numbers = (f"{d.worst:.3g}", unit, f"{d.limit:.2g}", at, f"{d.rms:.3g}", first)
-    return (name, d.rate, *numbers, "out of tolerance" if d.state == OUT else "")
+    return (name, d.rate, *numbers, "out" if d.state == OUT else "")
 
 
 def comparison_json(found: Comparison, page: Path | None) -> str:
@@ -155,9 +156,13 @@ def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     numbers = ("worst", "allowed", "at [s]", "RMS", "out from [s]")
     for name in headings:
-        table.add_column(name, justify="right" if name in numbers else "left", overflow="fold")
+        right, fixed = name in numbers, name in (*numbers, "rate", "unit")
+        shown = name.replace(" [s]", "\n\\[s]")
+        table.add_column(
+            shown, justify="right" if right else "left", overflow="fold", no_wrap=fixed
+        )
     for row in rows:
-        table.add_row(*(cell.replace("[", r"\[") for cell in row))
+        table.add_row(*(escape(cell) for cell in row))
     return table
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -55,6 +56,8 @@ class LiveProgress:
         if error is None:
             self._finish_stage()
         self._bars.stop()
+        if kind is KeyboardInterrupt:
+            print("flexhex: stopped", file=sys.stderr)
 
     def stage(self, text: str) -> None:
         """A new stage begins, the one before is done."""
@@ -96,6 +99,8 @@ def print_study(study: Study, report: Path) -> None:
         _print_table(out, study)
     for name, result in study.experiments.items():
         out.print(_rows(name, result))
+    for outcome in (study.fit_outcome, *study.table, *study.extra, *study.actuators):
+        _print_faults(out, outcome.case.title, outcome.result)
     out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
     out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
 
@@ -193,8 +198,25 @@ def _speed(result: Result, title: str) -> Table:
 
 
 def print_speed(result: Result) -> None:
-    """Time spent in each FMU."""
-    Console().print(_speed(result, "Time in each FMU"))
+    """Time spent in each FMU, and the faults that were reported."""
+    out = Console()
+    out.print(_speed(result, "Time in each FMU"))
+    _print_faults(out, "run", result)
+
+
+def _print_faults(out: Console, title: str, result: Result) -> None:
+    """One line for each component that reported a fault: which, how often, since when."""
+    for group in result.groups.values():
+        for name, values in group.signals.items():
+            if not name.endswith(".fault") or not values.any():
+                continue
+            first = int(values.nonzero()[0][0])
+            out.print(
+                f"[red]fault[/] in {title}: {name} = {values[first]:g} from"
+                f" {group.time[first]:g} s on, {(values != 0).mean():.1%} of the samples;"
+                f" see fmus/*/README.md",
+                highlight=False,
+            )
 
 
 def print_fit(machine: Machine, fit: Fit) -> None:
@@ -210,9 +232,11 @@ def print_fit(machine: Machine, fit: Fit) -> None:
     out = Console()
     out.print(table)
     rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
-    out.print(f"residual of the joints [mN m]: {rms}; condition {fit.condition:.3g}")
+    out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
     if fit.undetermined:
-        out.print("[yellow]yellow[/]: not determined by itself, larger deviation than value")
+        out.print(
+            "[yellow]yellow[/]: not determined by itself: its deviation exceeds its size"
+        )
 
 
 def fit_json(machine: Machine, fit: Fit) -> str:

@@ -33,7 +33,7 @@ def load_machine(path: str | Path) -> Machine:
     return machine
 
 
-def machine_data(path: Path) -> dict[str, Any]:
+def machine_data(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Plain data of a machine file, `extends` and `without_platform` carried out.
 
     extends = "tflex.toml"      everything from there; top-level keys here replace theirs
@@ -42,14 +42,17 @@ def machine_data(path: Path) -> dict[str, Any]:
     data = read_toml(path)
     base = data.pop("extends", None)
     if base is not None:
-        data = machine_data(path.with_name(str(base))) | data
-    if data.pop("without_platform", False):
+        if path in seen or not isinstance(base, str):
+            raise MachineError(f"{path}: extends: {base!r} must name another machine file")
+        data = machine_data(path.parent / base, (*seen, path)) | data
+    plain = all(isinstance(data.get(key, {}), dict) for key in ("geometry", "bodies"))
+    arms = data.get("arms", [])
+    plain = plain and isinstance(arms, list) and all(isinstance(arm, dict) for arm in arms)
+    if data.pop("without_platform", False) and plain:
         data.pop("flexures", None)
         for section, keys in (("geometry", ("l", "x_E0")), ("bodies", ("lower", "end_effector"))):
             data[section] = {k: v for k, v in data.get(section, {}).items() if k not in keys}
-        data["arms"] = [
-            {k: v for k, v in arm.items() if k != "r_EP"} for arm in data.get("arms", [])
-        ]
+        data["arms"] = [{k: v for k, v in arm.items() if k != "r_EP"} for arm in arms]
     return data
 
 
@@ -60,7 +63,7 @@ def truth_file(path: Path) -> Path:
     """
     base = read_toml(path).get("extends")
     if base is not None:
-        return truth_file(path.with_name(str(base)))
+        return truth_file(path.parent / str(base))
     return path.with_name(f"{path.stem}-truth.toml")
 
 
