@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from flexhex.commands import compare_command, study_command
 from fmus.common.errors import FlexhexError
 
 app = typer.Typer(
@@ -140,6 +141,10 @@ def found_machine(path: Path) -> Path:
     if path == DEFAULT_MACHINE and not path.exists():
         return SHIPPED / path.name
     return path
+
+
+app.command("compare")(compare_command)
+app.command("study")(study_command)
 
 
 def command() -> str:

@@ -40,15 +40,16 @@ def print_comparison(found: Comparison, page: Path | None) -> None:
     """Verdict, table of the signals, what made the runs different, where the page is."""
     out = Console()
     shown = [*found.of(OUT, UNLIKE), *found.of(EQUAL)[:MOST_ROWS]]
-    out.print(_table("Differences, worst first", HEADINGS, [cells(d) for d in shown]))
+    rows = [_without_at(cells(d)) for d in shown]
+    out.print(_table("Differences, worst first", _without_at(HEADINGS), rows))
     left = len(found.of(OUT, UNLIKE, EQUAL)) - len(shown)
     if left:
         out.print(f"and {left} signals within tolerance" + (" on the page" if page else ""))
     for text in missing(found):
         out.print(text, markup=False, highlight=False)
     if found.made:
-        rows = [(key, *pair) for key, pair in found.made.items()]
-        out.print(_table("What made them different", ("", "first", "second"), rows))
+        made = [(key, *pair) for key, pair in found.made.items()]
+        out.print(_table("What made them different", ("", "first", "second"), made))
     out.print(verdict(found), markup=False, highlight=False)
     if page:
         out.print(f"page     {page}", markup=False, highlight=False, soft_wrap=True)
@@ -164,6 +165,11 @@ def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -
     for row in rows:
         table.add_row(*(escape(cell) for cell in row))
     return table
+
+
+def _without_at(row: Sequence[str]) -> Sequence[str]:
+    """A row without the time of the worst difference, for which a terminal has no room."""
+    return [cell for k, cell in enumerate(row) if HEADINGS[k] != "at [s]"]
 
 
 def _finite(value: Any) -> Any:
