@@ -48,9 +48,10 @@ class Difference:
     """One signal in both runs. state: `equal`, `out`, `only in the first`, `only in the
     second`, `not compared`; note says why, or what else is to be said.
 
-    worst, rms: largest and RMS difference; element: number of the worst one in the signal
-    from 1, 0 for a scalar; at [s]: when; limit: its tolerance; first [s]: when any element
-    was out of tolerance first, NaN when none was. size: worst over the column's largest value.
+    element: the one that is farthest out, from 1, 0 for a scalar; of it are worst and rms, the
+    largest and RMS difference, at [s], when it was largest, and limit, its tolerance. first
+    [s]: when any element was out of tolerance first, NaN when none was. size: worst over the
+    element's largest value.
     """
 
     signal: str
@@ -193,7 +194,7 @@ def _judged(name: str, a: Group, b: Group, tolerance: Tolerance) -> Difference:
         rate,
         unit,
         worst=worst,
-        rms=float(np.sqrt(np.mean(np.square(gap)))),
+        rms=float(np.sqrt(np.mean(np.square(gap[:, column])))),
         element=column + 1 if a.signals[name].ndim > 1 else 0,
         at=row * a.Ts,
         limit=float(limit[column]),

@@ -19,7 +19,7 @@ from benchmarks.motion import ROWS, estimator_rows, kinematics, motion
 from benchmarks.rooms import room
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters
-from fmus.estimator.interface import normalisation
+from fmus.estimator.interface import normalisation, process_noise
 from tests.compare import assert_close
 
 
@@ -58,7 +58,7 @@ def test_rival_filters_estimate_as_the_estimator_does(
     P, q = c.P0 * np.eye(len(scale)), base_parameters(machine) / scale
     for k in range(20):
         K.ticks(1)
-        P, q = update(P, q, H[k], y[k], kalman.process_noise(machine), c.R2)
+        P, q = update(P, q, H[k], y[k], process_noise(machine), c.R2)
     # the textbook's form loses some digits: P0 / R2 times rounding
     assert_close(K.output("p") / scale, q, rtol=1e-8)
     assert_close(K.output("p_std") / scale, np.sqrt(np.diag(P)), rtol=1e-6)

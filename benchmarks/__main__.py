@@ -1,0 +1,114 @@
+"""`python -m benchmarks [--json] [--only NAME] [--rounds N]`: medians and ratios side by side."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fmugen.compile import version
+from rich.console import Console
+
+from benchmarks import adapter, growth, kalman, loop, mechanism, plant, tables
+from benchmarks.clock import Row, pin
+from benchmarks.rooms import operations
+from fmus.common.errors import FlexhexError
+from fmus.common.machine import Machine
+from fmus.common.machine_file import load_machine
+
+MACHINE_FILE = Path("machines") / "tflex.toml"
+ROOMS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
+ROWS: dict[str, Callable[[Machine, int], Row]] = {
+    "N": mechanism.step_N,
+    "chain": mechanism.chain_row,
+    "kalman": kalman.kalman_row,
+    "plant": plant.plant_row,
+    "adapter": adapter.adapter_row,
+    "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
+}
+MORE = ("growth", "profile")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run what was asked for; 0, 1 when a required limit is missed, 2 and 3 for mistakes."""
+    parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__)
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
+    parser.add_argument("--only", choices=(*ROWS, *MORE), help="one benchmark alone")
+    parser.add_argument("--rounds", type=int, default=25, help="bursts of each rival")
+    asked = parser.parse_args(arguments)
+    if asked.rounds < 3:
+        parser.error(f"--rounds {asked.rounds}: at least 3, a median of fewer says nothing")
+    try:
+        found = collect(asked.only, asked.rounds)
+    except FlexhexError as error:
+        print(f"benchmarks: {error}", file=sys.stderr)
+        return 3
+    if asked.json:
+        print(json.dumps(found, default=_plain, indent=1))
+    else:
+        tables.show(found, Console(width=None if sys.stdout.isatty() else 130))
+    return 1 if any(row.met(row.required) is False for row in found["rows"]) else 0
+
+
+def collect(only: str | None, rounds: int) -> dict[str, Any]:
+    """Everything measured: where, rows, growth, profile."""
+    machine, before = load_machine(MACHINE_FILE), pin()
+    try:
+        wanted = [only] if only else [*ROWS, *MORE]
+        found: dict[str, Any] = {"where": where(), "rows": []}
+        for name in wanted:
+            if name in ROWS:
+                found["rows"].append(ROWS[name](machine, rounds))
+        if "growth" in wanted:
+            found["growth"] = grown(machine, rounds, before)
+        if "profile" in wanted:
+            ssp = loop.system(MACHINE_FILE)
+            found["profile"] = loop.where(ssp)
+            found["operations"] = {room: operations(room, machine) for room in ROOMS}
+        return found
+    finally:
+        if before:
+            os.sched_setaffinity(0, before)
+
+
+def grown(machine: Machine, rounds: int, cores: list[int]) -> dict[str, Any]:
+    """Parameters -> ns of K; (loops, cores) -> simulated seconds in a second
+    of the clock and of processor time."""
+    by_parameters = growth.by_parameters(machine, max(3, rounds // 3))
+    ssp, side = loop.system(MACHINE_FILE), {}
+    for loops in (1, 2, 4, 8):
+        for count in (1, 2):
+            if count <= max(len(cores), 1):
+                side[f"{loops} loops, {count} cores"] = loop.side_by_side(ssp, loops, cores[:count])
+    return {"parameters": by_parameters, "loops": side}
+
+
+def where() -> dict[str, Any]:
+    """The computer: processor, cores, load, compiler."""
+    cpu = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        cpu = names[0].partition(":")[2].strip() if names else cpu
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    return {"cpu": cpu, "cores": os.cpu_count(), "load": round(load, 1), "compiler": version()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Row):
+        return dataclasses.asdict(value) | {
+            "met_required": value.met(value.required),
+            "met_stretch": value.met(value.stretch),
+            "ratios": {timing.name: value.ratio(timing) for timing in value.timings[1:]},
+        }
+    return dataclasses.asdict(value)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""What was measured, as tables of rich."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.clock import Row, Timing
+
+
+def show(found: dict[str, Any], console: Console) -> None:
+    """Print whatever `collect` found."""
+    at = found["where"]
+    console.print(f"{at['cpu']}, {at['cores']} cores, load {at['load']}; {at['compiler']}")
+    if found["rows"]:
+        _rows(found["rows"], console)
+    if "growth" in found:
+        _growth(found["growth"], console)
+    if "profile" in found:
+        _profile(found, console)
+
+
+def quantity(value: float, faster: bool) -> str:
+    """Time in microseconds, or a factor of real time."""
+    return f"{value:.3g} x" if faster else f"{value / 1e3:.3g} us"
+
+
+def _rows(rows: list[Row], console: Console) -> None:
+    table = Table(title="one core; processor time; bursts in turn")
+    for name in ("what", "median", "best", "ratio", "required", "stretch", "met"):
+        table.add_column(name, justify="left" if name == "what" else "right")
+    for row in rows:
+        for k, timing in enumerate(row.timings):
+            table.add_row(*_cells(row, timing, first=k == 0), end_section=timing is row.timings[-1])
+    console.print(table)
+    for row in rows:
+        for text in [*row.notes, *(f"{t.name}: {t.note}" for t in row.timings if t.note)]:
+            console.print(f"{row.key}: {text}", highlight=False)
+
+
+def _cells(row: Row, timing: Timing, first: bool) -> list[str]:
+    values = [quantity(value, row.faster) for value in (timing.median, timing.least)]
+    if not first:
+        return [f"  {timing.name}", *values, f"{row.ratio(timing):.3g}", "", "", ""]
+    limits = [
+        "" if limit is None else (">= " if row.faster else "<= ") + quantity(limit, row.faster)
+        for limit in (row.required, row.stretch)
+    ]
+    met = "stretch" if row.met(row.stretch) else "yes" if row.met(row.required) else "no"
+    return [f"[bold]{row.what}[/]", *values, "", *limits, met]
+
+
+def _growth(found: dict[str, Any], console: Console) -> None:
+    table = Table(title="growth")
+    for name in ("parameters of K", "median", "ns for a square of a parameter"):
+        table.add_column(name, justify="right")
+    for timing in found["parameters"]:
+        each = timing.median / int(timing.name) ** 2
+        table.add_row(timing.name, quantity(timing.median, False), f"{each:.2f}")
+    console.print(table)
+    names = ("loops in threads", "simulated s in 1 s of the clock", "in 1 s of processor time")
+    table = Table(*names, title="side by side")
+    for name, factors in found["loops"].items():
+        table.add_row(name, *(f"{factor:.3g}" for factor in factors))
+    console.print(table)
+
+
+def _profile(found: dict[str, Any], console: Console) -> None:
+    table = Table("FMU", "us a step", "ms a simulated second", "share", title="where the time goes")
+    total = sum(share for share, _ in found["profile"].values())
+    for name, (share, step) in found["profile"].items():
+        table.add_row(name, f"{step:.2f}", f"{share * 1e3:.2f}", f"{share / total:.0%}")
+    console.print(table)
+    table = Table("generated function", "operations", title="straight-line code")
+    for functions in found["operations"].values():
+        for name, count in functions.items():
+            table.add_row(name, str(count))
+    console.print(table)
