@@ -6,21 +6,15 @@
 #include "fmi2FunctionTypes.h"
 
 #define EXPORT __attribute__((visibility("default")))
-/* clang-format off: it finds no end with these */
+/* clang-format off */
 #define TEN(X, t) X(t##0) X(t##1) X(t##2) X(t##3) X(t##4) X(t##5) X(t##6) X(t##7) X(t##8) X(t##9)
-#define HUNDRED(X)                                                                               \
-  X(0)                                                                                           \
-  X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) TEN(X, 1) TEN(X, 2) TEN(X, 3) TEN(X, 4) TEN(X, 5) \
-      TEN(X, 6) TEN(X, 7) TEN(X, 8) TEN(X, 9)
+#define HUNDRED(X)                                             \
+  X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9)            \
+  TEN(X, 1) TEN(X, 2) TEN(X, 3) TEN(X, 4) TEN(X, 5) TEN(X, 6)  \
+  TEN(X, 7) TEN(X, 8) TEN(X, 9)
 #define FIELDS(k) double u##k, y##k;
-#define SET(k)       \
-  case k:            \
-    m->u##k = value; \
-    return fmi2OK;
-#define GET(k)        \
-  case 100 + k:       \
-    *value = m->y##k; \
-    return fmi2OK;
+#define SET(k) case k: m->u##k = value; return fmi2OK;
+#define GET(k) case 100 + k: *value = m->y##k; return fmi2OK;
 /* clang-format on */
 
 typedef struct {

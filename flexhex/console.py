@@ -234,9 +234,7 @@ def print_fit(machine: Machine, fit: Fit) -> None:
     rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
     out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
     if fit.undetermined:
-        out.print(
-            "[yellow]yellow[/]: not determined by itself: its deviation exceeds its size"
-        )
+        out.print("[yellow]yellow[/]: not determined by itself: its deviation exceeds its size")
 
 
 def fit_json(machine: Machine, fit: Fit) -> str:

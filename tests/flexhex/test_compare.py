@@ -27,6 +27,8 @@ from flexhex.compare import (
     compare,
     tolerances,
 )
+from flexhex.page import Part, write_page
+from flexhex.plots import figure
 from fmus.common.errors import LogError, UsageError
 from ssp.results import Group, Result, rate_name, save
 
@@ -243,6 +245,16 @@ def test_page_holds_overlay_and_difference_and_needs_no_network(
     assert gap[-1] == pytest.approx(1e-4, rel=1e-3)
     assert "&lt;/script&gt;there" in text, "what a file says is text, not markup"
     assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=|<link", text)
+
+
+def test_text_in_a_plot_cannot_end_the_script(tmp_path: Path) -> None:
+    drawn = {"place": figure("</script><b>", "t", "y", [])}
+    path = write_page(tmp_path / "p.html", "", "", [Part("one", figures=drawn)])
+    text = path.read_text(encoding="utf-8")
+    assert "</script><b>" not in text
+    found = re.search(r"^const figures = (.*);$", text, re.M)
+    assert found
+    assert json.loads(found[1])["place"]["layout"]["title"]["text"] == "</script><b>"
 
 
 def test_bad_input_has_exit_code_3(app: typer.Typer, runs: tuple[Path, Path]) -> None:
