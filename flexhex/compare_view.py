@@ -122,7 +122,8 @@ def write_comparison(
     parts.append(Part("All signals", headings=HEADINGS, rows=rows))
     made = [(key, *pair) for key, pair in found.made.items()]
     text = "" if made else "Nothing: the same versions, hashes and parameters."
-    parts.append(Part("What made them different", text, ("", "first", "second"), made))
+    headings = ("", "first", "second")
+    parts.append(Part("What made them different", text, headings, made, words=True))
     return write_page(path, "Two runs compared", f"first: {names[0]}, second: {names[1]}", parts)
 
 

@@ -6,9 +6,11 @@ import importlib
 import math
 import multiprocessing
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -31,12 +33,13 @@ def local(jobs: int) -> Pool:
         library.load()  # compiled once, before all of them want it
         context = multiprocessing.get_context("spawn")
         workers = min(jobs, len(tasks))
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_deaf) as executor:
+        with ProcessPoolExecutor(workers, mp_context=context) as executor:
             left = iter(tasks)
             # no more than run at once: Ctrl-C then waits for these alone
-            waiting: dict[Future[Scored], Task] = {
-                executor.submit(score, task): task for task in islice(left, workers)
-            }
+            waiting: dict[Future[Scored], Task] = {}
+            with _deaf():  # here all processes are started
+                for task in islice(left, workers):
+                    waiting[executor.submit(score, task)] = task
             while waiting:
                 for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                     task = waiting.pop(future)
@@ -102,6 +105,15 @@ def _outcome(future: Any) -> Scored | str:
     return scored if finite else "the figures are not finite"
 
 
-def _deaf() -> None:
-    """Ctrl-C is for the process that leads; the others end their run, and clean up after it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started meanwhile never hear Ctrl-C, not even while they import: it is for the
+    one that leads, the others end their run and clean up after it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -141,14 +141,14 @@ def write_found(found: Found, path: Path) -> Path:
     }
     over = {f"over-{n}": _over(found, n, text) for n, text in SHOWN.items() if n in plan.varied}
     text = (
-        f"{plan.runs} runs of {plan.duration:g} s after a hold, seed {plan.seed}. Box: quartiles"
-        " and median; whiskers: 5 % and 95 %; dots: the runs. Both cases of a run share its draw."
+        f"{plan.runs} draws, each {plan.duration:g} s after a hold, seed {plan.seed}. Box:"
+        " quartiles and median; whiskers: 5 % and 95 %; dots: the runs. Both cases share the draws."
     )
     drawn = [(name, VARIED[name]) for name in plan.varied]
     parts = [
         Part("Error and feedback torque", text, HEADINGS, rows(found), boxes),
-        Part("What was drawn", "", ("kind", "what"), drawn, over),
-        Part("Remarks", "", ("",), [(text,) for text in remarks(found)]),
+        Part("What was drawn", "", ("kind", "what"), drawn, over, words=True),
+        Part("Remarks", "", ("",), [(text,) for text in remarks(found)], words=True),
     ]
     return write_page(path, "The loop on many machines", "Figures are RMS over all joints", parts)
 
@@ -191,8 +191,12 @@ def _boxes(found: Found, what: str, title: str, unit: str, scale: float) -> Figu
     for k, case in enumerate(cases):
         values = [getattr(s, what) * scale for s in found.of(case)]
         traces += box(values, float(k), TITLES[case], COLOURS[case])
-    ticks = {"tickvals": list(range(len(cases))), "ticktext": [TITLES[c] for c in cases]}
-    return figure(title, "", unit, traces, xaxis=ticks, yaxis=LOG)
+    axis = {
+        "tickvals": list(range(len(cases))),
+        "ticktext": [TITLES[case] for case in cases],
+        "range": [-0.5, len(cases) - 0.4],
+    }
+    return figure(title, "", unit, traces, xaxis=axis, yaxis=LOG)
 
 
 def _over(found: Found, name: str, text: str) -> Figure:

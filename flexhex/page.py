@@ -15,7 +15,8 @@ from flexhex.plots import Figure
 class Part:
     """A section: its title, a sentence, a table, plots by the id of their place.
 
-    timed: the x axes of the plots are time; zooming into one zooms all of the page.
+    timed: the x axes of the plots are time; zooming into one zooms all of the page. words:
+    the table holds no figures to align.
     """
 
     title: str
@@ -24,6 +25,7 @@ class Part:
     rows: Sequence[Sequence[str]] = ()
     figures: Mapping[str, Figure] = field(default_factory=dict)
     timed: bool = False
+    words: bool = False
 
 
 def write_page(path: Path, title: str, subtitle: str, parts: Sequence[Part]) -> Path:

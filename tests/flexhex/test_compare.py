@@ -41,12 +41,12 @@ def result(
     period: int = 1,
     unit: str = "rad",
     base: float = BASE,
-    **meta: str,
+    meta: Mapping[str, str] | None = None,
 ) -> Result:
     """A result of one rate."""
     group = Group(period, base, signals, dict.fromkeys(signals, unit))
     n = len(next(iter(signals.values())))
-    return Result({rate_name(period, base): group}, duration=n * period * base, meta=meta)
+    return Result({rate_name(period, base): group}, duration=n * period * base, meta=meta or {})
 
 
 def wave() -> Array:
@@ -166,8 +166,8 @@ def test_worst_relative_to_its_size_comes_first() -> None:
 
 def test_what_made_the_runs_different_is_found() -> None:
     same = {"python": "3.11.7", "sha256 plant.fmu": "aa"}
-    a = result({"x": wave()}, **same, casadi="3.7")
-    b = result({"x": wave()}, **same, casadi="3.8", command="flexhex run")
+    a = result({"x": wave()}, meta={**same, "casadi": "3.7"})
+    b = result({"x": wave()}, meta={**same, "casadi": "3.8", "command": "flexhex run"})
     assert compare(a, b).made == {"casadi": ("3.7", "3.8"), "command": ("-", "flexhex run")}
 
 
@@ -205,7 +205,9 @@ def runs(tmp_path: Path) -> tuple[Path, Path]:
     fault = np.zeros(N)
     a, b = ({"plant.theta": x, "plant.fault": fault} for x in (wave(), changed))
     first, second = tmp_path / "a.h5", tmp_path / "b.h5"
-    return save(result(a, made="here"), first), save(result(b, made="</script>there"), second)
+    return save(result(a, meta={"made": "here"}), first), save(
+        result(b, meta={"made": "</script>there"}), second
+    )
 
 
 def test_exit_code_tells_equal_from_different(
