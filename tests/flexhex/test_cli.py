@@ -29,7 +29,11 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
     "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),
     "kind of log": (["identify", "other.toml"], 3, r"unknown kind '\.toml'; write CSV or HDF5"),
-    "unit of a log": (["identify", "log.csv"], 3, r"theta\[1\] is in 'deg', wanted 'rad': convert"),
+    "unit of a log": (
+        ["identify", "log.csv"],
+        3,
+        r"theta\[1\] is in 'inc', wanted 'rad' .*: convert",
+    ),
     "no such command": (["frobnicate"], 2, r"No such command 'frobnicate'"),
     "nothing to check": (["check", "log.csv"], 2, r"nothing to check in '\.csv', wants \.fmu"),
 }
@@ -39,7 +43,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
 def test_mistake_gives_message_and_exit_code(mistake: str, tmp_path: Path) -> None:
     words, code, message = MISTAKES[mistake]
     (tmp_path / "other.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
-    (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,deg,N m\n0,1,2\n1,2,3\n2,3,4\n")
+    (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,inc,N m\n0,1,2\n1,2,3\n2,3,4\n")
     done = flexhex(*words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert re.search(message, done.stderr), done.stderr
