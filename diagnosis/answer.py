@@ -107,7 +107,7 @@ def _shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]
     for k, part in enumerate(parts):
         item = bench.effects.get(part.id)
         if item is not None:
-            found += [(k, s.name) for s in item.effect.shapes if len(s.grid) > 1]
+            found += [(k, s.name) for s in item.searched]
     return found
 
 
@@ -147,19 +147,15 @@ def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta
     return _whole(regression, change) / (2 * step)
 
 
-def _stepped(
-    bench: Bench, regression: Regression, parts: Sequence[Scored], k: int
-) -> Scored:
+def _stepped(bench: Bench, regression: Regression, parts: Sequence[Scored], k: int) -> Scored:
     """A part whose shape made one Gauss-Newton step, if that explains more."""
     part, item = parts[k], bench.effects.get(parts[k].id)
-    if item is None or not any(len(s.grid) > 1 for s in item.effect.shapes):
+    if item is None or not item.searched:
         return part
     others = [p.columns for j, p in enumerate(parts) if j != k]
     beside = regression.extended(others) if others else regression
     fall, beta = beside.fall(part.columns)
-    for s in item.effect.shapes:
-        if len(s.grid) < 2:
-            continue
+    for s in item.searched:
         tangent = _tangent(bench, regression, part, s.name, beta)
         rows = regression.layout.rows(part.columns.axis)
         both = Columns(part.columns.axis, np.hstack([part.columns.values, tangent[rows]]))

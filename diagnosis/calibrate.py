@@ -7,7 +7,7 @@ its nonlinear parameters stand beside every candidate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ LOOSE = 5.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
 DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
 """Common delay of all torques behind the angles; the logger's, not an axis' own."""
-STEPS = 3
+STEPS = 2
 CLUSTER = 1.0
 """Length of a cluster [s]."""
 STRETCHES = 4
@@ -63,6 +63,12 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def torque_rms(self) -> Array:
+        """RMS of the torque about its mean, of each axis (n,) [N m]."""
+        values = [block.run.tau.values[block.run.tau.valid] for block in self.blocks]
+        return np.asarray(np.concatenate(values).std(axis=0))
 
     @cached_property
     def layout(self) -> Layout:
@@ -121,7 +127,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         fitted = _moved(made)
     made = about(base, blocks, fitted, noise)
     noise = measured(blocks, made.residual(made.regression.q))
-    return about(base, blocks, fitted, noise)
+    return replace(made, noise=noise)
 
 
 def _moved(made: Calibrated) -> Fitted:

@@ -135,9 +135,7 @@ class HexapodBase:
         """Tilted gravity: torque for a radian about the world's x and y."""
         g = np.array(self.machine.gravity.g)
         level = self._under(motion, p, g)
-        columns = [
-            self._under(motion, p, g + np.cross(axis, g)) - level for axis in np.eye(3)[:2]
-        ]
+        columns = [self._under(motion, p, g + np.cross(axis, g)) - level for axis in np.eye(3)[:2]]
         return {"gravity_tilt": np.stack(columns, axis=2)}
 
     def _under(self, motion: Motion, p: Array, g: Array) -> Array:
@@ -152,9 +150,7 @@ class HexapodBase:
 
 def _part(motion: Motion, part: slice) -> Motion:
     start = motion.t0 + part.start * motion.ts
-    return Motion(
-        start, motion.ts, motion.theta[part], motion.thetad[part], motion.thetadd[part]
-    )
+    return Motion(start, motion.ts, motion.theta[part], motion.thetad[part], motion.thetadd[part])
 
 
 def _actuator(machine: Machine) -> list[Known]:

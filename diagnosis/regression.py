@@ -66,16 +66,22 @@ class Gain:
 
 @dataclass(frozen=True)
 class Regression:
-    """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,)."""
+    """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,).
+
+    known: Gram matrices where they have been computed already.
+    """
 
     y: Array
     B: Array
     prior: Array
     layout: Layout
+    known: list[tuple[Array, Array]] | None = None
 
     @cached_property
     def grams(self) -> list[tuple[Array, Array]]:
         """(B^T B, B^T y) of each fold."""
+        if self.known is not None:
+            return self.known
         made = []
         for fold in self.layout.folds:
             mine = self.layout.fold == fold
@@ -113,15 +119,21 @@ class Regression:
 
     def extended(self, columns: list[Columns], prior: Array | None = None) -> Regression:
         """With further columns, free unless they have a prior."""
-        whole = [self._spread(c) for c in columns]
-        extra = sum(w.shape[1] for w in whole)
-        more = np.zeros(extra) if prior is None else prior
-        return Regression(
-            self.y,
-            np.hstack([self.B, *whole]),
-            np.concatenate([self.prior, more]),
-            self.layout,
-        )
+        C = np.hstack([self._spread(c) for c in columns])
+        more = np.zeros(C.shape[1]) if prior is None else prior
+        grams = []
+        for (G, b), fold in zip(self.grams, self.layout.folds, strict=True):
+            mine = self.layout.fold == fold
+            own = C[mine]
+            cross = self.B[mine].T @ own
+            grams.append(
+                (
+                    np.block([[G, cross], [cross.T, own.T @ own]]),
+                    np.concatenate([b, own.T @ self.y[mine]]),
+                )
+            )
+        B = np.hstack([self.B, C])
+        return Regression(self.y, B, np.concatenate([self.prior, more]), self.layout, grams)
 
     def _spread(self, columns: Columns) -> Array:
         if columns.axis is None:
