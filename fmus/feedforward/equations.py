@@ -8,6 +8,9 @@ from fmus.common.effect_bank import SIGNALS, followers, instant
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
+STEPS = 4
+"""Fixed-point steps for what drives lose."""
+
 
 def functions(machine: Machine) -> list[ca.Function]:
     """feedforward_torque(x, xd, xdd, z, p) -> tau_ff (6,) [N m].  [SH, Eq. (31)]
@@ -35,8 +38,9 @@ def functions(machine: Machine) -> list[ca.Function]:
 def effects(model: Model) -> list[ca.Function]:
     """Functions of effects.h; none without effects.
 
-    What a drive loses depends on the torque that it reports, which is the sum itself: two
-    steps of tau <- base + gain column(tau) leave the third power of the loss.
+    What a drive loses depends on the torque that it reports, which is the sum itself: STEPS
+    steps of tau <- base + gain column(tau). Each leaves as much of the last one's change as
+    the loss changes with the torque, a few percent.
     """
     bank, n = model.bank, model.n
     if not bank:
@@ -45,7 +49,7 @@ def effects(model: Model) -> list[ca.Function]:
     p = ca.SX.sym("p", model.n_p)
     at = SIGNALS.index("tau") * n
     base = tau = now[at : at + n]
-    for _ in range(2):
+    for _ in range(STEPS):
         columns = bank.columns(instant(ca.vertcat(now[:at], tau, now[at + n :]), n), state)
         tau = base + bank.on_axes(p[model.n_base :], columns)
     whole = ca.Function(
