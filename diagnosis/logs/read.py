@@ -12,7 +12,7 @@ from diagnosis.logs.clock import Clock, clock_of, compared
 from diagnosis.logs.log import Channel, Finding, Log, Options
 from diagnosis.logs.raw import Raw, Table, texts
 from diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
-from diagnosis.logs.values import clipped, filled, judged
+from diagnosis.logs.values import clipped, filled, judged, jumps
 from fmus.common.errors import LogError
 
 READERS = {
@@ -98,12 +98,15 @@ def _channel(
             scale * _constants(where, name, values.shape[1], meta, options, findings)
         )
     elif scale != 1.0:
-        values = values * scale
+        values *= scale
         findings.append(
             Finding("units", where, f"{name} converted from {unit} to {SI[name]}", True)
         )
     channel, more = filled(where, name, clock.channel(values))
     findings += more
+    if name == "theta":
+        channel, slips = jumps(where, channel)
+        findings += slips
     if name in TORQUES or current:
         channel, more = clipped(where, "tau_meas" if current else name, channel)
         findings += more
