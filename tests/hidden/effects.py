@@ -248,7 +248,7 @@ TORQUES: dict[str, Callable[[Rng], Torque]] = {
 
 
 def follow(effect: Torque, t: Array, q: Array, v: Array, a: Array) -> Array:
-    """States (states, 6, runs, samples) along q, v, a (6, runs, samples): Runge-Kutta, fourth order.
+    """States (states, 6, runs, samples) along q, v, a (6, runs, samples), by Runge-Kutta.
 
     t (runs, samples) [s]. Between samples the path is the cubic through angles and rates.
     """
