@@ -11,7 +11,7 @@ from tests.oracles.machine import Actuator, Machine
 
 
 def dahl(q: Array, sigma: float) -> Array:
-    """State z of [SH, Eq. (23)] along q (6, runs, samples), exact between samples; z starts at 0."""
+    """State z of [SH, Eq. (23)] along q (6, runs, samples), exact between samples, from 0."""
     move = np.diff(q, axis=-1)
     sign, kept = np.sign(move), np.exp(-np.abs(move) / sigma)
     z = np.zeros(q.shape)
@@ -68,9 +68,10 @@ class Columns:
         """q, v, a (6, runs, samples); the first `skip` samples are not looked at."""
         self.skip, self.every = skip, every
         act = base.machine.actuator
-        flat = [self.thin(x).reshape(6, -1) for x in (q, v, a)]
-        still = np.zeros(3)
-        rows = [base.mechanism.inverse(*flat, p, gravity=None if _heavy(p) else still) for p in units()]
+        fq, fv, fa = (self.thin(x).reshape(6, -1) for x in (q, v, a))
+        pose = base.mechanism.pose(fq)
+        gravity = {True: base.mechanism.g, False: np.zeros(3)}
+        rows = [base.mechanism.torque(pose, fv, fa, p, gravity[_heavy(p)]) for p in units()]
         shared = np.stack([row.ravel() for row in rows], axis=1)
         z = dahl(q, act.sigma)
         tangent = (dahl(q, act.sigma * 1.01) - dahl(q, act.sigma * 0.99)) / 0.02

@@ -48,7 +48,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Noise:
-    """Torque reading: white [N m] RMS; disturbance that moves the arm: coloured RMS, corner [Hz]."""
+    """Reading: white [N m] RMS; disturbance that moves the arm: coloured RMS, corner [Hz]."""
 
     white: float
     coloured: float

@@ -50,7 +50,7 @@ class Saturating(Motor):
     """Iron saturates: m = i_s tanh(i / i_s), gain = 1 / i_s."""
 
     unit: str = "1/(N m)"
-    limit: float = 0.12
+    limit: float = 0.3
 
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         g = column(np.maximum(gain, 1e-9), m)
@@ -210,7 +210,7 @@ DRIVES: dict[str, Callable[[Rng], Motor | Drive | Encoder]] = {
     "drive_gain": lambda rng: Gain(sign=int(rng.choice([-1, 1]))),
     "thermal_drift": lambda rng: Warming(time=rng.uniform(15, 60)),
     "cross_coupling": lambda rng: Crosstalk(),
-    "torque_saturation": lambda rng: Drive("limit", "1/(N m)", 0.12),
+    "torque_saturation": lambda rng: Drive("limit", "1/(N m)", 0.3),
     "drive_lag": lambda rng: Drive("lag"),
     "time_delay": lambda rng: Drive("delay"),
     "encoder_eccentricity": lambda rng: Encoder(phase=rng.uniform(0, 2 * np.pi, 6)),

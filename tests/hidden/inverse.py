@@ -63,7 +63,7 @@ def make(hidden: Hidden, base: Base) -> Kind:
 
 
 def clocks(case: Case) -> Array:
-    """Instants (runs, samples) of all runs, one after the other since the machine was switched on."""
+    """Instants (runs, samples) since the machine was switched on, run after run."""
     t = instants(case.seconds)
     runs = len(case.trajectories) * case.passes
     return t + WARM + (case.seconds + WARM) * np.arange(runs)[:, None]
@@ -102,6 +102,8 @@ def scale(hidden: Hidden, base: Base, clock: Array, motion: Motion, m: Array) ->
             gain = np.full(6, np.sqrt(np.sum(wanted**2) / np.sum((wanted / gain) ** 2)))
         return Scaled(hidden, effect, np.minimum(gain, effect.limit) * mask)
     low, high = np.full(6, 1e-7), np.full(6, min(effect.limit, 1.0))
+    if effect.unit == "1/(N m)":  # a torque limit: the motion must stay possible
+        high = np.minimum(high, 0.8 / np.max(np.abs(m), axis=(1, 2)))
     for _ in range(24):
         middle = np.sqrt(low * high)
         small = size(middle) < wanted
@@ -109,9 +111,7 @@ def scale(hidden: Hidden, base: Base, clock: Array, motion: Motion, m: Array) ->
     return Scaled(hidden, effect, high * mask)
 
 
-def _signal(
-    effect: Kind, gain: Array, base: Base, clock: Array, motion: Motion, m: Array
-) -> Array:
+def _signal(effect: Kind, gain: Array, base: Base, clock: Array, motion: Motion, m: Array) -> Array:
     """Difference (6, runs, samples) that an effect makes where the motor has to give m."""
     q, v, a = motion
     if isinstance(effect, Torque):
@@ -128,38 +128,31 @@ def simulate(case: Case) -> Clean:
     base, nominal = Base(case.truth), Base(case.nominal)
     clock, ref = clocks(case), references(case)
     m_ref = base.torque(*ref)
-    lap = clock[:: case.passes]
-    scaled = tuple(scale(h, base, lap, ref, m_ref) for h in case.hidden)
-    gap = m_ref - nominal.torque(*ref)
+    ref_m = m_ref - nominal.torque(*ref)
+    q, v, a, m, gap = (np.repeat(x, case.passes, axis=1) for x in (*ref, m_ref, ref_m))
+    scaled = tuple(scale(h, base, clock, (q, v, a), m) for h in case.hidden)
     for s in scaled:
         if isinstance(s.effect, Torque | Motor):
-            gap = gap + _signal(s.effect, s.gain, base, lap, ref, m_ref)
-    runs, samples = clock.shape
-    w = disturbance(case.noise, runs, samples)
-    motion = _followed(case, ref, gap, w)
-    return _composed(case, base, scaled, clock, motion, w, ref[0])
+            gap = gap + _signal(s.effect, s.gain, base, clock, (q, v, a), m)
+    w = disturbance(case.noise, *clock.shape)
+    motion = _followed((q, v, a), gap + w)
+    return _composed(base, scaled, clock, motion, w, q)
 
 
-def _followed(case: Case, ref: Motion, gap: Array, w: Array) -> Motion:
-    """Motion (6, runs, samples): the reference less the error that gap and noise leave."""
-    whole = np.repeat(gap, case.passes, axis=1) + w
+def _followed(ref: Motion, whole: Array) -> Motion:
+    """Motion (6, runs, samples): the reference less the error that a torque error leaves."""
     errors = [Controller().error(whole[:, k]) for k in range(whole.shape[1])]
     wide = [np.stack(parts, axis=1) for parts in zip(*errors, strict=True)]
-    q, v, a = (np.repeat(x, case.passes, axis=1) - e for x, e in zip(ref, wide, strict=True))
+    q, v, a = (x - e for x, e in zip(ref, wide, strict=True))
     return q, v, a
 
 
 def _composed(
-    case: Case,
-    base: Base,
-    scaled: tuple[Scaled, ...],
-    clock: Array,
-    motion: Motion,
-    w: Array,
-    r: Array,
+    base: Base, scaled: tuple[Scaled, ...], clock: Array, motion: Motion, w: Array, r: Array
 ) -> Clean:
     """Torques that a motion takes, from the joint back to the command, with every effect's gap."""
-    of = {kind: [s for s in scaled if isinstance(s.effect, kind)] for kind in (Torque, Motor, Drive, Encoder)}
+    kinds = (Torque, Motor, Drive, Encoder)
+    of = {kind: [s for s in scaled if isinstance(s.effect, kind)] for kind in kinds}
     bare, gaps = base.torque(*motion), {}
     m = bare + w
     for s in of[Torque]:
@@ -179,6 +172,5 @@ def _composed(
         tau = tau + gaps[s.hidden]
     logged = slice(round(WARM * RATE), None)
     rms = np.sqrt(np.mean(bare[..., logged] ** 2, axis=(1, 2)))
-    repeated = np.repeat(r, case.passes, axis=1)
     ordered = tuple(gaps[s.hidden] for s in scaled)
-    return Clean(clock, *reading, i, tau, repeated, ordered, scaled, rms, base)
+    return Clean(clock, *reading, i, tau, r, ordered, scaled, rms, base)
