@@ -1,6 +1,6 @@
 """Measured or simulated runs as logs: angles and torques on one clock.
 
-CSV (DESIGN: comment lines with metadata, a row of names, a row of units) and the HDF5
+CSV (comment lines with metadata, a row of names, a row of units) and the HDF5
 files that `flexhex run` and `flexhex simulate` write.
 """
 

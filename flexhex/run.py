@@ -22,7 +22,7 @@ from flexhex.metrics import Figures, figures
 from flexhex.repeatability import repeatability_figures, repeatable_share, repeated_case
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
-from fmus.common.machine_file import truth_file
+from fmus.common.machine_file import read_toml, truth_file
 from ssp.executor import run
 from ssp.results import Result, provenance, save
 from ssp.signals import DEFAULT
@@ -106,6 +106,9 @@ def study(
     began, machine = time.monotonic(), builder.machine
     wanted = chosen(only, quick)
     check_truth(builder)
+    builder.check()
+    if TABLE in wanted:
+        check_actuators(builder)
     seconds = 8.0 if quick else machine.reference.duration
     estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
     outcomes: tuple[Outcome, ...] = ()
@@ -156,6 +159,28 @@ def check_truth(builder: Builder) -> None:
         )
 
 
+def actuators_file(machine_file: Path) -> Path:
+    """Where the machine file of the actuators alone would stand: `tflex-actuators.toml`."""
+    return machine_file.with_name(f"{machine_file.stem}-actuators.toml")
+
+
+def check_actuators(builder: Builder) -> None:
+    """MachineError when `<machine>-actuators.toml` is there and is not that machine's own."""
+    path = actuators_file(builder.machine_file)
+    if not path.exists():
+        return
+    base = read_toml(path).get("extends")
+    if base is None or (path.parent / str(base)).resolve() != builder.machine_file.resolve():
+        raise MachineError(
+            f"{path}: extends: wants {builder.machine_file.name!r}, is {base!r}: its rows stand"
+            " beside that machine's, so extend it, or give this file another name"
+        )
+    alone = Builder(path, builder.out)
+    if alone.machine.has_platform:
+        raise MachineError(f"{path}: has a platform: add `without_platform = true`")
+    alone.check()
+
+
 def fitted(
     builder: Builder, seconds: float, command: str, progress: Progress
 ) -> tuple[Fit, Outcome]:
@@ -172,7 +197,7 @@ def actuators_alone(
     builder: Builder, seconds: float, command: str, progress: Progress
 ) -> tuple[Outcome, ...]:
     """The right half of Table I, when `<machine>-actuators.toml` stands beside the machine."""
-    path = builder.machine_file.with_name(f"{builder.machine_file.stem}-actuators.toml")
+    path = actuators_file(builder.machine_file)
     if not path.exists():
         return ()
     alone = Builder(path, builder.out / "actuators", builder.say)
