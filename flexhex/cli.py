@@ -32,7 +32,10 @@ AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")
 def show_version(wanted: bool) -> None:
     """Print the version and end, when asked."""
     if wanted:
-        print(f"flexhex {metadata.version('flexhex')}")
+        try:
+            print(f"flexhex {metadata.version('flexhex')}")
+        except metadata.PackageNotFoundError:
+            print("flexhex, not installed")
         raise typer.Exit
 
 
