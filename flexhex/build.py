@@ -26,7 +26,7 @@ from fmugen.rooms import (
     with_starts,
 )
 
-from flexhex.cases import Case, table_cases
+from flexhex.cases import Case, check_settle, table_cases
 from flexhex.machine_check import named
 from fmus.common.interface import Interface
 from fmus.common.machine import Machine
@@ -69,6 +69,7 @@ class Builder:
         rooms = {room: partial(room_interface, room, self.machine) for room in ROOMS}
         for room, make in rooms.items():
             named(path, make, room)
+        named(path, partial(check_settle, self.machine))
         named(path, lambda: self.schedule, "feedback")
         for room, make in rooms.items():
             named(path, partial(make, starts=self._starts_of(room)), room)

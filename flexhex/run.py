@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from diagnosis.identify import Fit, fit
 from diagnosis.logs import read_log
 from flexhex.build import Builder
-from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
+from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases, whole_moves
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate
 from flexhex.metrics import Figures, figures
@@ -109,14 +109,14 @@ def study(
     builder.check()
     if TABLE in wanted:
         check_actuators(builder)
-    seconds = 8.0 if quick else machine.reference.duration
+    seconds = whole_moves(machine, 8.0) if quick else machine.reference.duration
     estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
     outcomes: tuple[Outcome, ...] = ()
     alone: tuple[Outcome, ...] = ()
-    cases = all_rows(machine, estimate.p, seconds)
+    cases = all_rows(machine, estimate, seconds)
     if TABLE in wanted:
         progress.stage("simulating the cases")
-        extra = () if quick else extra_cases(machine, estimate.p, seconds)
+        extra = () if quick else extra_cases(machine, estimate.p, seconds, estimate.std)
         outcomes = simulate_all(builder, (*cases, *extra), command, progress)
         alone = actuators_alone(builder, seconds, command, progress)
     found: dict[str, Any] = {}
@@ -144,9 +144,10 @@ def chosen(only: str | None, quick: bool) -> list[str]:
     return [only]
 
 
-def all_rows(machine: Machine, p: Array, seconds: float) -> tuple[Case, ...]:
+def all_rows(machine: Machine, found: Fit, seconds: float) -> tuple[Case, ...]:
     """The cases of Table I, its last row included."""
-    return (*table_cases(machine, p, seconds), repeated_case(machine, p, seconds))
+    rows = table_cases(machine, found.p, seconds, found.std)
+    return (*rows, repeated_case(machine, found.p, seconds))
 
 
 def check_truth(builder: Builder) -> None:
@@ -188,7 +189,9 @@ def fitted(
     progress.stage(f"building the FMUs of {builder.machine.name}")
     builder.systems()
     progress.stage("simulating the data that p is fitted to")
-    measured = simulate(builder, fit_case(builder.machine, seconds), command, progress)
+    measured = simulate(
+        builder, fit_case(builder.machine, whole_moves(builder.machine, seconds)), command, progress
+    )
     progress.stage("fitting the parameters")
     return fit(builder.machine, [read_log(measured.path)], settle=SETTLE), measured
 
@@ -203,7 +206,7 @@ def actuators_alone(
     alone = Builder(path, builder.out / "actuators", builder.say)
     estimate, _ = fitted(alone, max(seconds, 20.0), command, progress)
     progress.stage("simulating the actuators alone")
-    return simulate_all(alone, all_rows(alone.machine, estimate.p, seconds), command, progress)
+    return simulate_all(alone, all_rows(alone.machine, estimate, seconds), command, progress)
 
 
 def simulate_all(

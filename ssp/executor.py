@@ -17,6 +17,7 @@ import numpy as np
 from fmus.common.errors import InterfaceError, RunError, UsageError
 from ssp import library
 from ssp.fmu import binary_path, open_zip, read_bytes, read_member
+from ssp.memory import check_memory
 from ssp.read import Instance, Package, period, read_ssp
 from ssp.results import Array, FmuTime, Group, Result, rate_name
 from ssp.signals import Signal, arrays, select
@@ -24,8 +25,6 @@ from ssp.wiring import unknown
 
 Progress = Callable[[float, float], None]
 Parameters = Mapping[str, float | Sequence[float]]
-MEMORY_SHARE = 0.8
-"""Of the free memory that a log may take; the rest is for writing it."""
 _CATEGORIES = ("logStatusError", "logStatusWarning")
 
 
@@ -177,28 +176,15 @@ class _Plan:
             logs.append(library.LogData(steps, len(slots), array, rows.ctypes.data, len(rows), 0))
         return self._array(library.LogData, logs), len(logs)
 
-    def _check_memory(self, n_steps: int) -> None:
-        """UsageError when the logged rows do not fit into the memory that is free."""
-        needed = sum(
-            8 * (n_steps // steps + 1) * sum(len(s.scalars) for _, s in columns)
-            for steps, columns in self._columns().items()
-        )
-        free = free_memory()
-        if free is not None and needed > MEMORY_SHARE * free:
-            seconds = n_steps * self.package.base
-            raise UsageError(
-                f"a log of {seconds:g} s takes {needed / 1e9:.3g} GB of memory, {free / 1e9:.3g} GB"
-                f" are free: run at most {seconds * MEMORY_SHARE * free / needed:.2g} s, or log"
-                " fewer signals"
-            )
-
     def execute(self, c: Any, n_steps: int, progress: Progress | None, timing: bool) -> None:
         """Run to the end; RunError when an FMU fails. Frees everything in any case."""
-        self._check_memory(n_steps)
+        base = self.package.base
+        sizes = {n: sum(len(s.scalars) for _, s in c) for n, c in self._columns().items()}
+        check_memory(sizes, n_steps, base)
         logs, n_logs = self._logs(n_steps)
         components = self._array(library.ComponentData, self.components)
         message = ctypes.create_string_buffer(1024)
-        count, base = len(self.components), self.package.base
+        count = len(self.components)
         executor = c.executor_open(
             components, count, len(self.slots), base, logs, n_logs, timing, message, len(message)
         )
@@ -267,17 +253,6 @@ def _extract(package: Package, folder: Path) -> dict[str, Path]:
         (root / "resources").mkdir(parents=True, exist_ok=True)
         roots[source] = root
     return roots
-
-
-def free_memory() -> int | None:
-    """Bytes of memory that can be had without swapping; None where the system does not say."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-    except OSError:
-        return None
-    sizes = dict(line.split(":", 1) for line in lines if ":" in line)
-    available = sizes.get("MemAvailable")
-    return 1024 * int(available.split()[0]) if available else None
 
 
 def _text(message: bytes) -> str:

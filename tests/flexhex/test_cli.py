@@ -40,7 +40,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "too long for the memory": (
         ["simulate", "loop.ssp", "-d", "1e9"],
         2,
-        r"a log of 1e\+09 s takes .* GB of memory, .* GB are free: run at most .* s, or log fewer",
+        r"a log of 1e\+09 s takes .* GB of memory, .* GB can be had: run at most .* s",
     ),
     "nothing to check": (["check", "log.csv"], 2, r"nothing to check in '\.csv', wants \.fmu"),
 }

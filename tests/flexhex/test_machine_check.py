@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import re
+from functools import reduce
 from pathlib import Path
 
 import pytest
 
 from flexhex.build import Builder
+from flexhex.cases import whole_moves
 from flexhex.check import check_file
 from flexhex.run import check_actuators
 from fmus.common.errors import MachineError
+from fmus.common.machine import Machine
 from tests.common.test_machine_file import Edit, replace
 from tests.conftest import MACHINE_FILE
 
 TRUTH = MACHINE_FILE.with_name("tflex-truth.toml")
+
+
+def chain(*edits: Edit) -> Edit:
+    """All edits, one after the other."""
+    return lambda text: reduce(lambda done, edit: edit(done), edits, text)
+
 
 CASES: dict[str, tuple[Edit, str]] = {
     "amplitude beyond the stroke": (
@@ -32,6 +41,15 @@ CASES: dict[str, tuple[Edit, str]] = {
     "period between base steps": (
         replace("period = { value = 1.0", "period = { value = 0.7142857142857143"),
         r"reference\.period is 2857\.14286 base steps, must be a whole number",
+    ),
+    "hold between base steps": (
+        chain(
+            replace("base = { value = 0.00025", "base = { value = 0.0003"),
+            replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0006"),
+            replace("period = { value = 1.0", "period = { value = 0.9"),
+            replace("duration = { value = 50.0", "duration = { value = 45.0"),
+        ),
+        r"timing\.base: the 2 s held before the first move are 6666\.66667 base steps",
     ),
     "crossover": (
         replace("f_crossover = { value = 10.0", "f_crossover = { value = 400.0"),
@@ -124,6 +142,14 @@ def test_check_of_a_truth_file_looks_at_its_machine_too(tmp_path: Path) -> None:
 def test_truth_file_is_no_machine_file(tmp_path: Path) -> None:
     with pytest.raises(MachineError, match=r"tflex-truth\.toml: a truth file: .* give the machine"):
         Builder(TRUTH, tmp_path).fmus()
+
+
+def test_short_trajectories_hold_whole_periods(machine: Machine) -> None:
+    """The quick run's 8 s are none of 0.7 s: the reference would refuse them."""
+    brisk = machine.reference.model_copy(update={"period": 0.7})
+    assert whole_moves(machine, 8.0) == 8.0
+    found = whole_moves(machine.model_copy(update={"reference": brisk}), 8.0)
+    assert found == pytest.approx(8.4, abs=1e-9)
 
 
 ACTUATORS = MACHINE_FILE.with_name("tflex-actuators.toml").read_text(encoding="utf-8")
