@@ -22,11 +22,11 @@ def reciprocal(x: ca.SX) -> ca.SX:
 
 
 def total(terms: Sequence[ca.SX]) -> ca.SX:
-    """Sum in pairs: a processor need not wait for one addition after the other."""
+    """Sum in pairs, 0 of none: a processor need not wait for one addition after the other."""
     while len(terms) > 1:
         pairs = [a + b for a, b in zip(terms[::2], terms[1::2], strict=False)]
         terms = [*pairs, *terms[len(terms) - len(terms) % 2 :]]
-    return terms[0]
+    return terms[0] if terms else ca.SX(0)
 
 
 def dot(a: ca.SX, b: ca.SX) -> ca.SX:
