@@ -25,6 +25,8 @@ BIG = {
     "offset_drift": {"o_r": 0.02, "o_t": 0.1, "T": 2.0},
     "thermal_drift": {"g_t": 0.05, "g_w": 0.01, "T": 2.0},
     "flexible_mode": {"J_2": 0.005},
+    "quadratic_drag": {"D_2": 0.3},
+    "cubic_stiffness": {"k_3": 100.0},
 }
 """Sizes where five times the typical one shows too little or too much within seconds."""
 
