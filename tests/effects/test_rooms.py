@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 from functools import cache
 
 import casadi as ca
 import numpy as np
 import pytest
+from fmugen.rooms import ROOMS, room_interface
 from numpy.lib.stride_tricks import sliding_window_view
 
 from fmus.common.effect_bank import Bank, columns_function, followers
@@ -21,6 +23,7 @@ from tests.rooms.test_filter import TS, swings
 from tests.rooms.test_plant import EXACT, torques
 
 BASE = 0.00025
+CHANGED = ("plant", "filter", "feedforward")
 
 
 @cache
@@ -46,6 +49,17 @@ def one(id: str, value: float) -> Array:
 
 def angles(room: Loaded, commands: Array) -> Array:
     return np.array([room.tick(tau=tau)["theta"] for tau in commands])
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_machine_without_effects_has_none_of_their_c(room: str) -> None:
+    """Neither sizes nor functions: what effects.h and step.c have for them is left out."""
+    module = importlib.import_module(f"fmus.{room}.equations")
+    for subject, wanted in ((machine(), False), (everything(), room in CHANGED)):
+        names = [function.name() for function in module.functions(subject)]
+        constants = room_interface(room, subject).constants
+        assert any("effect" in name for name in names) == wanted
+        assert ("N_EFFECT" in constants) == wanted
 
 
 def test_plant_without_gains_is_the_nominal_plant() -> None:
