@@ -12,13 +12,15 @@ import pytest
 from fmus.common.effect_bank import Bank, columns_function, compensated
 from fmus.common.effects import library
 from fmus.common.machine import Machine
+from fmus.common.machine_file import load_machine
 from fmus.common.model import Model
 from fmus.common.parameters import base_parameters, parameters
 from fmus.estimator.equations import functions as estimator_functions
 from fmus.feedforward.equations import functions as feedforward_functions
 from fmus.plant.equations import functions as plant_functions
 from tests.compare import assert_close
-from tests.effects.machines import Array, everything, on_axes, only, use, with_effects
+from tests.conftest import MACHINE_FILE
+from tests.effects.machines import Array, axis_of, everything, on_axes, only, use, with_effects
 from tests.rooms.loaded import machine
 from tests.rooms.motions import Instant, random_instants
 
@@ -204,3 +206,17 @@ def test_tilted_base_is_gravity_turned_back() -> None:
         for m in (tilted, other)
     )
     assert_close(mine, theirs, atol=1e-12, what="tau_ff")
+
+
+def test_actuators_alone_have_their_effects_too() -> None:
+    """Without a platform p is shorter, and the gains stand behind it all the same."""
+    alone = load_machine(MACHINE_FILE.with_name("tflex-actuators.toml"))
+    subject = alone.model_copy(update={"effects": (use("cubic_stiffness", k_3=2.0),)})
+    p, theta = base_parameters(subject), np.full(6, 0.2)
+    assert len(p) == len(base_parameters(alone)) + 1
+    axis, zero = axis_of("cubic_stiffness") - 1, np.zeros(6)
+    torque, whole, *_ = feedforward_functions(subject)
+    (base,) = called(torque, theta, zero, zero, zero, p)
+    now = np.concatenate([theta, zero, zero, base, zero, [0.0]])
+    (tau,) = called(whole, now, np.zeros(1), p)
+    assert_close(tau - base, 2.0 * 0.2**3 * (np.arange(6) == axis), atol=1e-14, what="tau_ff")

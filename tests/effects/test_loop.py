@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
+from fmugen.rooms import build_room
 
 from diagnosis.identify import regression
 from diagnosis.logs import Log
@@ -20,12 +21,14 @@ from flexhex.build import Builder
 from flexhex.cases import Case
 from fmus.common.effect_bank import Bank, compensated
 from fmus.common.effects import library
+from fmus.common.machine_file import load_machine
 from fmus.common.parameters import base_parameters
 from fmus.estimator.interface import normalisation
 from ssp.executor import run
 from ssp.results import Result
 from tests.conftest import OUT, one_at_a_time
-from tests.effects.machines import Array, machine_file, on_axes, only, toml, use
+from tests.effects.machines import Array, machine_file, on_axes, only, use
+from tests.rooms.loaded import CACHE
 
 REST, MOVING, PERIOD = 1.0, 2.0, 0.03
 SAMPLED = {
@@ -125,10 +128,7 @@ def test_fmus_with_all_effects_are_valid(builder: Builder) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("id", list(library()))
 def test_fmus_with_one_effect_are_valid(id: str, tmp_path: Path) -> None:
-    path = machine_file(tmp_path)
-    path.write_text(path.read_text(encoding="utf-8") + toml(use(id)), encoding="utf-8")
-    with one_at_a_time(OUT / "effects"):
-        made = Builder(path, OUT / "effects" / "one" / id).fmus()
-    assert len(made) == 7
-    for fmu in made:
-        assert not validate_fmu(str(fmu)), fmu.name
+    subject = load_machine(machine_file(tmp_path, use(id)))
+    for room in ("plant", "filter", "feedforward", "estimator"):
+        fmu = build_room(room, subject, tmp_path, cache=CACHE)
+        assert not validate_fmu(str(fmu)), room
