@@ -113,17 +113,20 @@ def parts(model: MotionModel, log: Log, settle: float, part: int = PART) -> Iter
     """Rows of one log, its first `settle` s left out, `part` rows at a time."""
     moved = motion(model.machine, log, settle)
     window = hann(model.machine.control.hann_points)
+    effects = model.effects(moved.time, moved.theta, moved.tau)
     total = len(moved.theta) - moved.first - 1 - len(window) + 1
     for begin in range(0, total, part):
-        yield _part(model, moved, window, begin, min(begin + part, total))
+        yield _part(model, moved, effects, window, begin, min(begin + part, total))
 
 
-def _part(model: MotionModel, moved: Motion, window: Array, begin: int, end: int) -> Rows:
+def _part(
+    model: MotionModel, moved: Motion, effects: Array, window: Array, begin: int, end: int
+) -> Rows:
     points = len(window)
     low, high = moved.first + begin, moved.first + end + points - 1
     around, cut = slice(low - 1, high + 1), slice(low, high)
     rate, acceleration = differences(moved.theta[around], moved.ts)
-    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration)
+    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration, effects[cut])
     bad = np.concatenate([[0], np.cumsum(~moved.valid[around])])
     # row k sees the samples k - 1 to k + points of this part, with the stencils
     usable = bad[points + 2 :] == bad[: -(points + 2)]
