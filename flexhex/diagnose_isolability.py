@@ -70,10 +70,10 @@ def write_isolability(found: Isolability, trajectories: Sequence[str], path: Pat
     """The page: heat map and table."""
     names = [label(found, k) for k in range(len(found.effects))]
     share = np.fmax(found.share, found.share.T)
-    drawn = {"matrix": heat("Share of one effect that another takes over", names, names, share)}
+    drawn = {"matrix": heat("", names, names, share)}
     text = (
-        f"{verdict(found)} Dark: cannot be told apart from these trajectories alone"
-        f" (from {ALIKE:g} on); white: could be."
+        f"{verdict(found)} A cell is the share of one effect that another could take"
+        f" over [%]. From {100 * ALIKE:.0f} % on these trajectories cannot tell the two apart."
     )
     parts = [
         Part("Which effects could be told apart", text, figures=drawn),

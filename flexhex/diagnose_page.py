@@ -30,7 +30,6 @@ from flexhex.diagnose_view import (
     gap_title,
     judged,
     remarks,
-    rivalry,
     shown_lines,
 )
 from flexhex.diagnose_words import Asked, next_steps, title, verdict
@@ -46,7 +45,7 @@ SHARES = "Share of trials [%]: what was put in (rows) and what was then said (co
 def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
     """The page; files: the runs and locked runs, listed with their hashes."""
     parts = [
-        Part("Verdict", " ".join([verdict(found), *rivalry(found)])),
+        Part("Verdict", _verdict(found)),
         *_effects(found),
         *_gap(found),
         *_tracking(found.shown),
@@ -58,6 +57,11 @@ def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path:
     ]
     command = shlex.join(asked.words)
     return write_page(path, "What the model lacks", command, parts)
+
+
+def _verdict(found: Diagnosis) -> str:
+    planned = [f"{e.experiment} is the experiment that can." for e in found.effects if e.experiment]
+    return " ".join([verdict(found), *planned])
 
 
 def _effects(found: Diagnosis) -> list[Part]:
@@ -135,7 +139,7 @@ def _confusion(effects: Sequence[Named]) -> list[Part]:
             values = [[effect.confusion[t].get(s, 0.0) for s in said] for t in truth]
             rows, columns = [title(t) for t in truth], [title(s) for s in said]
             place = f"confusion{k}"
-            drawn[place] = heat(title(effect.id), rows, columns, np.array(values), percent=True)
+            drawn[place] = heat(title(effect.id), rows, columns, np.array(values))
     if not drawn:
         return []
     text = f"Each effect was put into this model, with these motions and this noise. {SHARES}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,10 +22,12 @@ MOST_BARS = 10
 TOP = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"size": 12}}
 MARGIN = {"l": 60, "r": 15, "t": 75, "b": 50}
 """The legend stands above the plot, so that a narrow screen has room beside it."""
-TEXT_CELLS = 24
-"""Rows of a heat table up to which its cells hold figures."""
-FAINT = 0.04
-"""Cells below this stay white."""
+SMALL = 8
+"""Columns of a heat table up to which they have names and all cells figures; else numbers."""
+TOLD = 0.5
+"""Cells from here on hold figures in a large table."""
+FAINT, FAINTEST = 0.04, 0.005
+"""Cells below this stay white in a large table, in a small one."""
 
 
 def gap_bars(
@@ -72,18 +75,23 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
         "explains of what repeats [%]",
         "",
         bars,
-        yaxis={**order, "automargin": True, "title": {"text": ""}},
+        yaxis={**order, "automargin": True, "title": {"text": ""}, "tickfont": {"size": 11}},
         xaxis={"range": [0, 100]},
         legend={**TOP, "traceorder": "normal"},
         margin=MARGIN,
-        height=150 + 26 * len(best),
+        height=165 + 30 * len(best),
+        showlegend=True,
         barmode="stack",
     )
 
 
 def label(c: Candidate) -> str:
-    """`Coulomb friction, axis 3`."""
-    return f"{title(c.id)}, {where(c.axes, short=True)}" if c.axes else title(c.id)
+    """`Coulomb friction, axis 3`; a long title goes on in a second line."""
+    lines = textwrap.wrap(title(c.id), 24)
+    place = where(c.axes, short=True).replace(" ", "\N{NO-BREAK SPACE}")
+    if c.axes:
+        lines[-1:] = textwrap.wrap(f"{lines[-1]}, {place}", 24)
+    return "<br>".join(lines)
 
 
 def residual_map(m: Map) -> Figure:
@@ -128,14 +136,12 @@ def tracking_lines(trace_data: Mapping[str, Sequence[float]], unit: str) -> Figu
     return figure("Closed loop over time", "time [s]", f"error [{unit}]", lines, **layout)
 
 
-def heat(
-    name: str, rows: Sequence[str], columns: Sequence[str], values: Array, percent: bool = False
-) -> Figure:
-    """A table of shares 0..1 as colours; figures in the cells where there is room."""
+def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) -> Figure:
+    """A table of shares 0..1 as colours; figures [%] in the cells where there is room."""
     shapes, notes = [], []
-    text_fits = max(len(rows), len(columns)) <= TEXT_CELLS
+    small = len(columns) <= SMALL
     for (i, j), value in np.ndenumerate(values):
-        if not math.isfinite(value) or value < FAINT:
+        if not math.isfinite(value) or value < (FAINTEST if small else FAINT):
             continue
         shapes.append(
             {
@@ -146,13 +152,15 @@ def heat(
                 "layer": "below",
             }
         )
-        if text_fits:
-            shown = f"{100 * value:.0f}" if percent else f"{value:.1f}".lstrip("0") or "0"
+        if small or (value >= TOLD and i != j):
+            shown = f"{100 * value:.0f}"
             colour = "white" if value > 0.55 else "#222"
-            font = {"size": 11, "color": colour}
+            font = {"size": 12 if small else 9, "color": colour}
             notes.append({"x": j, "y": i, "text": shown, "showarrow": False, "font": font})
     # what the pointer shows; the colours themselves are shapes: plotly-basic has no heat maps
     places = list(np.ndindex(values.shape))
+    numbers = [str(j + 1) for j in range(len(columns))]
+    labels = rows if small else [f"{row}  {i}" for i, row in enumerate(rows, start=1)]
     hover = [f"{rows[i]} / {columns[j]}: {values[i, j]:.2g}" for i, j in places]
     dots = {
         "x": [j for _, j in places],
@@ -170,9 +178,9 @@ def heat(
         [dots],
         shapes=shapes,
         annotations=notes,
-        xaxis=_ticks(columns, {"tickangle": -45, "side": "bottom"}),
-        yaxis=_ticks(rows, {"autorange": False, "range": [len(rows) - 0.5, -0.5]}),
-        height=190 + max(18, min(30, 700 // len(rows))) * len(rows),
+        xaxis=_ticks(columns if small else numbers, {"tickangle": -45 if small else 0}),
+        yaxis=_ticks(labels, {"range": [len(rows) - 0.5, -0.5]}),
+        height=130 + max(18, min(30, 700 // len(rows))) * len(rows),
         margin={**MARGIN, "t": 40},
     )
 
@@ -185,7 +193,7 @@ def _ticks(names: Sequence[str], more: Mapping[str, Any]) -> dict[str, Any]:
         "automargin": True,
         "showgrid": False,
         "title": {"text": ""},
-        "tickfont": {"size": 12 if len(names) <= TEXT_CELLS else 9},
+        "tickfont": {"size": 12 if len(names) <= SMALL else 10},
         **more,
     }
 
