@@ -54,6 +54,8 @@ BEFORE, AFTER = 2.0, 1.0
 """Rest [s] before and after the motion."""
 USED = 0.95
 """Part of the allowed angles, speeds and accelerations that a motion uses."""
+LONGEST = 4.0
+"""Durations that one cycle of a slow triangle may take."""
 LAG = 0.02
 """Time [s] over which the speeds and accelerations of a log are taken."""
 
@@ -151,24 +153,27 @@ def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float
 
 
 def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
-    """Whole cycles at one speed; slower where the corners have no room."""
+    """Whole cycles at one speed; slower where the corners have no room, smaller where one cycle
+    would take more than LONGEST durations."""
     rounding = np.minimum(given["rounding"], USED * limits.acceleration)
-    room = np.sqrt(USED * rounding * wanted)
-    speed = np.min([np.full_like(room, given["speed"]), USED * limits.speed, room], axis=0)
-    moving = (wanted > 0) & (speed > 0)
-    times = [triangle_times(*axis) for axis in zip(wanted, speed, rounding, strict=True)]
-    needed = max((float(a + b) for (a, b), m in zip(times, moving, strict=True) if m), default=0.0)
-    duration = max(given["duration"], np.ceil(needed))
+    speed = np.minimum(given["speed"], USED * limits.speed)
+    # a half of `longest` between the corners and a third of it in them
+    eighth = LONGEST * given["duration"] / 8
+    reach = np.min([wanted, speed * eighth, USED * rounding * eighth**2], axis=0)
+    speed = np.minimum(speed, np.sqrt(USED * rounding * reach))
+    shapes = [
+        (a, v, c) if a > 0 else (0.0, 1.0, 1.0)
+        for a, v, c in zip(reach, speed, rounding, strict=True)
+    ]
+    times = [[float(s) for s in triangle_times(*shape)] for shape in shapes]
+    duration = max(given["duration"], np.ceil(max(map(sum, times))))
     t, time = ca.SX.sym("t"), ts * np.arange(round(duration / ts))
     made: dict[tuple[float, ...], list[Array]] = {}
-    axes = []
-    for k, (cycle, extra) in enumerate(times):
-        cycles = np.floor((duration - float(extra)) / float(cycle)) if moving[k] else 0.0
-        shape = (cycles, wanted[k], speed[k], rounding[k]) if moving[k] else (0.0, 1.0, 1.0, 1.0)
+    for shape, (cycle, extra) in zip(shapes, times, strict=True):
         if shape not in made:
-            made[shape] = _along(t, list(triangle(t, *map(ca.SX, shape))), time)
-        axes.append(made[shape])
-    r, rd, rdd = (np.hstack(parts) for parts in zip(*axes, strict=True))
+            cycles = np.floor((duration - extra) / cycle) if shape[0] else 0.0
+            made[shape] = _along(t, list(triangle(t, *map(ca.SX, (cycles, *shape)))), time)
+    r, rd, rdd = (np.hstack([made[shape][k] for shape in shapes]) for k in range(3))
     return r, rd, rdd
 
 

@@ -78,7 +78,7 @@ def number(value: float, digits: int = 3) -> str:
     place = digits - 1 - math.floor(math.log10(abs(value)))
     if not -4 <= place - digits < 5:
         return f"{value:.{digits - 1}e}"
-    return f"{round(value, place):.{max(place, 0)}f}"
+    return f"{value:.{max(place, 0)}f}"
 
 
 def measured(e: Estimate) -> str:
