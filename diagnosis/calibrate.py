@@ -7,7 +7,7 @@ its nonlinear parameters stand beside every candidate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ LOOSE = 5.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
 DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
 """Common delay of all torques behind the angles; the logger's, not an axis' own."""
-STEPS = 3
+STEPS = 2
 CLUSTER = 1.0
 """Length of a cluster [s]."""
 STRETCHES = 4
@@ -63,6 +63,12 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def torque_rms(self) -> Array:
+        """RMS of the torque about its mean, of each axis (n,) [N m]."""
+        values = [block.run.tau.values[block.run.tau.valid] for block in self.blocks]
+        return np.asarray(np.concatenate(values).std(axis=0))
 
     @cached_property
     def layout(self) -> Layout:
@@ -121,7 +127,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         fitted = _moved(made)
     made = about(base, blocks, fitted, noise)
     noise = measured(blocks, made.residual(made.regression.q))
-    return about(base, blocks, fitted, noise)
+    return replace(made, noise=noise)
 
 
 def _moved(made: Calibrated) -> Fitted:
@@ -147,7 +153,7 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
     ys, Bs, raws = [], [], []
     for block in blocks:
         motion = block.run.motion
-        raw = base.torque(motion, fitted.p)
+        raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
@@ -156,7 +162,9 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
-        y = torque_at(block, base.window, fitted.delay) - block.linear @ p0
+        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
+            p0, block.run.payload
+        )
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         Bs.append(np.concatenate(parts, axis=2) * scale)

@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from diagnosis.base import Motion
-from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated
 from diagnosis.regression import Columns
 from diagnosis.smoothing import hann_weights
-from fmus.common.effects import Effect, Signals, library
+from fmus.common.effects import Effect, Shape, Signals, library
 
 Array = NDArray[np.float64]
 N_SIGNAL = 6
@@ -39,10 +38,15 @@ class Compiled:
     along: ScanFunction | None
 
     @property
+    def searched(self) -> list[Shape]:
+        """Nonlinear parameters that may take any value between their bounds."""
+        return [s for s in self.effect.shapes if len(s.grid) > 1 and not s.whole]
+
+    @property
     def shapes(self) -> list[dict[str, float]]:
         """The grid of its nonlinear parameters."""
         names = [shape.name for shape in self.effect.shapes]
-        grids = [shape.grid for shape in self.effect.shapes]
+        grids = [shape.grid or (shape.start,) for shape in self.effect.shapes]
         return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
 
@@ -68,6 +72,7 @@ class Bench:
         self.made, self.n = made, made.base.n
         self.effects = {c.effect.id: c for c in effects}
         self._turn: tuple[int, list[Array]] = (-1, [])
+        self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
 
     @cached_property
     def signals(self) -> list[Array]:
@@ -80,6 +85,14 @@ class Bench:
             listed = (motion.theta, motion.thetad, motion.thetadd, tau, taud, time)
             found.append(np.stack(listed, axis=2))
         return found
+
+    def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
+        """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
+        if (name, axis) not in self._grids:
+            shapes = self.effects[name].shapes if name in self.effects else [{}]
+            found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
+            self._grids[name, axis] = found
+        return self._grids[name, axis]
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""
@@ -100,10 +113,11 @@ class Bench:
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
 
     def _inputs(self, axis: int) -> list[Array]:
-        """Signals (samples, 6 n) of each block, those of the axis first."""
+        """Signals (samples, 6 + 6 n) of each block: of the axis, then of all."""
         if self._turn[0] != axis:
-            order = [(axis + k) % self.n for k in range(self.n)]
-            self._turn = axis, [s[:, order].reshape(len(s), -1) for s in self.signals]
+            every = [s.reshape(len(s), -1) for s in self.signals]
+            own = [s[:, axis] for s in self.signals]
+            self._turn = axis, [np.hstack(pair) for pair in zip(own, every, strict=True)]
         return self._turn[1]
 
     def _raw(self, item: Compiled, shape: Mapping[str, float], inputs: Array) -> Array:
@@ -111,8 +125,8 @@ class Bench:
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         states = np.zeros((count, 1))
         if item.along is not None:
-            start = np.array(item.effect.start(float(inputs[0, 0])), dtype=float)
-            states = item.along(start, inputs, fixed)
+            start = np.array(ca.DM(item.effect.start(float(inputs[0, 0]), shape)), dtype=float)
+            states = item.along(start.ravel(), inputs, fixed)
         (values,) = item.columns(inputs, states, np.tile(fixed, (count, 1)))
         return values
 
@@ -133,16 +147,16 @@ class Bench:
             found.append((slow, weights))
         return found
 
-    def _torque(self, motion: Motion) -> Array:
+    def _torque(self, k: int, motion: Motion) -> Array:
         fitted, base = self.made.fitted, self.made.base
-        tau = base.torque(motion, fitted.p)
+        tau = base.torque(motion, base.loaded(fitted.p, self.made.blocks[k].run.payload))
         if len(base.curved):
             tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
         return tau
 
     @cached_property
     def _level(self) -> list[Array]:
-        return [self._torque(motion) for motion, _ in self._slow]
+        return [self._torque(k, motion) for k, (motion, _) in enumerate(self._slow)]
 
     def _turned(self, k: int, axis: int, error: Array) -> Array:
         """What an angle error of an axis (samples, k) does to all torques (m, n, k)."""
@@ -159,14 +173,15 @@ class Bench:
                 thetad=motion.thetad + rate,
                 thetadd=motion.thetadd + np.gradient(rate, motion.ts, axis=0),
             )
-            found.append(-(weights @ (self._torque(moved) - self._level[k])) / TURN)
+            found.append(-(weights @ (self._torque(k, moved) - self._level[k])) / TURN)
         return np.stack(found, axis=2)
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
         found = []
-        for motion, weights in self._slow:
-            columns = self.made.base.whole(motion, self.made.fitted.p)
+        base, fitted = self.made.base, self.made.fitted
+        for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
+            columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
             found.append({name: _thinned(weights, c) for name, c in columns.items()})
         return found
 
@@ -182,9 +197,9 @@ def _thinned(weights: csr_array, values: Array) -> Array:
 
 
 def _signals(n: int, symbol: ca.SX) -> Signals:
-    """Signals of the axis that comes first in a stack of all of them."""
-    each = [Signals(*(symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL))) for i in range(n)]
-    return replace(each[0], others=tuple(each))
+    """Signals of an axis in front of those of all axes."""
+    each = [Signals(*(symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL))) for i in range(n + 1)]
+    return replace(each[0], others=tuple(each[1:]))
 
 
 def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
@@ -192,18 +207,16 @@ def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
 
 
 def _columns(effect: Effect, n: int) -> ca.Function:
-    u, state = ca.SX.sym("u", N_SIGNAL * n), ca.SX.sym("state", max(1, len(effect.states)))
+    u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
     shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
     values = effect.columns(_signals(n, u), state, _shape(effect, shape))
     return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
 
 
 def _advance(effect: Effect, n: int) -> ca.Function:
-    before, now = ca.SX.sym("before", N_SIGNAL * n), ca.SX.sym("now", N_SIGNAL * n)
+    before, now = ca.SX.sym("before", N_SIGNAL * (n + 1)), ca.SX.sym("now", N_SIGNAL * (n + 1))
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
     a, b = _signals(n, before), _signals(n, now)
     step = b.time - a.time
     following = effect.advance(a, b, state, _shape(effect, fixed), step)
     return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])
-
-

@@ -19,14 +19,17 @@ from diagnosis.noise import pairs
 from diagnosis.regression import Columns, Gain, Regression
 
 Array = NDArray[np.float64]
-MOST = 4
-"""Most effects of a diagnosis."""
+MOST, ROUNDS = 4, 8
+"""Most effects of a diagnosis; an effect may come again with another shape."""
 LEVEL = 0.01
 """False alarms that all candidates together may raise."""
 PROMISING = 25.0
 """Fall of the sum of squares below which a candidate is not looked at any further."""
-LEAST_SHARE = 0.12
-"""Share of what repeats that a candidate must explain on trajectories left out."""
+LEAST_SHARE, LEAST_FIRST = 0.12, 0.04
+"""Share of what repeats on its axis that an effect must explain on trajectories left out: of what
+is left in its round, and of what was there at first."""
+CONTENDER = 0.4
+"""Candidates with less than this share of the best fall on their axis are left at that."""
 SMALLEST = 0.0015
 """Smallest effect that is worth naming, RMS relative to the torque's."""
 NEAR, CLOSE = 0.9, 0.7
@@ -77,27 +80,31 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     """Rounds until nothing more is found."""
     rounds: list[Round] = []
     regression = bench.made.regression
-    while len(rounds) < MOST:
+    first = repeating(bench.made, regression.residual)
+    while len(rounds) < ROUNDS:
         say(f"effects, round {len(rounds) + 1}")
-        found = one_round(bench, regression)
+        found = one_round(bench, regression, first)
         rounds.append(found)
-        if found.chosen is None:
+        ids = {r.chosen.id for r in rounds if r.chosen}
+        if found.chosen is None or len(ids) > MOST:
             break
         regression = regression.extended([part.columns for part in found.chosen.parts])
     return rounds
 
 
-def one_round(bench: Bench, regression: Regression) -> Round:
-    """Score all candidates beside the columns of a regression, and choose."""
-    energy = repeating(bench.made, regression.left_out)
+def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
+    """Score all candidates beside the columns of a regression, and choose.
+
+    first (n,): what repeated before the first round.
+    """
+    energy = repeating(bench.made, regression.residual)
     count = _count(bench)
     passing: dict[str, list[Scored]] = {}
-    for name, axis in _places(bench):
-        if not _worth(bench, energy, axis):
-            continue
-        scored = best(bench, regression, name, axis)
-        if scored and scored.gain.p < LEVEL / count and scored.gain.outside > 0:
-            passing.setdefault(name, []).append(scored)
+    places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
+    for axis in places:
+        for scored in leaders(bench, regression, axis):
+            if scored.gain.p < LEVEL / count and scored.gain.outside > 0:
+                passing.setdefault(scored.id, []).append(scored)
     shares = {
         name: sum(s.gain.outside for s in parts) / max(_energy(energy, parts), 1e-300)
         for name, parts in passing.items()
@@ -107,25 +114,40 @@ def one_round(bench: Bench, regression: Regression) -> Round:
         key=_outside,
         reverse=True,
     )
-    chosen = next((f for f in tried if _large(bench, f, shares[f.id])), None)
-    if chosen is not None:
-        names = tuple(other.id for other in tried if _is_rival(chosen, other))
-        chosen = Found(chosen.id, _lasting(bench, chosen), names)
+    chosen = None
+    for found in tried:
+        kept = tuple(part for part in found.parts if _large(bench, part, energy, first))
+        if kept:
+            winner = Found(found.id, kept, ())
+            axes = {part.axis for part in kept}
+            others = [f for f in tried if f.id != found.id and axes & {p.axis for p in f.parts}]
+            names = tuple(f.id for f in others if _is_rival(winner, f))
+            chosen = Found(found.id, kept, names)
+            break
     return Round(tuple(tried), shares, chosen)
 
 
-def best(bench: Bench, regression: Regression, name: str, axis: int | None) -> Scored | None:
-    """An effect on an axis at the shape that explains most; None when it explains nothing."""
-    at = 0 if axis is None else axis
-    grid = bench.effects[name].shapes if name in bench.effects else [{}]
-    every = [bench.columns(name, at, shape) for shape in grid]
-    place, k = every[0].axis, every[0].values.shape[1]
-    falls = regression.falls(place, np.hstack([c.values for c in every]), k)
-    top = int(np.argmax(falls))
-    if falls[top] < PROMISING:
-        return None
-    shape, columns = _refined(bench, regression, name, at, grid[top], every[top], falls[top])
-    return Scored(name, axis, shape, regression.gain(columns), columns)
+def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
+    """Effects on an axis (None: on the whole) that come near the best one there."""
+    names = bench.whole if axis is None else list(bench.effects)
+    at = axis or 0
+    falls: dict[str, Array] = {}
+    for name in names:
+        grid = bench.grid(name, at)
+        first = grid[0][1]
+        stacked = np.hstack([columns.values for _, columns in grid])
+        falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
+    best = max((float(values.max()) for values in falls.values()), default=0.0)
+    found = []
+    for name, values in falls.items():
+        top = int(np.argmax(values))
+        if values[top] < max(PROMISING, CONTENDER * best):
+            continue
+        shape, columns = _refined(
+            bench, regression, name, at, *bench.grid(name, at)[top], values[top]
+        )
+        found.append(Scored(name, axis, shape, regression.gain(columns), columns))
+    return found
 
 
 def _refined(
@@ -139,9 +161,7 @@ def _refined(
 ) -> tuple[dict[str, float], Columns]:
     """Halve the distance to the grid's neighbours, one nonlinear parameter after the other."""
     item = bench.effects.get(name)
-    for s in item.effect.shapes if item else ():
-        if len(s.grid) < 2:
-            continue
+    for s in item.searched if item else ():
         near = sorted(abs(g - shape[s.name]) for g in s.grid)[1]
         for step in near * 0.5 ** np.arange(1, REFINE + 1):
             for value in (shape[s.name] - step, shape[s.name] + step):
@@ -175,9 +195,7 @@ def repeating(made: Calibrated, residual: Array) -> Array:
 
 
 def _same_rows(made: Calibrated, by_block: list[list[Array]]) -> list[tuple[int, int]]:
-    return [
-        (a, b) for a, b in pairs(made.blocks) if len(by_block[a][0]) == len(by_block[b][0])
-    ]
+    return [(a, b) for a, b in pairs(made.blocks) if len(by_block[a][0]) == len(by_block[b][0])]
 
 
 def _by_block(made: Calibrated, residual: Array) -> list[list[Array]]:
@@ -188,13 +206,6 @@ def _by_block(made: Calibrated, residual: Array) -> list[list[Array]]:
     return [[parts[i][k] for i in range(made.base.n)] for k in range(len(made.blocks))]
 
 
-def _places(bench: Bench) -> list[tuple[str, int | None]]:
-    per_axis: list[tuple[str, int | None]] = [
-        (name, axis) for axis in range(bench.n) for name in bench.effects
-    ]
-    return per_axis + [(name, None) for name in bench.whole]
-
-
 def _count(bench: Bench) -> int:
     shapes = sum(len(item.shapes) for item in bench.effects.values())
     return bench.n * shapes + len(bench.whole)
@@ -203,16 +214,9 @@ def _count(bench: Bench) -> int:
 def _worth(bench: Bench, energy: Array, axis: int | None) -> bool:
     """Whether what repeats on an axis could hold an effect that is large enough."""
     rows = len(bench.made.regression.y) / bench.n
-    noise, torque = bench.made.noise, torque_rms(bench.made)
-    size = np.sqrt(energy / rows) * noise.scale
-    large = size > SMALLEST * torque
+    size = np.sqrt(energy / rows) * bench.made.noise.scale
+    large = size > SMALLEST * bench.made.torque_rms
     return bool(large.any() if axis is None else large[axis])
-
-
-def torque_rms(made: Calibrated) -> Array:
-    """RMS of the torque about its mean, of each axis (n,) [N m]."""
-    stacked = np.concatenate([block.run.tau.values for block in made.blocks])
-    return np.asarray(np.nanstd(stacked, axis=0))
 
 
 def _energy(energy: Array, parts: Sequence[Scored]) -> float:
@@ -224,29 +228,24 @@ def _outside(found: Found) -> float:
     return sum(part.gain.outside for part in found.parts)
 
 
-def _large(bench: Bench, found: Found, share: float) -> bool:
-    rows = len(bench.made.regression.y) / bench.n
-    torque, scale = torque_rms(bench.made), bench.made.noise.scale
-    for part in found.parts:
-        axes = range(bench.n) if part.axis is None else [part.axis]
-        typical = float(np.mean([scale[a] for a in axes])), float(np.mean([torque[a] for a in axes]))
-        size = np.sqrt(max(part.gain.outside, 0.0) / (rows * len(list(axes)))) * typical[0]
-        if size > SMALLEST * typical[1] and share > LEAST_SHARE:
-            return True
-    return False
-
-
-def _lasting(bench: Bench, found: Found) -> tuple[Scored, ...]:
-    """Axes on which the effect is large enough by itself."""
-    kept = [
-        part for part in found.parts if _large(bench, Found(found.id, (part,), ()), np.inf)
-    ]
-    return tuple(kept) or found.parts
+def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
+    """Whether an effect on an axis is large enough to be named."""
+    made = bench.made
+    axes = list(range(bench.n)) if part.axis is None else [part.axis]
+    rows = len(made.regression.y) / bench.n * len(axes)
+    noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
+    gained = max(part.gain.outside, 0.0)
+    return (
+        np.sqrt(gained / rows) * noise > SMALLEST * torque
+        and gained > LEAST_SHARE * energy[axes].sum()
+        and gained > LEAST_FIRST * first[axes].sum()
+    )
 
 
 def _is_rival(winner: Found, other: Found) -> bool:
-    if other.id == winner.id:
-        return False
+    """Whether another effect does nearly as well on the winner's axes."""
+    axes = {part.axis for part in winner.parts}
+    other = Found(other.id, tuple(p for p in other.parts if p.axis in axes), ())
     gained, reached = _outside(winner), _outside(other)
     if reached < CLOSE * gained:
         return False
