@@ -30,6 +30,8 @@ class AxisBase:
     """n axes of unknown mass, sampled every ts [s]; see `diagnosis.base.Base`."""
 
     settle = 0.2
+    holds = frozenset({"viscous_friction"})
+    complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
 

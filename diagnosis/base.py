@@ -69,6 +69,10 @@ class Base(Protocol):
     """Time between two rows [s]."""
     settle: float
     """What is left out at the start of a run [s]."""
+    holds: frozenset[str]
+    """Ids of effects that the base model has terms for already: no candidates."""
+    complete: bool
+    """Whether it should explain most of the torque before any effect is added."""
 
     def loaded(self, p: Array, payload: float) -> Array:
         """The linear parameters with a known payload [kg]."""

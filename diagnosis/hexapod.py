@@ -48,6 +48,8 @@ class HexapodBase:
     """Base model of a machine with or without its platform; see `diagnosis.base.Base`."""
 
     window, spacing, settle = 0.0105, 0.005, 1.0
+    holds = frozenset({"viscous_friction"})
+    complete = True
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.n = machine, machine.n_arms
