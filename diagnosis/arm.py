@@ -1,11 +1,11 @@
 """A serial arm of rigid links as base model of the diagnosis, friction left out on purpose.
 
-    tau = sum over links of (body torque by Newton and Euler) + J_r thetadd + o
+    tau = sum over links of (body torque by Newton and Euler) + J_r thetadd
 
-linear in mass, first and second moments of each link, rotor inertia J_r (after the gear) and
-offset o of each axis. Masses are guesses with wide tolerances, rotors are free: what is reported
-of the arm itself means little, but no friction can hide in it. Viscous friction is left out as
-well: an arm with gears has as much of it as of dry friction, and both are for the library to find.
+linear in mass, first and second moments of each link and in the rotor inertia J_r of each axis,
+seen behind its gear. Masses are guesses, rotors are free. An offset is left out, since it could
+pass for the friction of an axis that moves one way only. Viscous friction is left out like dry
+friction: an arm with gears has much of both, and both are for the library to find.
 """
 
 from __future__ import annotations
@@ -24,10 +24,8 @@ from diagnosis.base import Known, Motion
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
 TEN_UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
-MASS, CENTRE, THICK = 0.5, 0.05, 0.05
+MASS, CENTRE, THICK = 0.1, 0.01, 0.05
 """Tolerances: of a mass (relative), of a centre of mass [m]; radius of gyration of a link [m]."""
-OFFSET = 0.1
-"""Tolerance of the offset of a reported torque [N m]."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +98,11 @@ class RigidArmBase:
         self.arm, self.n = arm, len(arm.links)
         self.window = max(0.0105, 16 * ts)
         self.spacing = max(0.005, 2 * ts)
-        self.linear = (*_inertias(arm.links), *_drives(self.n))
-        n, count = self.n, 10 * self.n
+        self.linear = (*_inertias(arm.links), *_rotors(self.n))
+        n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))
         p = ca.SX.sym("p", len(self.linear))
-        tau = newton_euler(arm, theta, thetad, thetadd, p[:count])
-        tau += p[count : count + n] * thetadd + p[count + n :]
+        tau = newton_euler(arm, theta, thetad, thetadd, p[: 10 * n]) + p[10 * n :] * thetadd
         Phi = ca.jacobian(tau, p)
         sparsity = Phi.sparsity()
         self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
@@ -162,10 +159,8 @@ def _inertias(links: Sequence[Link]) -> list[Known]:
     return listed
 
 
-def _drives(n: int) -> list[Known]:
-    rotors = [Known(f"J_r[{i + 1}]", "kg m2", 0.0, np.inf, "J_r", i) for i in range(n)]
-    offsets = [Known(f"o[{i + 1}]", "N m", 0.0, OFFSET, f"o[{i + 1}]", i) for i in range(n)]
-    return rotors + offsets
+def _rotors(n: int) -> list[Known]:
+    return [Known(f"J_r[{i + 1}]", "kg m2", 0.0, np.inf, "J_r", i) for i in range(n)]
 
 
 def _rotation(rpy: tuple[float, float, float]) -> Array:

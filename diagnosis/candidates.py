@@ -50,9 +50,12 @@ class Compiled:
         return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
 
-def compiled(n: int, effects: Mapping[str, Effect] | None = None) -> list[Compiled]:
-    """The library for machines of n axes."""
-    chosen = [e for e in (effects or library()).values() if e.acts_on != "mechanism"]
+def compiled(
+    n: int, effects: Mapping[str, Effect] | None = None, without: frozenset[str] = frozenset()
+) -> list[Compiled]:
+    """The library for machines of n axes, `without` what their base model has itself."""
+    listed = (effects or library()).values()
+    chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
     columns = native([_columns(effect, n) for effect in chosen])
     with_states = [effect for effect in chosen if effect.states]
     along = dict(

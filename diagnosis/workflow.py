@@ -22,35 +22,33 @@ from diagnosis.answer import (
     repeat_rms,
     shares,
 )
-from diagnosis.axis import AxisBase
 from diagnosis.base import Base
+from diagnosis.bases import base_of
 from diagnosis.blocks import Block, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.hexapod import HexapodBase
+from diagnosis.guard import POOR, kept_off, poor_axes, sentence
 from diagnosis.maps import maps
 from diagnosis.rounds import Found, Round, Scored, search
 from diagnosis.runs import runs_of
 from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Named
 from fmus.common.effects import library
 from fmus.common.errors import LogError
-from fmus.common.machine_file import load_machine
 
 Array = NDArray[np.float64]
 MOST_ROWS = 16_000
 """Instants of all runs together; more is thinned."""
 STILL = 2e-3
 """Axes that move less than this [rad] excite nothing."""
-POOR = 0.5
-"""Share of the torque's RMS that the base model may leave unexplained."""
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Options:
-    """base: "hexapod", or "axis" for axes of unknown mass, each by itself. log: how to read.
+    """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
+    `diagnosis.bases`. log: how to read.
 
     confidence: trials for each row of the confusion table, 0: none.
     """
@@ -82,7 +80,7 @@ def diagnose(
     theirs = [logs.read_log(path, options.log) for path in locked]
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = _base(options, machine_file, ours[0])
+    base = base_of(options.base, machine_file, ours[0])
     runs, judged = runs_of(groups, base.n), runs_of(apart, base.n)
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     trouble = _trouble(ours, runs)
@@ -91,9 +89,9 @@ def diagnose(
     progress("fitting the base model", 1, 5)
     spacing = spacing_for(base, runs, MOST_ROWS)
     made = calibrate(base, blocks(base, runs, spacing))
-    left = axis_rms(made.blocks, made.residual(made.regression.q))
-    if (left > POOR * made.torque_rms).any():
-        axes = ", ".join(str(i + 1) for i in np.flatnonzero(left > POOR * made.torque_rms))
+    poor = poor_axes(made, made.residual(made.regression.q)) if base.complete else []
+    if poor:
+        axes = ", ".join(str(i + 1) for i in poor)
         text = (
             f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
             " another machine, another order or sign of the axes, or other units?"
@@ -113,12 +111,18 @@ def _searched(
 ) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
     progress("searching effects", 2, 5)
-    bench = Bench(made, compiled(made.base.n))
+    bench = Bench(made, compiled(made.base.n, without=made.base.holds))
     rounds = search(bench, lambda text: progress(text, 2, 5))
     found = [r.chosen for r in rounds if r.chosen]
     held = lasting(bench, found) if made.noise.repeats else joint(bench, found)
     others = blocks(made.base, judged, spacing) if judged else []
     notes: list[str] = []
+    poor = poor_axes(made, held.residual)
+    if len(poor) == made.base.n:
+        return _cannot_tell(made.base, [b.run for b in made.blocks], sentence(poor), findings, names)
+    if poor:
+        notes.append(sentence(poor))
+        held = kept_off(held, poor)
     progress("judging on the locked runs", 3, 5)
     held = _not_worse(held, others, notes)
     gap = _gap(held, others)
@@ -155,14 +159,6 @@ def diagnose_files(
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
     return diagnose(paths, locked, machine_file, options).data()
-
-
-def _base(options: Options, machine_file: Path | None, log: logs.Log) -> Base:
-    if options.base == "hexapod":
-        if machine_file is None:
-            raise LogError("no machine file given: the hexapod needs one (--machine)")
-        return HexapodBase(load_machine(machine_file))
-    return AxisBase(log["theta"].width, log["theta"].ts)
 
 
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
