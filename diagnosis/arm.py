@@ -3,14 +3,14 @@
     tau = sum over links of (body torque by Newton and Euler) + J_r thetadd
 
 linear in mass, first and second moments of each link and in the rotor inertia J_r of each axis,
-seen behind its gear. Masses are guesses, rotors are free. An offset is left out, since it could
+seen behind its gear. Rotors are free. An offset is left out, since it could
 pass for the friction of an axis that moves one way only. Viscous friction is left out like dry
 friction: an arm with gears has much of both, and both are for the library to find.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
@@ -24,8 +24,8 @@ from diagnosis.base import Known, Motion
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
 TEN_UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
-MASS, CENTRE, THICK = 0.1, 0.01, 0.05
-"""Tolerances: of a mass (relative), of a centre of mass [m]; radius of gyration of a link [m]."""
+THICK = 0.05
+"""Radius of gyration of a link about its own centre of mass [m]."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,14 @@ class Link:
 
 @dataclass(frozen=True)
 class Arm:
-    """Links from the foot on; gravity (3,) [m/s2] as far as the reported torques carry it."""
+    """Links from the foot on; gravity (3,) [m/s2] as far as the reported torques carry it.
+
+    spread: tolerance of masses and moments, relative; 0 where the runs cannot better them.
+    """
 
     links: tuple[Link, ...]
     gravity: tuple[float, float, float]
+    spread: float = 0.0
 
 
 def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
@@ -98,7 +102,7 @@ class RigidArmBase:
         self.arm, self.n = arm, len(arm.links)
         self.window = max(0.0105, 16 * ts)
         self.spacing = max(0.005, 2 * ts)
-        self.linear = (*_inertias(arm.links), *_rotors(self.n))
+        self.linear = (*_inertias(arm), *_rotors(self.n))
         n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))
         p = ca.SX.sym("p", len(self.linear))
@@ -146,16 +150,17 @@ class RigidArmBase:
         return values
 
 
-def _inertias(links: Sequence[Link]) -> list[Known]:
+def _inertias(arm: Arm) -> list[Known]:
     listed = []
-    for k, link in enumerate(links, start=1):
+    for k, link in enumerate(arm.links, start=1):
         c, m = np.array(link.centre), link.mass
         J = m * (c @ c * np.eye(3) - np.outer(c, c)) + m * THICK**2 * np.eye(3)
         ten = [m, *(m * c), *(J[i, j] for i in range(3) for j in range(i, 3))]
-        spread = [MASS * m] + [m * CENTRE + MASS * abs(v) for v in m * c] + [MASS * J.max()] * 6
-        names = [f"link[{k}].{name}" for name in TEN]
-        made = zip(names, TEN_UNITS, ten, spread, strict=True)
-        listed += [Known(name, unit, float(v), float(s), name) for name, unit, v, s in made]
+        reach = float(np.linalg.norm(c)) + THICK
+        size = [m, *(m * reach,) * 3, *(float(J.max()),) * 6]
+        for name, unit, value, one in zip(TEN, TEN_UNITS, ten, size, strict=True):
+            name = f"link[{k}].{name}"
+            listed.append(Known(name, unit, float(value), arm.spread * one, name))
     return listed
 
 

@@ -18,5 +18,6 @@ SCHUNK = Arm(
     gravity=(0.0, 0.0, 0.0),
 )
 """Schunk LWA 4P. Lengths and axes: the description published for ROS (schunk_description,
-lwa4p); masses: its rounded placeholders; centres of mass: assumed half way. Gravity: none, since
-the torques of the published runs are zero at rest in every pose, the weight is held otherwise."""
+lwa4p); masses: its rounded placeholders; centres of mass: assumed half way; none of them is fitted,
+since slow moves behind gears of a hundred show rotors, not links. Gravity: none, since the torques
+of the published runs are zero at rest in every pose, the weight is held otherwise."""

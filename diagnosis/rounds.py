@@ -129,8 +129,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
 
 def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
     """Effects on an axis (None: on the whole) that come near the best one there."""
-    names = bench.whole if axis is None else list(bench.effects)
-    at = axis or 0
+    names, at = bench.names(axis), axis or 0
     falls: dict[str, Array] = {}
     for name in names:
         grid = bench.grid(name, at)
