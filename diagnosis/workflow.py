@@ -204,8 +204,8 @@ def _gap(held: Joint, others: Sequence[Block]) -> Gap:
     made = held.bench.made
     without = made.residual(made.regression.q)
     nominal = made.residual(np.zeros(len(made.known)))
-    before, _ = repeat_rms(made.blocks, without)
-    after, _ = repeat_rms(made.blocks, held.residual)
+    before, _ = repeat_rms(made, without)
+    after, _ = repeat_rms(made, held.residual)
     floor = made.noise.floor if made.noise.repeats else np.full(made.base.n, np.nan)
     judged: dict[str, Array] = {}
     if others:
@@ -226,7 +226,7 @@ def _verdict(
     changed: Sequence[Changed],
     notes: list[str],
 ) -> str:
-    remains, certain = repeat_rms(made.blocks, held.residual)
+    remains, certain = repeat_rms(made, held.residual)
     gap = (remains > GAP * made.torque_rms) & (certain > CERTAIN)
     if made.noise.repeats and gap.any():
         axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
