@@ -40,8 +40,8 @@ class Known:
     """A parameter of the base model: its nominal value and how well that is known.
 
     tolerance: one standard deviation by which such a value may differ from the machine file
-    without being worth a word; 0: fixed, infinite: free. group: what changes together (a body, a kind of flexure).
-    axis: of the actuator that it belongs to, counting from 0, or None.
+    without being worth a word; 0: fixed, infinite: free. group: what changes together (a body, a
+    kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None.
     """
 
     name: str

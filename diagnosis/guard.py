@@ -1,4 +1,4 @@
-"""Axes whose torque the whole model leaves unexplained: nothing may be named there."""
+"""Effects that may not stay: on axes that stay unexplained, or for other reasons."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import Joint, axis_rms, joint
 from diagnosis.calibrate import Calibrated
+from diagnosis.rounds import Scored
 
 Array = NDArray[np.float64]
 POOR = 0.5
@@ -24,12 +25,18 @@ def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
 
 def kept_off(held: Joint, axes: Sequence[int]) -> Joint:
     """The fit without effects on some axes."""
-    effects = []
-    for effect in held.effects:
-        parts = tuple(part for part in effect.parts if part.axis not in axes)
-        if parts:
-            effects.append(replace(effect, parts=parts))
-    return joint(held.bench, effects)
+    return _only(held, [part for part in held.parts if part.axis not in axes])
+
+
+def without(held: Joint, part: Scored) -> Joint:
+    """The fit without an effect on one axis."""
+    return _only(held, [other for other in held.parts if other is not part])
+
+
+def _only(held: Joint, parts: Sequence[Scored]) -> Joint:
+    kept = [tuple(p for p in e.parts if any(p is q for q in parts)) for e in held.effects]
+    pairs = zip(held.effects, kept, strict=True)
+    return joint(held.bench, [replace(effect, parts=own) for effect, own in pairs if own])
 
 
 def sentence(axes: Sequence[int]) -> str:

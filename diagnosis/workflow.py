@@ -29,9 +29,9 @@ from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, kept_off, poor_axes, sentence
+from diagnosis.guard import POOR, kept_off, poor_axes, sentence, without
 from diagnosis.maps import maps
-from diagnosis.rounds import Found, Round, Scored, search
+from diagnosis.rounds import Round, Scored, search
 from diagnosis.runs import runs_of
 from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Named
 from fmus.common.effects import library
@@ -119,7 +119,9 @@ def _searched(
     notes: list[str] = []
     poor = poor_axes(made, held.residual)
     if len(poor) == made.base.n:
-        return _cannot_tell(made.base, [b.run for b in made.blocks], sentence(poor), findings, names)
+        return _cannot_tell(
+            made.base, [b.run for b in made.blocks], sentence(poor), findings, names
+        )
     if poor:
         notes.append(sentence(poor))
         held = kept_off(held, poor)
@@ -179,24 +181,23 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
 
 
 def _not_worse(held: Joint, others: Sequence[Block], notes: list[str]) -> Joint:
-    """Withdraw effects that make the locked runs worse."""
-    kept = list(held.effects)
-    while kept and others:
+    """Withdraw effects, axis by axis, that make the locked runs worse."""
+    while held.parts and others:
         there, _, with_all = elsewhere(held, others)
-        worst: tuple[float, Found] | None = None
-        for effect in kept:
-            rest = joint(held.bench, [e for e in kept if e is not effect])
-            _, _, with_rest = elsewhere(rest, others)
-            axes = list(effect.axes) or list(range(there.base.n))
+        worst: tuple[float, Scored] | None = None
+        for part in held.parts:
+            _, _, with_rest = elsewhere(without(held, part), others)
+            axes = [part.axis] if part.axis is not None else list(range(there.base.n))
             better = axis_rms(others, with_rest)[axes], axis_rms(others, with_all)[axes]
             fall = float((better[0] ** 2).sum() - (better[1] ** 2).sum())
             if fall <= 0 and (worst is None or fall < worst[0]):
-                worst = fall, effect
+                worst = fall, part
         if worst is None:
             break
-        notes.append(f"{worst[1].id} was withdrawn: it makes the locked runs worse")
-        kept = [effect for effect in kept if effect is not worst[1]]
-        held = joint(held.bench, kept)
+        axis = worst[1].axis
+        where = "" if axis is None else f" on axis {axis + 1}"
+        notes.append(f"{worst[1].id}{where} was withdrawn: it makes the locked runs worse")
+        held = without(held, worst[1])
     return held
 
 
