@@ -50,9 +50,12 @@ class Compiled:
         return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
 
-def compiled(n: int, effects: Mapping[str, Effect] | None = None) -> list[Compiled]:
-    """The library for machines of n axes."""
-    chosen = [e for e in (effects or library()).values() if e.acts_on != "mechanism"]
+def compiled(
+    n: int, effects: Mapping[str, Effect] | None = None, without: frozenset[str] = frozenset()
+) -> list[Compiled]:
+    """The library for machines of n axes, `without` what their base model has itself."""
+    listed = (effects or library()).values()
+    chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
     columns = native([_columns(effect, n) for effect in chosen])
     with_states = [effect for effect in chosen if effect.states]
     along = dict(
@@ -89,10 +92,22 @@ class Bench:
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
-            shapes = self.effects[name].shapes if name in self.effects else [{}]
+            shapes = self._shapes(name, axis)
             found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
             self._grids[name, axis] = found
         return self._grids[name, axis]
+
+    def names(self, axis: int | None) -> list[str]:
+        """Ids of the effects that an axis (None: the whole) may have."""
+        if axis is None:
+            return self.whole
+        return [name for name in self.effects if self._shapes(name, axis)]
+
+    def _shapes(self, name: str, axis: int) -> list[dict[str, float]]:
+        if name not in self.effects:
+            return [{}]
+        item = self.effects[name]
+        return [s for s in item.shapes if item.effect.meets(axis + 1, self.n, s)]
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""

@@ -89,7 +89,7 @@ def _directions(known: tuple[Known, ...], extra: Mapping[str, Array], nb: int) -
     found, n = [], len(known)
     scale = np.array([LOOSE * k.tolerance for k in known])
     for j, k in enumerate(known):
-        if k.group in ("delay",) or not np.isfinite(k.tolerance):
+        if k.group == "delay" or not 0 < k.tolerance < np.inf:
             continue
         U = np.zeros((nb, 1))
         U[j] = 1.0

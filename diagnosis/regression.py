@@ -166,7 +166,7 @@ class Regression:
         S = _safe(own - cross.T @ self.solve(cross), own)
         c = C.T @ self.residual[rows]
         beta = np.linalg.solve(S, c)
-        return float(c @ beta), beta
+        return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
         """Everything about candidate columns."""
