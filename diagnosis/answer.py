@@ -14,7 +14,7 @@ from diagnosis.calibrate import Calibrated, about
 from diagnosis.candidates import Bench
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Found, Scored, repeating
+from diagnosis.rounds import Found, Scored, unexplained
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5
@@ -172,7 +172,7 @@ def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
     """The joint fit of those effects that hold: they explain enough of what repeats."""
     kept = list(effects)
-    before = repeating(bench.made, bench.made.regression.residual)
+    before = unexplained(bench.made, bench.made.regression)
     while True:
         made = joint(bench, kept)
         after = _after(made)
@@ -188,7 +188,7 @@ def _after(made: Joint) -> Array:
     regression = made.bench.made.regression
     columns = [part.columns for part in made.parts]
     fitted = regression.extended(columns) if columns else regression
-    return repeating(made.bench.made, fitted.residual)
+    return unexplained(made.bench.made, fitted)
 
 
 def _share(effect: Found, before: Array, after: Array) -> float:
@@ -198,7 +198,7 @@ def _share(effect: Found, before: Array, after: Array) -> float:
 
 def shares(made: Joint) -> list[float]:
     """Share of what repeats on its axes that is explained, for each effect."""
-    before = repeating(made.bench.made, made.bench.made.regression.residual)
+    before = unexplained(made.bench.made, made.bench.made.regression)
     after = _after(made)
     return [_share(effect, before, after) for effect in made.effects]
 

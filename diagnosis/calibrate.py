@@ -19,7 +19,7 @@ from diagnosis.noise import Noise, measured, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
-LOOSE = 5.0
+LOOSE = 2.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
 STEPS = 2
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
