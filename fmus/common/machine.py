@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from fmus.common.effect_use import EffectUse
 from fmus.common.errors import MachineError
 from fmus.common.sections import (
     Actuator,
@@ -58,6 +59,7 @@ class Machine(Section):
     timing: Timing
     control: Control
     reference: Reference
+    effects: tuple[EffectUse, ...] = ()
 
     @property
     def n_arms(self) -> int:
@@ -115,4 +117,22 @@ class Machine(Section):
             for i, row in enumerate(getattr(self.actuator, name), start=1):
                 if len(row) != harmonics:
                     raise ValueError(f"actuator.{name}, row {i}: {len(row)} of {harmonics} values")
+        return self
+
+    @model_validator(mode="after")
+    def _effects(self) -> Machine:
+        seen = set[tuple[str, int, tuple[float, ...]]]()
+        for k, use in enumerate(self.effects, start=1):
+            for axis in use.axes or (0,):
+                if axis > self.n_arms:
+                    raise ValueError(
+                        f"effects.{k}: axes: {axis}, {use.id} can act on 1 to {self.n_arms}"
+                    )
+                if (use.id, axis, use.shapes) in seen:
+                    raise ValueError(
+                        f"effects.{k}: {use.id} is there already"
+                        + (f" on axis {axis} with the same shape" if axis else "")
+                        + ": keep one of them"
+                    )
+                seen.add((use.id, axis, use.shapes))
         return self

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.common.effect_bank import Bank
 from fmus.common.geometry import Frames
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
@@ -43,7 +44,10 @@ def interface(machine: Machine) -> Interface:
         "units": tuple(par.unit for par in listed),
     }
     each: dict[str, Any] = {"size": len(listed), "elements": named["elements"]}
-    n_chi = n * (1 + 2 * machine.actuator.n_harmonics)
+    n_effects = Bank.known(machine).n_gains
+    n_chi = n * (1 + 2 * machine.actuator.n_harmonics) + n_effects
+    # columns of effects have units of their own: nothing but nonsense is refused
+    reach = 1e9 if n_effects else 2.0
     c = machine.control
     variables = (
         Variable("p0", "parameter", "1", "first estimate", start=p0, min=-1e4, max=1e4, **named),
@@ -76,7 +80,7 @@ def interface(machine: Machine) -> Interface:
         Variable("x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10),
         Variable("xd", "input", "1/s", "its rates", size=len(x0), min=-1e4, max=1e4),
         Variable("xdd", "input", "1/s2", "its accelerations", size=len(x0), min=-1e7, max=1e7),
-        Variable("chi_f", "input", "1", "filtered actuator basis", size=n_chi, min=-2, max=2),
+        Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
         Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
         Variable(
             "p", "output", "1", "estimated parameters", start=p0, initial_from=("p0",), **named
