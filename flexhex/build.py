@@ -21,7 +21,7 @@ from fmugen.rooms import ROOMS, Starts, build_machine, build_room, room_interfac
 from flexhex.cases import Case, table_cases
 from fmus.common.interface import Interface
 from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine, truth_file
+from fmus.common.machine_file import load_machine, real_file, truth_file
 from fmus.common.parameters import base_parameters
 from ssp.delays import alignment, reference_delay
 from ssp.system import System, hexapod
@@ -55,6 +55,11 @@ class Builder:
         return load_machine(self.machine_file)
 
     @cached_property
+    def real(self) -> Machine:
+        """What machine.fmu is built from: the machine without what a diagnosis added."""
+        return load_machine(real_file(self.machine_file))
+
+    @cached_property
     def schedule(self) -> dict[str, dict[str, float]]:
         """Delays that follow from the schedule, by instance."""
         system = self._system({})
@@ -75,7 +80,7 @@ class Builder:
             ]
             if truth.exists():
                 cache = self.out / "cache"
-                jobs.insert(0, pool.submit(build_machine, self.machine, truth, folder, None, cache))
+                jobs.insert(0, pool.submit(build_machine, self.real, truth, folder, None, cache))
             return [job.result() for job in jobs]
 
     def systems(self) -> list[Path]:
@@ -115,7 +120,7 @@ class Builder:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
             build_machine(
-                self.machine, truth_file(self.machine_file), folder, starts, self.out / "cache"
+                self.real, truth_file(self.machine_file), folder, starts, self.out / "cache"
             )
             return
         if starts:
@@ -135,10 +140,9 @@ class Builder:
 
     def _interface(self, room: str, name: str, starts: Starts) -> Interface:
         """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
-        known = room_interface(room, self.machine)
         if name == "machine":
-            return known
-        return with_starts(known, starts)
+            return room_interface(room, self.real)
+        return with_starts(room_interface(room, self.machine), starts)
 
     def _system(self, starts: Mapping[str, Starts]) -> System:
         rooms = {room: room_interface(room, self.machine) for room in ROOMS}
