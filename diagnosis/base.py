@@ -70,6 +70,14 @@ class Base(Protocol):
     settle: float
     """What is left out at the start of a run [s]."""
 
+    def loaded(self, p: Array, payload: float) -> Array:
+        """The linear parameters with a known payload [kg]."""
+        ...
+
+    def directions(self) -> Mapping[str, Array]:
+        """What may change together, by the name to report: (len(linear) + curved + ...,)."""
+        ...
+
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, len(linear)); weights (rows, samples)."""
         ...

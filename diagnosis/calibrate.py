@@ -153,7 +153,7 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
     ys, Bs, raws = [], [], []
     for block in blocks:
         motion = block.run.motion
-        raw = base.torque(motion, fitted.p)
+        raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
@@ -162,7 +162,9 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
-        y = torque_at(block, base.window, fitted.delay) - block.linear @ p0
+        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
+            p0, block.run.payload
+        )
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         Bs.append(np.concatenate(parts, axis=2) * scale)

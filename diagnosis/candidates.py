@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from diagnosis.base import Motion
-from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated
 from diagnosis.regression import Columns
 from diagnosis.smoothing import hann_weights
@@ -148,16 +147,16 @@ class Bench:
             found.append((slow, weights))
         return found
 
-    def _torque(self, motion: Motion) -> Array:
+    def _torque(self, k: int, motion: Motion) -> Array:
         fitted, base = self.made.fitted, self.made.base
-        tau = base.torque(motion, fitted.p)
+        tau = base.torque(motion, base.loaded(fitted.p, self.made.blocks[k].run.payload))
         if len(base.curved):
             tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
         return tau
 
     @cached_property
     def _level(self) -> list[Array]:
-        return [self._torque(motion) for motion, _ in self._slow]
+        return [self._torque(k, motion) for k, (motion, _) in enumerate(self._slow)]
 
     def _turned(self, k: int, axis: int, error: Array) -> Array:
         """What an angle error of an axis (samples, k) does to all torques (m, n, k)."""
@@ -174,14 +173,15 @@ class Bench:
                 thetad=motion.thetad + rate,
                 thetadd=motion.thetadd + np.gradient(rate, motion.ts, axis=0),
             )
-            found.append(-(weights @ (self._torque(moved) - self._level[k])) / TURN)
+            found.append(-(weights @ (self._torque(k, moved) - self._level[k])) / TURN)
         return np.stack(found, axis=2)
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
         found = []
-        for motion, weights in self._slow:
-            columns = self.made.base.whole(motion, self.made.fitted.p)
+        base, fitted = self.made.base, self.made.fitted
+        for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
+            columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
             found.append({name: _thinned(weights, c) for name, c in columns.items()})
         return found
 

@@ -7,6 +7,7 @@ determine at its nominal value.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -26,6 +27,7 @@ from fmus.common.mechanism import (
     mechanism_names,
     mechanism_units,
     nominal_mechanism,
+    point_mass,
 )
 from fmus.common.model import Model
 from fmus.common.parameters import actuator_parameters, base_parameters
@@ -104,6 +106,30 @@ class HexapodBase:
             (x,) = self._newton(x)
         xd, xdd = self._rates(x, motion.thetad, motion.thetadd)
         return x, xd, xdd
+
+    def loaded(self, p: Array, payload: float) -> Array:
+        """Parameters (n_p,) with a point mass `payload` [kg] at c_payload of E."""
+        if payload == 0.0 or not self.machine.has_platform:
+            return p
+        return np.asarray(p + payload * self._point)
+
+    @cached_property
+    def _point(self) -> Array:
+        """A kilogram at c_payload, as parameters (n_p,)."""
+        point = np.zeros(len(self.linear))
+        c = self.machine.platform.end_effector.c_payload
+        ten = np.array(point_mass(1.0, c), dtype=float).ravel()
+        names = [known.name for known in self.linear]
+        for name, value in zip(INERTIA_NAMES, ten, strict=True):
+            point[names.index(f"end_effector.{name}")] = value
+        return point
+
+    def directions(self) -> Mapping[str, Array]:
+        """A payload that nobody told of, seen as another mass of the end-effector."""
+        if not self.machine.has_platform:
+            return {}
+        rest = np.zeros(len(self.curved) + len(self.widths) + 1)
+        return {"end_effector.m": np.concatenate([self._point, rest])}
 
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, n_p), in chunks of samples."""

@@ -31,16 +31,19 @@ class Estimate:
 class Named:
     """An effect that was found: axes count from 1 and are empty where it acts on the whole.
 
-    parameters: estimates by name; a gain of several axes is `name[axis]`. rivals: effects that
-    this data cannot tell from it. share: of the repeating gap that it explains, on runs it was not
-    fitted to. confusion: what the diagnosis says when an effect of this size is put into the
-    user's own model, motion and noise: share of trials by what is said, for each rival in truth.
+    parameters: estimates by name, `name[axis]` where several axes have the effect and
+    `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
+    estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
+    gap that repeats on its axes, explained together with the other effects. confusion: what is
+    said when an effect of this size is put into the user's own model, motion and noise: shares
+    of trials, for it and for each rival as the truth.
     """
 
     id: str
     title: str
     axes: tuple[int, ...]
     parameters: Mapping[str, Estimate]
+    parts: tuple[tuple[int, Mapping[str, Estimate]], ...] = ()
     rivals: tuple[str, ...] = ()
     experiment: str | None = None
     share: float = math.nan

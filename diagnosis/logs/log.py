@@ -53,7 +53,7 @@ class Finding:
     """Something noticed while reading.
 
     kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "delay", "drift",
-    "duplicate", "extra", "gap", "jitter", "memory", "metadata", "missing", "names", "nan",
+    "duplicate", "extra", "gap", "jitter", "jump", "memory", "metadata", "missing", "names", "nan",
     "no-repeat", "range", "rate", "reset", "short", "sign", "swapped", "units". where: file and
     channel. corrected: whether the log is as good as if it had not been there.
     """

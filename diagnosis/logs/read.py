@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from diagnosis.logs.clock import Clock, clock_of, compared
+from diagnosis.logs.delay import delays
 from diagnosis.logs.log import Channel, Finding, Log, Options
 from diagnosis.logs.raw import Raw, Table, texts
 from diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
-from diagnosis.logs.values import clipped, filled, judged
+from diagnosis.logs.values import clipped, filled, judged, jumps
 from fmus.common.errors import LogError
 
 READERS = {
@@ -68,7 +68,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
                 channels["tau_meas" if channel == "current" else channel] = made
             del table.values[channel]
     _complete(name, channels)
-    findings += compared(name, clocks) + judged(name, channels)
+    findings += compared(name, clocks) + judged(name, channels) + delays(name, channels)
     return Log(name, channels, meta, tuple(findings))
 
 
@@ -94,16 +94,17 @@ def _channel(
         )
         return None
     if current:
-        values = values * (
-            scale * _constants(where, name, values.shape[1], meta, options, findings)
-        )
+        values *= scale * _constants(where, name, values.shape[1], meta, options, findings)
     elif scale != 1.0:
-        values = values * scale
+        values *= scale
         findings.append(
             Finding("units", where, f"{name} converted from {unit} to {SI[name]}", True)
         )
     channel, more = filled(where, name, clock.channel(values))
     findings += more
+    if name == "theta":
+        channel, slips = jumps(where, channel)
+        findings += slips
     if name in TORQUES or current:
         channel, more = clipped(where, "tau_meas" if current else name, channel)
         findings += more
@@ -149,8 +150,3 @@ def _complete(name: str, channels: dict[str, Channel]) -> None:
     n, m = channels["theta"].width, channels["tau_meas"].width
     if n != m:
         raise LogError(f"{name}: {n} angles but {m} torques")
-
-
-def with_findings(log: Log, *more: Finding) -> Log:
-    """The same log with more findings."""
-    return replace(log, findings=(*log.findings, *more))

@@ -14,6 +14,9 @@ from fmus.common.errors import LogError
 NEEDED = ("theta", "tau_meas")
 PLATEAU = 5
 """Samples at the extreme value that make a plateau."""
+JUMP, MOST_JUMPS = 10.0, 1e-3
+"""A step of the angle that is so many times the 99.9 % quantile is a jump; more of them than this
+share of the samples are something else."""
 GROW = 1
 """Samples beside a plateau that are not trusted either: their filters saw it."""
 FINEST = 1e-6
@@ -67,6 +70,29 @@ def clipped(where: str, name: str, channel: Channel) -> tuple[Channel, list[Find
     return replace(channel, valid=valid), findings
 
 
+def jumps(where: str, channel: Channel) -> tuple[Channel, list[Finding]]:
+    """Angles that jump farther than any motion goes in a sample: samples that were lost without
+    a gap in time, or a slip of the encoder. The samples beside a jump become invalid."""
+    valid, count, first = channel.valid, 0, len(channel.values)
+    for column in channel.values.T:
+        moved = np.abs(np.diff(column))
+        both = channel.valid[1:] & channel.valid[:-1]
+        usual = moved[::7][both[::7]]
+        if not len(usual):
+            continue
+        limit = JUMP * float(np.quantile(usual, 0.999))
+        at = np.flatnonzero((moved > limit) & both) if limit > 0 else np.empty(0, dtype=int)
+        if 0 < len(at) <= MOST_JUMPS * len(column):
+            valid = valid.copy()
+            valid[at] = valid[at + 1] = False
+            count, first = count + len(at), min(first, int(at[0]))
+    if not count:
+        return channel, []
+    when = channel.t0 + channel.ts * first
+    text = f"theta jumps {count} times, first at {when:.6g} s: samples lost, or an encoder slip"
+    return replace(channel, valid=valid), [Finding("jump", where, text, True)]
+
+
 def plateaus(column: Array, valid: Mask) -> Mask:
     """Samples (samples,) that stand at the largest or smallest value after a steep way there.
 
@@ -112,17 +138,18 @@ def judged(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
     """Constant channels, ranges that suggest another unit, short runs, swapped axes."""
     notes: list[Finding] = []
     for name, channel in channels.items():
-        used = channel.values[channel.valid]
-        if name in LARGEST and len(used) and np.abs(used).max() > LARGEST[name]:
-            text = f"{name} reaches {np.abs(used).max():.4g}: is its unit right?"
-            notes.append(Finding("range", where, text, False))
-        if name not in NEEDED or not len(used):
+        if not channel.valid.any():
+            notes.append(Finding("nan", where, f"no sample of {name} may be used", False))
             continue
-        still = np.flatnonzero(np.ptp(used, axis=0) == 0)
-        notes += [
-            Finding("constant", where, f"{name}[{k + 1}] is {used[0, k]:.6g} throughout", False)
-            for k in still
-        ]
+        for axis, column in enumerate(channel.values.T):
+            used = column[channel.valid]  # one axis at a time: long logs are large
+            low, high = float(used.min()), float(used.max())
+            if name in LARGEST and max(-low, high) > LARGEST[name]:
+                text = f"{name}[{axis + 1}] reaches {max(-low, high):.4g}: is its unit right?"
+                notes.append(Finding("range", where, text, False))
+            if name in NEEDED and low == high:
+                text = f"{name}[{axis + 1}] is {low:.6g} throughout"
+                notes.append(Finding("constant", where, text, False))
     theta = channels["theta"]
     if (seconds := len(theta.values) * theta.ts) < SHORT:
         notes.append(Finding("short", where, f"only {seconds:.3g} s long", False))

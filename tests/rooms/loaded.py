@@ -117,10 +117,14 @@ def machine() -> Machine:
 
 
 @cache
-def build(room: str) -> tuple[Path, Interface]:
-    """Shared library and interface of a room, compiled as the FMU's own sources are."""
+def build(room: str, subject: Machine | None = None) -> tuple[Path, Interface]:
+    """Shared library and interface of a room, compiled as the FMU's own sources are.
+
+    subject: another machine than the default one.
+    """
+    subject = subject or machine()
     equations: Any = importlib.import_module(f"fmus.{room}.equations")
-    interface, functions = room_interface(room, machine()), equations.functions(machine())
+    interface, functions = room_interface(room, subject), equations.functions(subject)
     step = step_file(room)
     texts = {
         f"{room}.h": sources.header(interface, functions, room),
@@ -143,6 +147,6 @@ def build(room: str) -> tuple[Path, Interface]:
         return link_shared(objects, library), interface
 
 
-def load(room: str) -> Loaded:
+def load(room: str, subject: Machine | None = None) -> Loaded:
     """A fresh instance of a room, not yet started."""
-    return Loaded(*build(room))
+    return Loaded(*build(room, subject))
