@@ -86,7 +86,10 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     base = os.path.relpath(machine_file.resolve(), out.resolve().parent)
     head = [
         f"What a diagnosis added to {machine_file.name}: {diagnosis.verdict}.",
-        *(f"From {', '.join(Path(run).name for run in diagnosis.runs)}." for _ in diagnosis.runs[:1]),
+        *(
+            f"From {', '.join(Path(run).name for run in diagnosis.runs)}."
+            for _ in diagnosis.runs[:1]
+        ),
         *(f"Not in here: {text}" for text in left_out),
     ]
     text = toml_text(

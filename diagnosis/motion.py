@@ -35,6 +35,13 @@ class Columns:
     cols: NDArray[np.int64]
     shape: tuple[int, int]
 
+    def torque(self, p: Array) -> Array:
+        """Phi p (samples, n) at every sample."""
+        tau = np.zeros((len(self.values), self.shape[0]))
+        for values, row, col in zip(self.values.T, self.rows, self.cols, strict=True):
+            tau[:, row] += values * p[col]
+        return tau
+
     def stacked(self, every: int) -> Array:
         """Dense (samples / every * n, n_p), joint by joint within a sample."""
         picked = self.values[::every]
@@ -87,13 +94,19 @@ class MotionModel:
         v = linkage.rates(rate)
         a = linkage.accelerations(v, acceleration)
         rates = ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a]))
-        Phi = model.regressor(x, xd, xdd, model.basis(x[:n], z))
+        effects = ca.SX.sym("effects", model.bank.n_gains)
+        chi = ca.vertcat(model.basis(x[:n], z), effects)
+        Phi = model.regressor(x, xd, xdd, chi)
         sparsity = Phi.sparsity()
         self._rows, self._cols = np.array(sparsity.row()), np.array(sparsity.get_col())
         self._shape = (n, model.n_p)
         entries: Any = Phi.nonzeros()
         values = ca.vertcat(*entries)
-        phi = ca.Function("native_phi", [x, xd, xdd, z], ca.cse([values]))
+        phi = ca.Function(
+            "native_phi",
+            [x, xd, xdd, z, *([effects] if model.bank else [])],
+            ca.cse([values]),
+        )
         self._newton, self._rates, self._phi = native([newton, rates, phi])
 
     def close(self, theta: Array) -> Array:
@@ -109,9 +122,14 @@ class MotionModel:
         xd, xdd = self._rates(x, thetad, thetadd)
         return xd, xdd
 
-    def columns(self, theta: Array, z: Array, thetad: Array, thetadd: Array) -> Columns:
-        """Model columns at every sample; all arguments (samples, n)."""
+    def columns(
+        self, theta: Array, z: Array, thetad: Array, thetadd: Array, *effects: Array
+    ) -> Columns:
+        """Model columns at every sample; all arguments (samples, n).
+
+        effects: for a machine that has some, their columns (samples, n_gains).
+        """
         x = self.close(theta)
         xd, xdd = self.rates(x, thetad, thetadd)
-        (values,) = self._phi(x, xd, xdd, z)
+        (values,) = self._phi(x, xd, xdd, z, *effects)
         return Columns(values, self._rows, self._cols, self._shape)

@@ -27,8 +27,8 @@ def toml_text(
 
 def _section(name: str, table: Mapping[str, Any], heading: str) -> list[str]:
     below = {k: v for k, v in table.items() if isinstance(v, Mapping) and "value" not in v}
-    lines = ["", heading.format(name)]
-    lines += [f"{key} = {_value(v)}" for key, v in table.items() if key not in below]
+    own = [f"{key} = {_value(v)}" for key, v in table.items() if key not in below]
+    lines = ["", heading.format(name), *own] if own or not below else []
     for key, sub in below.items():
         lines += _section(f"{name}.{key}", sub, "[{}]")
     return lines
