@@ -16,6 +16,7 @@ from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from diagnosis.effect_columns import EffectColumns
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
@@ -34,13 +35,6 @@ class Columns:
     rows: NDArray[np.int64]
     cols: NDArray[np.int64]
     shape: tuple[int, int]
-
-    def torque(self, p: Array) -> Array:
-        """Phi p (samples, n) at every sample."""
-        tau = np.zeros((len(self.values), self.shape[0]))
-        for values, row, col in zip(self.values.T, self.rows, self.cols, strict=True):
-            tau[:, row] += values * p[col]
-        return tau
 
     def stacked(self, every: int) -> Array:
         """Dense (samples / every * n, n_p), joint by joint within a sample."""
@@ -85,6 +79,7 @@ class MotionModel:
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.model = machine, Model(machine)
+        self.effects = EffectColumns(machine) if self.model.bank else None
         model, n = self.model, self.model.n
         x, xd, xdd = (ca.SX.sym(name, model.n_x) for name in ("x", "xd", "xdd"))
         rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
@@ -123,13 +118,19 @@ class MotionModel:
         return xd, xdd
 
     def columns(
-        self, theta: Array, z: Array, thetad: Array, thetadd: Array, *effects: Array
+        self,
+        theta: Array,
+        z: Array,
+        thetad: Array,
+        thetadd: Array,
+        effects: Array | None = None,
     ) -> Columns:
-        """Model columns at every sample; all arguments (samples, n).
+        """Model columns at every sample; arguments (samples, n).
 
         effects: for a machine that has some, their columns (samples, n_gains).
         """
         x = self.close(theta)
         xd, xdd = self.rates(x, thetad, thetadd)
-        (values,) = self._phi(x, xd, xdd, z, *effects)
+        more = () if self.effects is None or effects is None else (effects,)
+        (values,) = self._phi(x, xd, xdd, z, *more)
         return Columns(values, self._rows, self._cols, self._shape)

@@ -109,16 +109,32 @@ def parts(model: MotionModel, log: Log, settle: float, part: int = PART) -> Iter
     moved = motion(model.machine, log, settle)
     window = hann(model.machine.control.hann_points)
     total = len(moved.theta) - moved.first - 1 - len(window) + 1
+    effects = _effects(model, moved, window)
     for begin in range(0, total, part):
-        yield _part(model, moved, window, begin, min(begin + part, total))
+        yield _part(model, moved, effects, window, begin, min(begin + part, total))
 
 
-def _part(model: MotionModel, moved: Motion, window: Array, begin: int, end: int) -> Rows:
+def _effects(model: MotionModel, moved: Motion, window: Array) -> Array:
+    """Columns of the machine's own effects (samples, n_gains), from the start of the log on.
+
+    The torque that they depend on is smoothed: its noise is also in what they explain.
+    """
+    if model.effects is None:
+        return np.zeros((len(moved.theta), 0))
+    half = len(window) // 2
+    padded = np.pad(moved.tau, ((half, len(window) - 1 - half), (0, 0)), mode="edge")
+    rates = differences(np.pad(moved.theta, ((1, 1), (0, 0)), mode="edge"), moved.ts)
+    return model.effects.along(moved.theta, *rates, smooth(padded, window), moved.ts)
+
+
+def _part(
+    model: MotionModel, moved: Motion, effects: Array, window: Array, begin: int, end: int
+) -> Rows:
     points = len(window)
     low, high = moved.first + begin, moved.first + end + points - 1
     around, cut = slice(low - 1, high + 1), slice(low, high)
     rate, acceleration = differences(moved.theta[around], moved.ts)
-    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration)
+    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration, effects[cut])
     bad = np.concatenate([[0], np.cumsum(~moved.valid[around])])
     # row k sees the samples k - 1 to k + points of this part, with the stencils
     usable = bad[points + 2 :] == bad[: -(points + 2)]

@@ -93,9 +93,9 @@ class Builder:
             written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
         return written
 
-    def case(self, case: Case) -> Path:
-        """`out/cases/<case>/hexapod.ssp`."""
-        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp")
+    def case(self, case: Case, plant: Builder | None = None) -> Path:
+        """`out/cases/<case>/hexapod.ssp`; plant: whose plant the controllers of this one drive."""
+        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp", plant)
 
     @staticmethod
     def _around_model(case: Case) -> Case:
@@ -103,20 +103,21 @@ class Builder:
         starts = {name: values for name, values in case.starts.items() if name != "plant"}
         return Case(case.name, case.title, "plant", case.duration, starts)
 
-    def _write(self, case: Case, path: Path) -> Path:
+    def _write(self, case: Case, path: Path, plant: Builder | None = None) -> Path:
         folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
         interfaces: dict[str, Interface] = {}
         for instance, room in INSTANCES.items():
             name = case.plant if instance == "plant" else room
             starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
-            interfaces[instance] = self._interface(room, name, starts)
-            self._place(room, name, starts, folder)
+            owner = plant if plant and instance == "plant" else self
+            interfaces[instance] = owner.interface_of(room, name, starts)
+            owner.place(room, name, starts, folder)
         system = hexapod(
             interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
         )
         return write_ssp(system, folder, path, stop=case.duration)
 
-    def _place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
+    def place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
             build_machine(
@@ -138,7 +139,7 @@ class Builder:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
         return next((self.schedule[i] for i in found if i in self.schedule), {})
 
-    def _interface(self, room: str, name: str, starts: Starts) -> Interface:
+    def interface_of(self, room: str, name: str, starts: Starts) -> Interface:
         """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
         if name == "machine":
             return room_interface(room, self.real)

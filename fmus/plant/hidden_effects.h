@@ -27,7 +27,7 @@ static const double HIDDEN_HINGE = 0.004; /* angle over which a cable tightens [
 typedef struct {
   double last[PLANT_N], before[PLANT_N];
   double bristle[PLANT_N_HIDDEN];
-  double ticks;
+  double started;
 } hidden_motion;
 
 static void hidden_motion_start(hidden_motion *m) { memset(m, 0, sizeof *m); }
@@ -87,8 +87,8 @@ static double hidden_effect(const double *row, hidden_motion *m, int k, double h
 
 static void hidden_effects(const plant_parameters *p, hidden_motion *m, const double *theta,
                            const double *tau_motor, double *torque) {
-  if (m->ticks < 2.0) {
-    memcpy(m->before, m->ticks == 0.0 ? theta : m->last, sizeof m->before);
+  if (m->started == 0.0) {
+    memcpy(m->before, theta, sizeof m->before);
     memcpy(m->last, theta, sizeof m->last);
   }
   for (int k = 0; k < PLANT_N_HIDDEN; ++k) {
@@ -98,7 +98,7 @@ static void hidden_effects(const plant_parameters *p, hidden_motion *m, const do
   }
   memcpy(m->before, m->last, sizeof m->before);
   memcpy(m->last, theta, sizeof m->last);
-  m->ticks += 1.0;
+  m->started = 1.0;
 }
 
 #endif
