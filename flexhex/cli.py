@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Annotated
 
@@ -28,9 +29,23 @@ OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everyth
 AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")]
 
 
+def show_version(wanted: bool) -> None:
+    """Print the version and end, when asked."""
+    if wanted:
+        try:
+            print(f"flexhex {metadata.version('flexhex')}")
+        except metadata.PackageNotFoundError:
+            print("flexhex, not installed")
+        raise typer.Exit
+
+
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="show tracebacks")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="show the version", callback=show_version, is_eager=True),
+    ] = False,
 ) -> None:
     """Options of all commands."""
     if debug:

@@ -25,6 +25,8 @@ from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from ssp.results import Result
 
+HOPELESS = 0.5
+"""Share of undetermined parameters beyond which a fit is warned of."""
 MOST_ROWS = 12
 """Rows of an experiment that the terminal shows."""
 
@@ -117,6 +119,7 @@ def _print_table(out: Console, study: Study) -> None:
         f"{study.share:.1%} of the adaptive run's feedback torque repeats"
         f" (paper: {PAPER_SHARE:.1%}): a better model could remove it"
     )
+    _warn_of(out, study.fit)
     loose = len(study.fit.undetermined)
     out.print(
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
@@ -233,8 +236,20 @@ def print_fit(machine: Machine, fit: Fit) -> None:
     out.print(table)
     rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
     out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
+    _warn_of(out, fit)
     if fit.undetermined:
         out.print("[yellow]yellow[/]: not determined by itself: its deviation exceeds its size")
+
+
+def _warn_of(out: Console, fit: Fit) -> None:
+    """A line when most parameters are not determined: whatever is made of p then is luck."""
+    if len(fit.undetermined) > HOPELESS * len(fit.p):
+        out.print(
+            f"[red]warning[/]: {len(fit.undetermined)} of {len(fit.p)} parameters are not"
+            " determined by the log they were fitted to, p means little: move all joints, wider"
+            " and longer",
+            highlight=False,
+        )
 
 
 def fit_json(machine: Machine, fit: Fit) -> str:
@@ -265,6 +280,7 @@ def study_json(study: Study, report: Path) -> str:
         "cases": cases,
         "actuators": alone,
         "repeatable_share": study.share if study.table else None,
+        "undetermined": list(study.fit.undetermined),
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),

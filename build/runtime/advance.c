@@ -38,7 +38,7 @@ bool flexhex_start(flexhex_instance *m) {
 
 void flexhex_publish(flexhex_instance *m) {
   memcpy(m->outputs, m->pending, m->n_outputs * sizeof *m->outputs);
-  if (m->head->refused) {
+  if (m->head->refused && m->outputs[m->n_outputs - 1] == 0.0) {
     m->outputs[m->n_outputs - 1] = 1.0;
   }
 }
@@ -50,7 +50,7 @@ static double time_of(const flexhex_instance *m, int64_t step) {
 /* A fault of the room that was not there a period ago */
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
-  if ((m->logging & FLEXHEX_WARNINGS) && !m->head->refused && fault != before && fault != 0.0) {
+  if ((m->logging & FLEXHEX_WARNINGS) && fault != before && fault != 0.0) {
     char number[FLEXHEX_NUMBER_SIZE], time[FLEXHEX_NUMBER_SIZE];
     flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s from %s s on",
                 flexhex_number(number, fault), flexhex_number(time, time_of(m, step)));

@@ -23,7 +23,7 @@ import casadi as ca
 import numpy as np
 
 from diagnosis.identify import Fit
-from flexhex.cases import WARM, table_cases
+from flexhex.cases import WARM, table_cases, whole_moves
 from flexhex.experiments.common import Array, record, samples, variant
 from fmus.common.machine import Machine
 from fmus.common.mechanism import Mechanism
@@ -68,8 +68,8 @@ class Estimates:
 def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: bool) -> Estimates:
     """One adaptive run, and the truth out of machine.fmu."""
     machine = builder.machine
-    seconds = 8.0 if quick else machine.reference.duration
-    adaptive = table_cases(machine, fit.p, seconds)[-1]
+    seconds = whole_moves(machine, 8.0) if quick else machine.reference.duration
+    adaptive = table_cases(machine, fit.p, seconds, fit.std)[-1]
     case = variant(adaptive, "parameters", "all parameters adapt", adaptive.duration, {})
     (result,) = record(builder, [case], SIGNALS, command, progress)
     t, p, _ = samples(result, "K.p")

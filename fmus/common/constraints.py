@@ -51,7 +51,8 @@ def deformations(q: ca.SX) -> ca.SX:
     """(eps_x, eps_y, eps_z) = 2 q0 (q1, q2, q3) [rad].  [SH, Eq. (18), ref. 9]
 
     Half the antisymmetric part of the relative rotation matrix, the bending and twist
-    measures of Schwab & Meijaard: sine of the angle for a rotation about one axis.
+    measures of Schwab & Meijaard: sine of the angle for a rotation about one axis. x lies
+    along the lower arm, so the twist comes first; [SH, Eq. (5a)] counts it third, eps_u3.
     """
     return 2 * q[0] * q[1:4]
 

@@ -70,7 +70,8 @@ class ArmPose(UpperPose):
         return reach - self.L * self.u - self.l * self.R_Q[:, 0]
 
     def twist_rate(self) -> ca.SX:
-        """d eps_u3 / d theta."""
+        """d eps / d theta of the twist: eps_u3 in [SH, Eq. (5a)], deformations(q)[0] here, as x
+        of Q lies along the lower arm."""
         qv, a = self.q[1:4], ca.SX(self.arm.a_Q)
         q0_rate, q1_rate = ca.dot(a, qv) / 2, -(self.q[0] * a[0] + ca.cross(a, qv)[0]) / 2
         return 2 * (q0_rate * self.q[1] + self.q[0] * q1_rate)

@@ -31,6 +31,9 @@ from fmus.common.sections import (
     Vector,
 )
 
+RK4_REACH = 2.78
+"""A Runge-Kutta step h of order four is stable for dz/dt = -a z up to a h = 2.78."""
+
 
 @dataclass(frozen=True)
 class Platform:
@@ -104,6 +107,35 @@ class Machine(Section):
             steps = getattr(self.drive, name) / self.timing.base
             if abs(steps - round(steps)) > 1e-9:
                 raise ValueError(f"drive.{name} is {steps:.6g} base steps, must be a whole number")
+        return self
+
+    @model_validator(mode="after")
+    def _experiment(self) -> Machine:
+        base, ref = self.timing.base, self.reference
+        if ref.amplitude > self.geometry.stroke:
+            raise ValueError(
+                f"reference.amplitude is {ref.amplitude:.6g} rad, must be within"
+                f" geometry.stroke, {self.geometry.stroke:.6g} rad"
+            )
+        steps = ref.period / base
+        if abs(steps - round(steps)) > 1e-6:
+            raise ValueError(
+                f"reference.period is {steps:.9g} base steps, must be a whole number:"
+                " change it or timing.base"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _dahl_width(self) -> Machine:
+        # rate of the longest move at its middle, and as much again for what feedback adds
+        speed = 2 * 4 * self.reference.amplitude / self.reference.move
+        least = speed * self.timing.base / RK4_REACH
+        if self.actuator.sigma < least:
+            raise ValueError(
+                f"actuator.sigma is {self.actuator.sigma:.3g} rad, at least {least:.3g} rad are"
+                f" needed: the plant's steps of timing.base cannot follow the hysteresis at"
+                f" {speed:.3g} rad/s; widen sigma or shorten timing.base"
+            )
         return self
 
     @model_validator(mode="after")

@@ -14,6 +14,11 @@ from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters, parameters
 from fmus.estimator.equations import row_width
 
+MOST_VARIANCE = 1e-2
+"""Largest first variance, normalised: a tenth of a parameter's size. A weak direction's deviation
+is shared by parameters that are known well together, and without their correlation more than
+this sets those free too (the first seconds get worse)."""
+
 
 def normalisation(machine: Machine, p: NDArray[np.float64]) -> NDArray[np.float64]:
     """Scale of each parameter: |p|, but not below the parameter's floor.
@@ -32,6 +37,21 @@ def process_noise(machine: Machine) -> NDArray[np.float64]:
     return np.array(
         [c.R1_end_effector if par.body == "end-effector" else c.R1 for par in parameters(machine)]
     )
+
+
+def first_variance(
+    machine: Machine, p: NDArray[np.float64], std: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Normalised first variances (n_p,) of p that was fitted with the deviations std.
+
+    (std / scale)^2, but no less than P0, since the machine has changed since the fit, and no
+    more than MOST_VARIANCE. Without std: P0 for all.
+    """
+    least = np.full(len(p), machine.control.P0)
+    if std is None:
+        return least
+    fitted = (std / normalisation(machine, p)) ** 2
+    return np.asarray(np.clip(fitted, least, np.maximum(least, MOST_VARIANCE)))
 
 
 def interface(machine: Machine) -> Interface:
@@ -75,7 +95,16 @@ def interface(machine: Machine) -> Interface:
             **each,
         ),
         Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-9, max=1e3),
-        Variable("P0", "parameter", "1", "first normalised variance", start=c.P0, min=0, max=1e3),
+        Variable(
+            "P0",
+            "parameter",
+            "1",
+            "first normalised variance of each parameter",
+            start=c.P0,
+            min=0,
+            max=1e3,
+            **each,
+        ),
         Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
         Variable("x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10),
         Variable("xd", "input", "1/s", "its rates", size=len(x0), min=-1e4, max=1e4),

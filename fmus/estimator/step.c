@@ -37,7 +37,7 @@ static bool start(const estimator_parameters *p, void *memory, estimator_outputs
       return false;
     }
     s->q[k] = p->p0[k] / p->scale[k];
-    s->P[k][k] = p->P0 * p->adapt[k];
+    s->P[k][k] = p->P0[k] * p->adapt[k];
   }
   publish(p, s, y);
   return true;

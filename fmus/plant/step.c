@@ -12,7 +12,9 @@
 #include <string.h>
 
 enum { N = PLANT_N, N_D = PLANT_N_D };
-static const double FAULT_END_STOP = 2.0, TWO_PI = 6.283185307179586;
+static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0, TWO_PI = 6.283185307179586;
+/* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
+static const double LEAP = 1.0, LARGEST_Z = 2.0;
 
 /* what the integrator carries; all doubles, so that a step is one axpy over the struct */
 typedef struct {
@@ -163,7 +165,23 @@ static void current_loop(const plant_parameters *p, state *s, const double *comm
   }
 }
 
-/* False when the step ends beyond an end stop or nowhere. */
+/* True when the step's numbers are no motion of any machine: h is too long for the equations. */
+static bool diverged(const motion *before, const motion *now) {
+  const double *values = now->theta;
+  for (int k = 0; k < N_MOTION; ++k) {
+    if (!isfinite(values[k])) {
+      return true;
+    }
+  }
+  for (int i = 0; i < N; ++i) {
+    if (fabs(now->theta[i] - before->theta[i]) > LEAP || fabs(now->z[i]) > LARGEST_Z) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/* False when the step ends beyond an end stop, or in a pose that does not close. */
 static bool within_stroke(const plant_parameters *p, const motion *now, double residual) {
   if (!(residual < 1e-3)) {
     return false;
@@ -196,6 +214,12 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
       tau[i / N][i % N] -= disturbance[i % N];
     }
     integrate(p, s, tau, u->payload, h);
+    if (diverged(&before, &s->now)) {
+      s->now = before;
+      memset(s->now.thetad, 0, sizeof s->now.thetad);
+      y->fault = FAULT_DIVERGED;
+      continue;
+    }
     plant_close(s->now.theta, s->now.d, d, &residual);
     if (within_stroke(p, &s->now, residual)) {
       memcpy(s->now.d, d, sizeof d);
