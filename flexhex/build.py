@@ -74,7 +74,7 @@ class Builder:
         for room, make in rooms.items():
             named(path, partial(make, starts=self._starts_of(room)), room)
         if truth.exists():
-            named(truth, partial(machine_interface, self.machine, truth), "machine")
+            named(truth, partial(machine_interface, self.real, truth), "machine")
 
     @cached_property
     def real(self) -> Machine:
