@@ -1,4 +1,4 @@
-"""`python -m benchmarks.showcase`: unmodelled effects found from logs, added, the loop closed again.
+"""`python -m benchmarks.showcase`: what machines hide, found from their logs and added.
 
 Machine 0 is the default one; the others are drawn from seeds (`showcase_machines.py`). For each:
 logs of machine.fmu under the fixed feedforward, `diagnose`, the extended model built, the adaptive
@@ -106,15 +106,8 @@ def _default_hidden() -> list[Line]:
     truth = read_toml(truth_file(DEFAULT))
     orders, rms = truth["cogging"]["orders"], truth["cogging"]["rms"]["value"]
     omega = read_toml(DEFAULT)["actuator"]["omega_cog"]["value"]
-    return [
-        {
-            "kind": "harmonic",
-            "axes": [1, 2, 3, 4, 5, 6],
-            "size": rms / 2,
-            "values": {"order": k * omega},
-        }
-        for k in orders
-    ]
+    entry = {"kind": "harmonic", "axes": [1, 2, 3, 4, 5, 6], "size": rms / 2}
+    return [{**entry, "values": {"order": k * omega}} for k in orders]
 
 
 def _say(number: int, began: float, text: str) -> None:
@@ -178,11 +171,8 @@ def _row(line: Line) -> list[str]:
     sums = [_rms(shown["simulation_gap"], key) for key in ("before", "after")]
     loop = shown["closed_loop"]["machine"]
     names = _names(found["effects"])
-    names += (
-        "; changed " + ", ".join(c["parameter"] for c in found["changed"])
-        if found["changed"]
-        else ""
-    )
+    if found["changed"]:
+        names += f"; changed {', '.join(c['parameter'] for c in found['changed'])}"
     names += f" (withdrawn: {', '.join(shown['withdrawn'])})" if shown["withdrawn"] else ""
     return [
         name,
