@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated, about
 from diagnosis.candidates import Bench
-from diagnosis.noise import pairs
+from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
 from diagnosis.rounds import Found, Scored, repeating
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5
 """Least share of what repeats on its axes that a named effect must explain, with the others."""
-CERTAIN = 4.0
-"""t above which a repeating residual is no chance."""
+CERTAIN = 6.0
+"""Deviations above which a repeating residual is no chance."""
 GAP = 0.002
 """Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
 
@@ -78,28 +78,54 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
         return Joint(bench, (), (), (), (), regression.q)
-    parts = [_stepped(bench, regression, parts, k) for k in range(len(parts))]
+    shaped = _shape_names(bench, parts)
+    if shaped:
+        parts = _stepped(bench, regression, parts, shaped)
+    columns, tangents = _stack(bench, regression, parts)
+    gain = regression.gain(Columns(None, np.hstack([columns, tangents])))
+    deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
+    edges = np.cumsum([part.columns.values.shape[1] for part in parts])
+    _, beta = regression.fall(Columns(None, columns))
+    spread: list[dict[str, float]] = [{} for _ in parts]
+    for (k, name), value in zip(shaped, deviation[edges[-1] :], strict=True):
+        spread[k][name] = float(value)
+    q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
+    gains = tuple(np.split(beta, edges[:-1]))
+    deviations = tuple(np.split(deviation[: edges[-1]], edges[:-1]))
+    return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
+
+
+def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:
+    """The effects with their parts renewed."""
     updated, at = [], 0
     for effect in effects:
         updated.append(replace(effect, parts=tuple(parts[at : at + len(effect.parts)])))
         at += len(effect.parts)
-    columns, tangents, sizes = _stack(bench, regression, parts)
-    gain = regression.gain(Columns(None, np.hstack([columns, tangents])))
-    deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
-    betas, deviations, at = [], [], 0
-    plain = regression.gain(Columns(None, columns))
-    for size in sizes:
-        betas.append(plain.beta[at : at + size])
-        deviations.append(deviation[at : at + size])
-        at += size
-    shaped = _shape_names(bench, parts)
-    spread: list[dict[str, float]] = [{} for _ in parts]
-    for (k, name), value in zip(shaped, deviation[at:], strict=True):
-        spread[k][name] = float(value)
-    full = regression.extended([Columns(None, columns)])
-    q = full.q[: len(regression.prior)]
-    lists = tuple(betas), tuple(deviations), tuple(spread)
-    return Joint(bench, tuple(updated), *lists, q)
+    return tuple(updated)
+
+
+def _stepped(
+    bench: Bench,
+    regression: Regression,
+    parts: Sequence[Scored],
+    shaped: Sequence[tuple[int, str]],
+) -> list[Scored]:
+    """All shapes after one Gauss-Newton step together, if that explains more."""
+    columns, tangents = _stack(bench, regression, parts)
+    before, _ = regression.fall(Columns(None, columns))
+    _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
+    shapes = [dict(part.shape) for part in parts]
+    for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
+        shape = next(s for s in bench.effects[parts[k].id].searched if s.name == name)
+        shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
+    moved = [
+        replace(part, shape=shape, columns=bench.columns(part.id, part.axis or 0, shape))
+        for part, shape in zip(parts, shapes, strict=True)
+    ]
+    after, _ = regression.fall(
+        Columns(None, np.hstack([_whole(regression, part.columns) for part in moved]))
+    )
+    return moved if after > before else list(parts)
 
 
 def _shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]:
@@ -119,21 +145,17 @@ def _whole(regression: Regression, columns: Columns) -> Array:
     return full
 
 
-def _stack(
-    bench: Bench, regression: Regression, parts: Sequence[Scored]
-) -> tuple[Array, Array, list[int]]:
-    """Columns of all parts (R, k), tangents of their shapes (R, s), columns of each part."""
+def _stack(bench: Bench, regression: Regression, parts: Sequence[Scored]) -> tuple[Array, Array]:
+    """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
     columns = [_whole(regression, part.columns) for part in parts]
     stacked = np.hstack(columns)
-    beta = regression.gain(Columns(None, stacked)).beta
-    sizes = [c.shape[1] for c in columns]
-    starts = np.cumsum([0, *sizes])
+    _, beta = regression.fall(Columns(None, stacked))
+    gains = np.split(beta, np.cumsum([c.shape[1] for c in columns])[:-1])
     tangents = [
-        _tangent(bench, regression, parts[k], name, beta[starts[k] : starts[k + 1]])
+        _tangent(bench, regression, parts[k], name, gains[k])
         for k, name in _shape_names(bench, parts)
     ]
-    empty = np.zeros((len(stacked), 0))
-    return stacked, np.hstack([empty, *tangents]), sizes
+    return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
 
 
 def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta: Array) -> Array:
@@ -145,28 +167,6 @@ def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta
     ]
     change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
     return _whole(regression, change) / (2 * step)
-
-
-def _stepped(bench: Bench, regression: Regression, parts: Sequence[Scored], k: int) -> Scored:
-    """A part whose shape made one Gauss-Newton step, if that explains more."""
-    part, item = parts[k], bench.effects.get(parts[k].id)
-    if item is None or not item.searched:
-        return part
-    others = [p.columns for j, p in enumerate(parts) if j != k]
-    beside = regression.extended(others) if others else regression
-    fall, beta = beside.fall(part.columns)
-    for s in item.searched:
-        tangent = _tangent(bench, regression, part, s.name, beta)
-        rows = regression.layout.rows(part.columns.axis)
-        both = Columns(part.columns.axis, np.hstack([part.columns.values, tangent[rows]]))
-        _, moved = beside.fall(both)
-        value = float(np.clip(part.shape[s.name] + moved[-1], s.low, s.high))
-        trial = bench.columns(part.id, part.axis or 0, {**part.shape, s.name: value})
-        better, gains = beside.fall(trial)
-        if better > fall:
-            shape = {**part.shape, s.name: value}
-            part, fall, beta = replace(part, shape=shape, columns=trial), better, gains
-    return part
 
 
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
@@ -203,23 +203,23 @@ def shares(made: Joint) -> list[float]:
     return [_share(effect, before, after) for effect in made.effects]
 
 
-def repeat_rms(blocks: Sequence[Block], residual: Sequence[Array]) -> tuple[Array, Array]:
-    """RMS of what repeats (n,) [N m] and the t-value that it is no chance; NaN without passes."""
-    n = residual[0].shape[1]
-    products: list[list[float]] = [[] for _ in range(n)]
-    for a, b in pairs(blocks):
-        good = blocks[a].usable & blocks[b].usable
-        second = np.floor(blocks[a].at).astype(int)
-        for s in np.unique(second[good]):
-            rows = good & (second == s)
-            for i in range(n):
-                products[i].append(float((residual[a][rows, i] * residual[b][rows, i]).mean()))
-    if not products[0]:
+def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
+    """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
+
+    certain (n,): sum of products of whitened passes, in deviations of what noise would give.
+    """
+    n, total, certain, rows = made.base.n, np.zeros(made.base.n), np.zeros(made.base.n), 0
+    for a, b in pairs(made.blocks):
+        good = made.kept[a] & made.kept[b]
+        rows += int(good.sum())
+        total += (residual[a][good] * residual[b][good]).sum(axis=0)
+        for i in range(n):
+            noise = made.noise.a[i], float(made.noise.scale[i])
+            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
+            certain[i] += float(white[0] @ white[1])
+    if not rows:
         return np.full(n, np.nan), np.full(n, np.nan)
-    table = np.array(products)
-    mean = table.mean(axis=1)
-    spread = table.std(axis=1, ddof=1) / np.sqrt(table.shape[1])
-    return np.sqrt(np.maximum(mean, 0.0)), mean / np.maximum(spread, 1e-300)
+    return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
 
 
 def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:

@@ -12,6 +12,8 @@ from scipy.stats import f as f_distribution
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+ABSORBED = 1e-5
+"""Share of a column's square below which the base model explains all of it."""
 
 
 @dataclass(frozen=True)
@@ -152,8 +154,7 @@ class Regression:
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
             own = C[:, part].T @ C[:, part]
-            S = own - cross[:, part].T @ solved[:, part]
-            S += 1e-9 * np.diag(np.diag(own)) + 1e-300 * np.eye(k)
+            S = _safe(own - cross[:, part].T @ solved[:, part], own)
             found.append(c[part] @ np.linalg.solve(S, c[part]))
         return np.array(found)
 
@@ -161,9 +162,9 @@ class Regression:
         """Fall of the sum of squares by columns fitted beside the base, and their gains (k,)."""
         rows, C = self.layout.rows(columns.axis), columns.values
         cross = self.B[rows].T @ C
-        S = C.T @ C - cross.T @ self.solve(cross)
+        own = C.T @ C
+        S = _safe(own - cross.T @ self.solve(cross), own)
         c = C.T @ self.residual[rows]
-        S += 1e-9 * np.diag(np.diag(C.T @ C)) + 1e-300 * np.eye(len(S))
         beta = np.linalg.solve(S, c)
         return float(c @ beta), beta
 
@@ -176,7 +177,7 @@ class Regression:
         clean[rows] += C
         error = self.residual - clean @ beta
         covariance, p = self._wald(clean, error, beta)
-        outside, by_cluster = self._outside(columns, cross)
+        outside, by_cluster = self._outside(clean)
         return Gain(inside, outside, by_cluster, p, beta, covariance)
 
     def _wald(self, clean: Array, error: Array, beta: Array) -> tuple[Array, float]:
@@ -191,64 +192,37 @@ class Regression:
         factor = count / max(1, count - 1)
         covariance = factor * A @ (scores.T @ scores) @ A
         wald = float(beta @ np.linalg.pinv(covariance) @ beta) / k
-        return covariance, float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
+        return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
 
     @cached_property
     def clusters(self) -> int:
         """Largest number of a cluster, plus one."""
         return int(self.layout.cluster.max()) + 1
 
-    @cached_property
-    def _folds(self) -> list[_Fold]:
-        """What each fold needs while it is left out."""
-        made = []
-        for place, fold in enumerate(self.layout.folds):
+    def _outside(self, clean: Array) -> tuple[float, Array]:
+        """Sum of squares without minus with the columns, by gains fitted to the other folds.
+
+        clean (R, k): columns without what the base explains. The base model is that of all folds:
+        fitted to one of them alone it would extrapolate worse than any effect.
+        """
+        change = np.zeros(len(self.y))
+        own, target = clean.T @ clean, clean.T @ self.residual
+        for fold in self.layout.folds:
             mine = np.flatnonzero(self.layout.fold == fold)
-            G, b = self._total[0] - self.grams[place][0], self._total[1] - self.grams[place][1]
-            factor = cho_factor(G + 1e-11 * np.diag(np.maximum(np.diag(G), 1e-300)))
-            q = cho_solve(factor, b)
-            B = self.B[mine]
-            made.append(_Fold(mine, B, factor, q, self.y[mine] - B @ q))
-        return made
-
-    @cached_property
-    def left_out(self) -> Array:
-        """Residual (R,) of every fold by a fit to the others."""
-        residual = np.zeros(len(self.y))
-        for fold in self._folds:
-            residual[fold.rows] = fold.residual
-        return residual
-
-    def _outside(self, columns: Columns, cross: Array) -> tuple[float, Array]:
-        """Sum of squares without minus with the columns, on folds that were not fitted."""
-        rows, C = self.layout.rows(columns.axis), columns.values
-        first, last, _ = rows.indices(len(self.y))
-        by_cluster = np.zeros(self.clusters)
-        own, target = C.T @ C, C.T @ self.y[rows]
-        for fold in self._folds:
-            a, b = np.searchsorted(fold.rows, [first, last])
-            here, B = C[fold.rows[a:b] - first], fold.B[a:b]
-            mixed = cross - B.T @ here
-            S = own - here.T @ here
-            ridge = 1e-9 * np.diag(np.diag(S)) + 1e-300 * np.eye(len(S))
-            S = S - mixed.T @ cho_solve(fold.factor, mixed) + ridge
-            rhs = target - here.T @ self.y[fold.rows[a:b]] - mixed.T @ fold.q
-            beta = np.linalg.solve(S, rhs)
-            after = fold.residual + fold.B @ cho_solve(fold.factor, mixed @ beta)
-            after[a:b] -= here @ beta
-            fall = fold.residual**2 - after**2
-            by_cluster += np.bincount(
-                self.layout.cluster[fold.rows], weights=fall, minlength=self.clusters
-            )
-        return float(by_cluster.sum()), by_cluster
+            here = clean[mine]
+            S = _safe(own - here.T @ here, own)
+            beta = np.linalg.solve(S, target - here.T @ self.residual[mine])
+            change[mine] = here @ beta
+        fall = self.residual**2 - (self.residual - change) ** 2
+        by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
+        return float(by_cluster.sum()), np.asarray(by_cluster, dtype=float)
 
 
-@dataclass(frozen=True)
-class _Fold:
-    """A fold that is left out: its rows, their B, the fit q to all others and its residual."""
+def _safe(S: Array, own: Array) -> Array:
+    """A Gram matrix of what is left of columns, such that what is absorbed gains nothing.
 
-    rows: Index
-    B: Array
-    factor: tuple[Array, bool]
-    q: Array
-    residual: Array
+    own: of the columns before; a column of which less than ABSORBED is left counts as gone.
+    """
+    size = np.maximum(np.diag(own), 1e-300)
+    left = np.diag(S) / size
+    return np.asarray(S + np.diag(np.where(left > ABSORBED, 1e-9, 1e9) * size))

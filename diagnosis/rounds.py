@@ -80,7 +80,7 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     """Rounds until nothing more is found."""
     rounds: list[Round] = []
     regression = bench.made.regression
-    first = repeating(bench.made, regression.left_out)
+    first = repeating(bench.made, regression.residual)
     while len(rounds) < ROUNDS:
         say(f"effects, round {len(rounds) + 1}")
         found = one_round(bench, regression, first)
@@ -97,7 +97,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
 
     first (n,): what repeated before the first round.
     """
-    energy = repeating(bench.made, regression.left_out)
+    energy = repeating(bench.made, regression.residual)
     count = _count(bench)
     passing: dict[str, list[Scored]] = {}
     places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
@@ -235,7 +235,7 @@ def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
     rows = len(made.regression.y) / bench.n * len(axes)
     noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
-    return (
+    return bool(
         np.sqrt(gained / rows) * noise > SMALLEST * torque
         and gained > LEAST_SHARE * energy[axes].sum()
         and gained > LEAST_FIRST * first[axes].sum()

@@ -14,9 +14,9 @@ import numpy as np
 
 from diagnosis.identify import Fit
 from flexhex.cases import SETTLE, table_cases, whole_moves
-from flexhex.experiments.common import LOG, Array, record, samples, variant, whole
+from flexhex.experiments.common import Array, record, samples, variant, whole
 from flexhex.metrics import rms
-from flexhex.plots import COLOURS, Figure, figure, moving_rms, trace
+from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters

@@ -17,10 +17,10 @@ import numpy as np
 
 from diagnosis.identify import Fit
 from flexhex.cases import table_cases, whole_moves
-from flexhex.experiments.common import LOG, Array, record, samples, variant
+from flexhex.experiments.common import Array, record, samples, variant
 from flexhex.metrics import PAPER, Figures
 from flexhex.metrics import figures as judged
-from flexhex.plots import COLOURS, Figure, figure, moving_rms, trace
+from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from flexhex.repeatability import (
     PASSES,
     repeatability_figures,

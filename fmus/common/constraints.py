@@ -36,9 +36,12 @@ class Coordinates:
         return Coordinates(x[:n], lam_Q, x[tail : tail + 3], x[tail + 3 : tail + 7])
 
 
-def relative_universal(arm: ArmFrame, theta: ca.SX, lam_Q: ca.SX) -> ca.SX:
-    """q (4,): Q against B, (1, 0, 0, 0) at neutral. Bends about y, z; its twist is zero."""
-    lam_BC = qn.mul(qn.about(ca.SX(arm.axis), theta), ca.SX(arm.lam_Q0))
+def relative_universal(arm: ArmFrame, turn: ca.SX, lam_Q: ca.SX) -> ca.SX:
+    """q (4,): Q against B, (1, 0, 0, 0) at neutral. Bends about y, z; its twist is zero.
+
+    turn (4,): quaternion of the upper arm's rotation by theta.
+    """
+    lam_BC = qn.mul(turn, ca.SX(arm.lam_Q0))
     return qn.mul(qn.conj(lam_BC), lam_Q)
 
 
@@ -67,8 +70,9 @@ def constraints(machine: Machine, frames: Frames, x: ca.SX) -> ca.SX:
     rows = []
     for i, arm in enumerate(frames.arms):
         lam_Q, theta = xt.lam_Q[i], xt.theta[i]
-        q = relative_universal(arm, theta, lam_Q)
-        u = qn.rotation(qn.about(ca.SX(arm.axis), theta)) @ ca.SX(arm.u_B)
+        turn = qn.about(ca.SX(arm.axis), theta)
+        q = relative_universal(arm, turn, lam_Q)
+        u = qn.rotation(turn) @ ca.SX(arm.u_B)
         closure = (
             xt.x_E
             + qn.rotation(xt.lam_E) @ ca.SX(arm.r_EP)

@@ -12,7 +12,7 @@ from fmus.common.constraints import Coordinates
 from fmus.common.dynamics import Motion, loads, platform_jacobian, project
 from fmus.common.effect_bank import Bank
 from fmus.common.geometry import Frames
-from fmus.common.linkage import FreeArms, Linkage
+from fmus.common.linkage import FreeArms, Linkage, half_angles
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_mechanism, mechanism_parameters, parameters
 
@@ -44,11 +44,15 @@ class Model:
                 g = use.effect.mechanism(g, {gain.name: value for gain, (value,) in named})
         return g
 
-    def linkage(self, x: ca.SX) -> Linkage | FreeArms:
-        """The closed loops at x~ (37,), or the free upper arms."""
+    def linkage(self, x: ca.SX, half: ca.SX | None = None) -> Linkage | FreeArms:
+        """The closed loops at x~ (37,), or the free upper arms.
+
+        half (2, n): `half_angles` of theta, where they are known already.
+        """
+        half = half_angles(x[: self.n]) if half is None else half
         if not self.machine.has_platform:
-            return FreeArms(self.machine, x)
-        return Linkage(self.machine, self.frames, x)
+            return FreeArms(self.machine, half)
+        return Linkage(self.machine, self.frames, x, half)
 
     def motion(self, xd: ca.SX, xdd: ca.SX) -> Motion:
         """Velocities and accelerations of all frames."""

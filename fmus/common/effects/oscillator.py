@@ -9,14 +9,18 @@ import casadi as ca
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
 
 
+FREQUENCIES = tuple(round(4.0 * 1.12**k, 3) for k in range(28))
+"""A mode is as wide as twice its damping: neighbours a tenth apart miss none."""
+
+
 class FlexibleMode(Effect):
     """J_2 q'' with q'' = w^2 (theta - q) + 2 zeta w (thetad - q'), w = 2 pi f."""
 
     id, title, acts_on = "flexible_mode", "flexible mode", "torque"
     gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1.0, "inertia that swings"),)
     shapes = (
-        Shape("f", "Hz", 1.0, 500.0, 20.0, (4.0, 6.0, 9.0, 13.0, 20.0, 30.0, 45.0, 70.0), "mode"),
-        Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.01, 0.05, 0.2), "damping ratio"),
+        Shape("f", "Hz", 1.0, 500.0, 20.0, FREQUENCIES, "mode"),
+        Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.02, 0.06, 0.2), "damping ratio"),
     )
     states = (State("q", "rad"), State("qd", "rad/s"))
     excites = "accelerations about its frequency"
