@@ -30,7 +30,9 @@ typedef struct {
   double started;
 } hidden_motion;
 
-static void hidden_motion_start(hidden_motion *m) { memset(m, 0, sizeof *m); }
+static void hidden_motion_start(hidden_motion *m) {
+  memset(m, 0, sizeof *m);
+}
 
 /* Friction of bristles (Canudas de Wit et al. 1995), exact while the rate is constant. */
 static double hidden_lugre(const double *v, double rate, double h, double *bristle) {
@@ -63,24 +65,24 @@ static double hidden_effect(const double *row, hidden_motion *m, int k, double h
   const double rise = (theta - 2.0 * m->last[i] + m->before[i]) / (h * h);
   const double off = (theta - v[1]) / v[2];
   switch ((enum hidden_kind)row[0]) {
-  case HIDDEN_LUGRE:
-    return hidden_lugre(v, rate, h, &m->bristle[k]);
-  case HIDDEN_CUBIC:
-    return v[0] * theta * theta * theta;
-  case HIDDEN_CABLE:
-    return hidden_cable(v, theta);
-  case HIDDEN_SATURATION:
-    return tau * tau * tau / (tau * tau + v[0] * v[0]);
-  case HIDDEN_HARMONIC:
-    return v[0] * cos(v[1] * theta + v[2]);
-  case HIDDEN_DRAG:
-    return v[0] * rate * fabs(rate);
-  case HIDDEN_RIPPLE:
-    return v[0] * tau * cos(v[1] * theta + v[2]);
-  case HIDDEN_BUMP:
-    return v[0] * exp(-off * off);
-  case HIDDEN_INERTIA:
-    return hidden_inertia(v, theta, rate, rise);
+    case HIDDEN_LUGRE:
+      return hidden_lugre(v, rate, h, &m->bristle[k]);
+    case HIDDEN_CUBIC:
+      return v[0] * theta * theta * theta;
+    case HIDDEN_CABLE:
+      return hidden_cable(v, theta);
+    case HIDDEN_SATURATION:
+      return tau * tau * tau / (tau * tau + v[0] * v[0]);
+    case HIDDEN_HARMONIC:
+      return v[0] * cos(v[1] * theta + v[2]);
+    case HIDDEN_DRAG:
+      return v[0] * rate * fabs(rate);
+    case HIDDEN_RIPPLE:
+      return v[0] * tau * cos(v[1] * theta + v[2]);
+    case HIDDEN_BUMP:
+      return v[0] * exp(-off * off);
+    case HIDDEN_INERTIA:
+      return hidden_inertia(v, theta, rate, rise);
   }
   return 0.0;
 }
