@@ -19,7 +19,7 @@ from typing import Any
 
 import h5py
 
-from benchmarks.showcase_machines import SEEN_AS, drawn, write_machine
+from benchmarks.showcase_machines import NEAR, SEEN_AS, drawn, write_machine
 from diagnosis.workflow import Options, diagnose
 from flexhex.build import Builder
 from flexhex.cases import table_cases
@@ -41,13 +41,18 @@ Line = dict[str, Any]
 
 
 def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[Path]]:
-    """Logs of the warm machine for the diagnosis, and locked ones, as HDF5 files in `out`."""
+    """Logs of the warm machine for the diagnosis, and locked ones, as HDF5 files in `out`.
+
+    Logs of a run that was broken off are taken as they are.
+    """
+    names = [[out / f"{t}{k}.h5" for t in kind for k in PASSES] for kind in (FITTED, LOCKED)]
+    if all(path.exists() for paths in names for path in paths):
+        return names[0], names[1]
     builder = Builder(machine_file, out / "recorder")
     _share_cache(builder.out)
     builder.systems()
     fixed = table_cases(builder.machine, base_parameters(builder.machine), SECONDS)[1]
     description = builder.case(fixed)
-    paths: dict[str, list[Path]] = {"fit": [], "locked": []}
     for k, trajectory in enumerate((*FITTED, *LOCKED)):
         for number in PASSES:
             seeds = {
@@ -56,16 +61,16 @@ def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[P
             }
             signals = tuple(signal for signal, _ in CHANNELS.values())
             result = run(description, fixed.duration, signals=signals, parameters=seeds)
-            path = out / f"{trajectory}{number}.h5"
-            with h5py.File(path, "w") as file:
+            path, partial = out / f"{trajectory}{number}.h5", out / "partial"
+            with h5py.File(partial, "w") as file:
                 file["time"] = result.time("plant.theta")
                 file["time"].attrs["unit"] = "s"
                 for name, (signal, unit) in CHANNELS.items():
                     file[name] = result[signal]
                     file[name].attrs["unit"] = unit
                 file.attrs.update({"run": path.stem, "trajectory": trajectory, "pass": str(number)})
-            paths["locked" if trajectory in LOCKED else "fit"].append(path)
-    return paths["fit"], paths["locked"]
+            partial.rename(path)
+    return names[0], names[1]
 
 
 def _share_cache(folder: Path) -> None:
@@ -97,7 +102,7 @@ def show(number: int, seed: int, machines: int, out: Path) -> Line:
     line["minutes"] = (time.monotonic() - began) / 60
     for path in (*runs, *locked):
         path.unlink()
-    shutil.rmtree(folder / "recorder")
+    shutil.rmtree(folder / "recorder", ignore_errors=True)
     _say(number, began, str(line["shown"]["closed_loop"]))
     return line
 
@@ -123,9 +128,17 @@ def _names(effects: Sequence[Line]) -> str:
 
 
 def judged(line: Line) -> str:
-    """right, in a set, partly, missed, wrong, or unknown (right for what is outside)."""
+    """right, in a set, near (see `NEAR`), partly, missed, wrong; right for what is outside is to
+    name nothing."""
     if "error" in line:
         return "failed"
+    near = {name: ids for kind, names in NEAR.items() for name in names for ids in SEEN_AS[kind]}
+    kinds = {h["kind"] for h in line["hidden"]}
+    said_near = {e["id"] for e in line["diagnosis"]["effects"]} & set(near)
+    if said_near and kinds & set(NEAR):
+        effects = [{**e, "id": near.get(e["id"], e["id"])} for e in line["diagnosis"]["effects"]]
+        found = judged({**line, "hidden": line["hidden"], "diagnosis": {"effects": effects}})
+        return found.replace("right", "near")
     wanted = [set(SEEN_AS[h["kind"]]) for h in line["hidden"]]
     said = [{e["id"], *e["rivals"]} for e in line["diagnosis"]["effects"]]
     alone = [{e["id"]} for e in line["diagnosis"]["effects"]]
@@ -165,7 +178,16 @@ def _row(line: Line) -> list[str]:
     )
     name = str(line["number"]) if line["number"] else "default"
     if "error" in line:
-        return [name, hidden, line["error"].replace("|", "/"), "failed", "", "", "", ""]
+        return [
+            name,
+            hidden,
+            " ".join(line["error"].replace("|", "/").split())[:300],
+            "failed",
+            "",
+            "",
+            "",
+            "",
+        ]
     found, shown = line["diagnosis"], line["shown"]
     gap = found["gap"]
     sums = [_rms(shown["simulation_gap"], key) for key in ("before", "after")]
@@ -205,7 +227,8 @@ def main() -> None:
     if store.exists():
         lines = [json.loads(text) for text in store.read_text(encoding="utf-8").splitlines()]
     key = {"seed": given.seed, "machines": given.machines}
-    lines = [line for line in lines if {k: line[k] for k in key} == key]
+    # a failure is tried again; its row stands until then
+    lines = [e for e in lines if {k: e[k] for k in key} == key and "error" not in e]
     done = {line["number"] for line in lines}
     numbers = range(given.machines + 1) if given.only is None else given.only
     for number in (n for n in numbers if n not in done):

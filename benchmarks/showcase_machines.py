@@ -26,6 +26,8 @@ SEEN_AS = {
     "inertia": (),
 }
 """Effects of the library that a hidden one is rightly named; none: it is outside."""
+NEAR = {"lugre": ("second_hysteresis",)}
+"""Names that are another form of the same thing: a bristle's law is Dahl's while it is bent."""
 INSIDE = tuple(kind for kind, ids in SEEN_AS.items() if ids)
 OUTSIDE = tuple(kind for kind, ids in SEEN_AS.items() if not ids)
 SMALL, LARGE = 0.006, 0.025

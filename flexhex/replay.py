@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from diagnosis.logs import Log
 from diagnosis.motion import hann, smooth
 from diagnosis.rows import on_clock
+from diagnosis.runs import payload_of
 from fmus.common.effect_bank import Bank
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_mechanism
@@ -76,10 +77,9 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
     rise = _approach(theta[0], base)
     wanted = np.vstack([rise * theta[0], theta]) if len(rise) else theta
     given = np.vstack([np.repeat(tau[:1], len(rise), axis=0), tau])
-    payload = float(log.meta.get("payload", "0").split()[0] or 0.0)
     values = {**IDEAL, "f_current": 1e5, **plant_values(machine, p)}
     with_feedback = _Follower(machine)
-    held, left = with_feedback.run(plant, values, wanted, given, payload)
+    held, left = with_feedback.run(plant, values, wanted, given, payload_of(log))
     window = hann(2 * round(WINDOW / base / 2) + 1)
     half = len(window) // 2
     gap = smooth(np.pad(held[len(rise) :], ((half, half), (0, 0))), window)

@@ -46,6 +46,9 @@ def line(hidden: list[str], said: list[tuple[str, list[str]]]) -> dict[str, Any]
     ("hidden", "said", "wanted"),
     [
         (["lugre"], [("stribeck_friction", [])], "right"),
+        (["lugre"], [("second_hysteresis", [])], "near"),
+        (["lugre", "drag"], [("second_hysteresis", [])], "partly"),
+        (["drag"], [("second_hysteresis", [])], "wrong"),
         (["cubic"], [("cable_force", ["cubic_stiffness"])], "right, in a set"),
         (["cubic", "drag"], [("cubic_stiffness", [])], "partly"),
         (["cubic"], [], "missed"),
