@@ -97,7 +97,7 @@ def rivalry(found: Diagnosis) -> list[str]:
             others = listed([title(name) for name in e.rivals], "or")
             line = f"* these runs cannot tell {title(e.id)} from {others}"
             if e.experiment:
-                line += f"; the experiment that can: {e.experiment}"
+                line += f"; what can: {e.experiment}"
             lines.append(line)
     return lines
 
@@ -170,7 +170,7 @@ def _value(figures: Mapping[str, Any], name: str) -> str:
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:
     """Notes that the verdict has not said already."""
-    return found.notes[1:] if found.verdict == "cannot tell" else found.notes
+    return found.notes[:-1] if found.verdict == "cannot tell" else found.notes
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:

@@ -204,6 +204,7 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
+    assert next_steps(CHANGED, ASKED)[0][1].endswith("--locked run9.csv --machine COPY.toml")
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
