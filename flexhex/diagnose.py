@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+)
 from typer.core import TyperCommand
 
 from fmus.common.errors import UsageError
@@ -123,14 +130,15 @@ class Session:
             TimeElapsedColumn(),
             console=Console(stderr=True),
         )
-        self._task: Any = None
+        self._tasks: dict[bool, TaskID] = {}
         self._told = False
 
     def progress(self, text: str, done: int, total: int) -> None:
         """`done` of `total` steps are over, `text` is what happens now; total 0: unknown."""
-        if self._task is None:
-            self._task = self.bars.add_task(text, total=None)
-        self.bars.update(self._task, description=text, completed=done, total=total or None)
+        known = total > 0
+        if known not in self._tasks:
+            self._tasks[known] = self.bars.add_task(text, total=None)
+        self.bars.update(self._tasks[known], description=text, completed=done, total=total or None)
 
     def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""

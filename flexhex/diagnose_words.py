@@ -213,8 +213,11 @@ def _none(found: Diagnosis) -> str:
 
 
 def _cannot(found: Diagnosis) -> str:
-    why = f" {capital(found.notes[-1]).rstrip('.')}." if found.notes else ""
-    return f"These runs cannot tell whether the model lacks anything.{why}"
+    text = "These runs cannot tell whether the model lacks anything."
+    if not found.notes:
+        return text
+    why = capital(found.notes[-1])
+    return f"{text} {why}" + ("" if why.endswith((".", "?")) else ".")
 
 
 SENTENCES = {

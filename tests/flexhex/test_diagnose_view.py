@@ -76,6 +76,12 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
         assert text.startswith(verdict(found)), text[:200]
 
 
+def test_reason_that_asks_ends_as_it_does() -> None:
+    asking = replace(CANNOT, notes=("other units?",))
+    assert verdict(asking).endswith("lacks anything. Other units?")
+    assert verdict(replace(CANNOT, notes=())).endswith("lacks anything.")
+
+
 def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
     few = verdict(replace(BASIC, effects=(coulomb((2, 4)),)))
     assert "Axes 2 and 4 have Coulomb friction of 0.050 ± 0.003 N m and 0.060 ± 0.003 N m" in few
