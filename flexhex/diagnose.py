@@ -122,7 +122,7 @@ class Session:
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
-        self.asked = Asked((Path(sys.argv[0]).name, *sys.argv[1:]), base)
+        self.asked = Asked(("flexhex", *sys.argv[1:]), base)
         self.bars = Progress(
             TextColumn("{task.description}"),
             BarColumn(bar_width=30),

@@ -32,7 +32,7 @@ from flexhex.diagnose_view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose_words import Asked, next_steps, title, verdict
+from flexhex.diagnose_words import Asked, gap_name, next_steps, title, verdict
 from flexhex.page import Part, write_page
 from flexhex.plots import Figure
 
@@ -67,7 +67,7 @@ def _verdict(found: Diagnosis) -> str:
 def _effects(found: Diagnosis) -> list[Part]:
     parts = []
     if found.effects:
-        text = "± and ranges are 95 % intervals. Explains: of what repeats, on runs not fitted to."
+        text = f"± and ranges are 95 % intervals. Explains: of {gap_name(found.gap)} on its axes."
         rows = effect_rows(found)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
     if found.changed:

@@ -125,7 +125,11 @@ def gap_title(gap: Gap) -> str:
 
 
 def closed(before: float, after: float, floor: float) -> str:
-    """Part of the gap above the floor, in energy, that is gone; "" where there was none."""
+    """Part of the gap above the floor, in energy, that is gone; "" where there was none.
+
+    A floor that is not known (NaN: no run was repeated) counts as zero.
+    """
+    floor = floor if math.isfinite(floor) else 0.0
     above = before**2 - floor**2
     if not (math.isfinite(above) and math.isfinite(after)) or above <= 0.02 * before**2:
         return ""

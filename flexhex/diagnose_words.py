@@ -134,6 +134,11 @@ def explained(gap: Gap) -> float:
     return 1 - (after / before) ** 2 if before > 0 else math.nan
 
 
+def gap_name(gap: Gap) -> str:
+    """What effects explain: without repeated runs nothing tells what repeats."""
+    return "what repeats" if np.isfinite(gap.repeat).any() else "the gap"
+
+
 def verdict(found: Diagnosis) -> str:
     """The answer in one or two plain sentences."""
     return SENTENCES[found.verdict](found)
@@ -152,7 +157,7 @@ def _named(found: Diagnosis) -> str:
         text = f"The model lacks {len(parts)} effects: {listed(parts)}"
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
-        text += f"; {subject} {percent(share)} of what repeats"
+        text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
     return text + "." + (f" {_other_values(found)}" if found.changed else "")
 
 

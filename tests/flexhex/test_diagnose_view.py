@@ -82,6 +82,11 @@ def test_reason_that_asks_ends_as_it_does() -> None:
     assert verdict(replace(CANNOT, notes=())).endswith("lacks anything.")
 
 
+def test_nothing_is_said_to_repeat_where_no_run_was_repeated() -> None:
+    single = replace(BASIC, gap=replace(BASIC.gap, repeat=np.full(6, np.nan)))
+    assert verdict(single).endswith("it explains 93 % of the gap.")
+
+
 def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
     few = verdict(replace(BASIC, effects=(coulomb((2, 4)),)))
     assert "Axes 2 and 4 have Coulomb friction of 0.050 ± 0.003 N m and 0.060 ± 0.003 N m" in few
@@ -161,12 +166,13 @@ def test_words_are_listed() -> None:
         (0.05, 0.06, 0.01, "1.20 × before"),
         (0.01, 0.01, 0.01, ""),
         (math.nan, 0.01, 0.01, ""),
+        (0.05, 0.03, math.nan, "64 %"),
     ],
 )
 def test_closed_gap_is_measured_above_the_floor(
     before: float, after: float, floor: float, text: str
 ) -> None:
-    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24."""
+    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24; 16 / 25 where the floor is not known."""
     assert closed(before, after, floor) == text
 
 
