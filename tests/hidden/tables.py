@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from statistics import median
 
 from tests.hidden.score import Score
@@ -84,7 +85,7 @@ def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
     """Observable share of torque RMS, right (alone or set), wrong: for single effects."""
     single = [s for s in scores if s.category == "single"]
     rows = []
-    for low, high in zip(BINS, BINS[1:], strict=False):
+    for low, high in pairwise(BINS):
         part = [s for s in single if low <= s.observable[0] < high]
         name = f"{100 * low:.1f} to {100 * high:.1f} %" if high < 1 else f"over {100 * low:.1f} %"
         rows.append((name, share(*_count(part, "alone", "set")), share(*_count(part, "wrong"))))
