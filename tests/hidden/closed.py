@@ -38,6 +38,18 @@ SINGLES = (
 )
 """Not here: what takes longer than a run or has no place in the loop (drifts, tilt, delay)."""
 LISTED = ("", "", "", "", *SINGLES, "torque_bump", "memory_damping", "uneven_inertia", "backlash")
+MODULES = (
+    "base",
+    "closed_loop",
+    "draw",
+    "drives",
+    "effects",
+    "inverse",
+    "mechanism",
+    "outside",
+    "trajectories",
+)
+"""What a run depends on."""
 SECONDS = 8.0
 """Length of a run [s]."""
 
@@ -70,8 +82,9 @@ def simulate_closed(cases: Sequence[Case], cache: Path) -> list[Clean]:
 
 
 def _key(case: Case) -> str:
-    """Name of a case in the cache: it changes with the case and with the generator's code."""
-    code = b"".join(p.read_bytes() for p in sorted(Path(closed_loop.__file__).parent.glob("*.py")))
+    """Name of a case in the cache: it changes with the case and with the code that makes it."""
+    folder = Path(closed_loop.__file__).parent
+    code = b"".join((folder / f"{name}.py").read_bytes() for name in MODULES)
     drawn = repr((case.hidden, case.noise, case.trajectories, case.seconds, case.seed))
     return f"{case.seed}-{hashlib.sha256(code + drawn.encode()).hexdigest()[:16]}"
 
