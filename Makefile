@@ -58,7 +58,7 @@ format: $(READY)
 	$(BIN)/clang-format -i $$(git ls-files '*.c' '*.h')
 
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --all-extras --generate-hashes \
+	uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
 	  --no-emit-index-url --no-header pyproject.toml -o requirements.lock
 
 clean:

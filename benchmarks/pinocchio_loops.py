@@ -13,7 +13,7 @@ import time
 from typing import Any
 
 import numpy as np
-import pinocchio as pin  # type: ignore[import-untyped]
+import pinocchio as pin
 
 from benchmarks.clock import Rival
 from tests.oracles.machine import Body, Machine, read_machine

@@ -15,7 +15,7 @@ import casadi as ca
 import fmpy
 import numpy as np
 from fmugen import codegen, sources
-from fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
+from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from fmugen.fmu import RUNTIME
 from fmugen.rooms import room_interface, step_file
 from numpy.typing import NDArray
@@ -96,7 +96,7 @@ def library(
             (work / key).write_text(text, encoding="utf-8")
         more = (*HIDDEN, *LOOPS, *STRICT)
         objects = [
-            compile_object(work / f"{name}_casadi.c", "", cache, HIDDEN),
+            compile_object(work / f"{name}_casadi.c", "", cache, (*HIDDEN, *SMALL)),
             compile_object(work / f"{name}_step.c", headers, cache, (*more, *flags)),
             compile_object(work / f"{name}_export.c", headers, cache, HIDDEN),
         ]

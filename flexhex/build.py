@@ -13,12 +13,21 @@ import shutil
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
-from fmugen.rooms import ROOMS, Starts, build_machine, build_room, room_interface, with_starts
+from fmugen.rooms import (
+    ROOMS,
+    Starts,
+    build_machine,
+    build_room,
+    machine_interface,
+    room_interface,
+    with_starts,
+)
 
-from flexhex.cases import Case, table_cases
+from flexhex.cases import Case, check_settle, table_cases
+from flexhex.machine_check import named
 from fmus.common.interface import Interface
 from fmus.common.machine import Machine
 from fmus.common.machine_file import load_machine, truth_file
@@ -54,6 +63,19 @@ class Builder:
         """The machine, read and checked once."""
         return load_machine(self.machine_file)
 
+    def check(self) -> None:
+        """Make all but the C code: MachineError names file and field of what a room refuses."""
+        path, truth = self.machine_file, truth_file(self.machine_file)
+        rooms = {room: partial(room_interface, room, self.machine) for room in ROOMS}
+        for room, make in rooms.items():
+            named(path, make, room)
+        named(path, partial(check_settle, self.machine))
+        named(path, lambda: self.schedule, "feedback")
+        for room, make in rooms.items():
+            named(path, partial(make, starts=self._starts_of(room)), room)
+        if truth.exists():
+            named(truth, partial(machine_interface, self.machine, truth), "machine")
+
     @cached_property
     def schedule(self) -> dict[str, dict[str, float]]:
         """Delays that follow from the schedule, by instance."""
@@ -65,6 +87,7 @@ class Builder:
 
     def fmus(self) -> list[Path]:
         """Nominal FMUs into `out/fmus`, and machine.fmu when a truth file exists."""
+        self.check()
         folder, truth = self.out / "fmus", truth_file(self.machine_file)
         # the largest first; compilers run side by side
         largest_first = sorted(ROOMS, key=("plant", "estimator").count, reverse=True)

@@ -6,6 +6,7 @@ since some importers ignore parameter sets.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters
-from fmus.estimator.interface import normalisation
+from fmus.estimator.interface import first_variance, normalisation
 
 Array = NDArray[np.float64]
 SETTLE = 2.0
@@ -45,6 +47,7 @@ def _case(
     ff_gain: float = 1.0,
     adapt: bool = False,
     p: Array | None = None,
+    std: Array | None = None,
     duration: float,
     seed: int = RUN_SEED,
     age: float = WARM,
@@ -55,11 +58,32 @@ def _case(
         "reference": {"seed": float(seed), "t_start": SETTLE, "duration": duration},
         "feedback": {"ff_gain": ff_gain},
         "W": {"basis": basis},
-        "K": {"p0": p0, "scale": normalisation(machine, p0), "adapt": float(adapt)},
+        "K": {
+            "p0": p0,
+            "scale": normalisation(machine, p0),
+            "P0": first_variance(machine, p0, std),
+            "adapt": float(adapt),
+        },
     }
     if plant == "machine":
         starts["plant"] = {"age": age}
     return Case(name, title, plant, SETTLE + duration, starts)
+
+
+def check_settle(machine: Machine) -> None:
+    """MachineError when the hold before the first move is no whole number of base steps."""
+    steps = SETTLE / machine.timing.base
+    if abs(steps - round(steps)) > 1e-6:
+        raise MachineError(
+            f"timing.base: the {SETTLE:g} s held before the first move are {steps:.9g} base steps,"
+            " must be a whole number"
+        )
+
+
+def whole_moves(machine: Machine, seconds: float) -> float:
+    """The shortest trajectory of at least `seconds` [s] that holds whole periods."""
+    period = machine.reference.period
+    return math.ceil(seconds / period - 1e-9) * period
 
 
 def fit_case(machine: Machine, duration: float) -> Case:
@@ -67,25 +91,31 @@ def fit_case(machine: Machine, duration: float) -> Case:
     return _case("fit", "data for the fit", machine, duration=duration, seed=FIT_SEED, age=0.0)
 
 
-def table_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]:
-    """The rows of Table I, on machine.fmu with the fitted p."""
+def table_cases(
+    machine: Machine, p: Array, duration: float, std: Array | None = None
+) -> tuple[Case, ...]:
+    """The rows of Table I, on machine.fmu with the fitted p; std: its deviations, from which the
+    adaptation starts."""
+    adaptive: dict[str, Any] = {"p": p, "std": std, "adapt": True, "duration": duration}
     return (
         _case("feedback", "feedback only", machine, ff_gain=0.0, p=p, duration=duration),
         _case("fixed", "fixed feedforward", machine, p=p, duration=duration),
-        _case("adaptive", "adaptive feedforward", machine, p=p, adapt=True, duration=duration),
+        _case("adaptive", "adaptive feedforward", machine, **adaptive),
     )
 
 
-def extra_cases(machine: Machine, p: Array, duration: float) -> tuple[Case, ...]:
+def extra_cases(
+    machine: Machine, p: Array, duration: float, std: Array | None = None
+) -> tuple[Case, ...]:
     """What the table does not show: the exact plant, and the paper's form of W.
 
     exact-*: plant.fmu, which is the model itself, with exact parameters.
     """
     exact: dict[str, Any] = {"plant": "plant", "duration": duration}
-    paper: dict[str, Any] = {"p": p, "adapt": True, "duration": duration, "basis": 0.0}
+    paper: dict[str, Any] = {"p": p, "std": std, "adapt": True, "basis": 0.0}
     title = "adaptive, the paper's form of W"
     return (
-        _case("paper-form", title, machine, **paper),
+        _case("paper-form", title, machine, duration=duration, **paper),
         _case("exact-fixed", "exact plant, fixed", machine, **exact),
         _case("exact-adaptive", "exact plant, adaptive", machine, adapt=True, **exact),
         _case("exact-paper-form", f"exact plant, {title}", machine, adapt=True, basis=0.0, **exact),

@@ -39,9 +39,19 @@ def _ssp(path: Path) -> list[str]:
 
 
 def _toml(path: Path) -> list[str]:
-    from fmus.common.machine_file import load_machine
+    from fmugen.rooms import machine_interface
 
-    load_machine(path)
+    from flexhex.build import Builder
+    from flexhex.machine_check import named
+    from fmus.common.machine_file import is_truth, load_machine, read_toml
+
+    if not is_truth(read_toml(path)):
+        Builder(path, path.parent).check()
+        return []
+    belongs = path.with_name(path.name.replace("-truth.toml", ".toml"))
+    if belongs == path or not belongs.is_file():
+        return [f"{path}: a truth file without its machine file: name it <machine>-truth.toml"]
+    named(path, lambda: machine_interface(load_machine(belongs), path), "machine")
     return []
 
 

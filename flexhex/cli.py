@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from flexhex.commands import compare_command, study_command
+from flexhex.diagnose import Greedy, diagnose_command
 from fmus.common.errors import FlexhexError
 
 app = typer.Typer(
@@ -28,9 +30,23 @@ OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everyth
 AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")]
 
 
+def show_version(wanted: bool) -> None:
+    """Print the version and end, when asked."""
+    if wanted:
+        try:
+            print(f"flexhex {metadata.version('flexhex')}")
+        except metadata.PackageNotFoundError:
+            print("flexhex, not installed")
+        raise typer.Exit
+
+
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="show tracebacks")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="show the version", callback=show_version, is_eager=True),
+    ] = False,
 ) -> None:
     """Options of all commands."""
     if debug:
@@ -145,6 +161,7 @@ def found_machine(path: Path) -> Path:
 
 app.command("compare")(compare_command)
 app.command("study")(study_command)
+app.command("diagnose", cls=Greedy)(diagnose_command)
 
 
 def command() -> str:

@@ -33,22 +33,28 @@ from ssp.results import Result
 MOST_ROWS = 20
 """Signals within tolerance that the terminal shows; the page shows all."""
 FIRST, SECOND, GAP, LIMIT = "#1f6fb2", "#d1731d", "#444", "#c33"
+MOST_WIDTH = 1000
+DISPENSABLE = ("at [s]", "RMS", "rate", "out from [s]", "allowed")
+"""Columns that a narrow terminal does without, the first of them always."""
 HEADINGS = ("signal", "rate", "worst", "unit", "allowed", "at [s]", "RMS", "out from [s]", "")
 
 
 def print_comparison(found: Comparison, page: Path | None) -> None:
     """Verdict, table of the signals, what made the runs different, where the page is."""
     out = Console()
-    shown = [*found.of(OUT, UNLIKE), *found.of(EQUAL)[:MOST_ROWS]]
-    rows = [_without_at(cells(d)) for d in shown]
-    out.print(_table("Differences, worst first", _without_at(HEADINGS), rows))
-    left = len(found.of(OUT, UNLIKE, EQUAL)) - len(shown)
-    if left:
+    near = [d for d in found.of(EQUAL) if d.worst > 0]
+    shown = [*found.of(OUT, UNLIKE), *near[:MOST_ROWS]]
+    if shown:
+        out.print(_fitting(out, [cells(d) for d in shown]))
+    same = len(found.of(EQUAL)) - len(near)
+    if (left := len(near) - MOST_ROWS) > 0:
         out.print(f"and {left} signals within tolerance" + (" on the page" if page else ""))
+    if same:
+        out.print(f"{same} signals do not differ at all")
     for text in missing(found):
         out.print(text, markup=False, highlight=False)
     if found.made:
-        made = [(key, *pair) for key, pair in found.made.items()]
+        made = [(key, *(_short(key, text) for text in pair)) for key, pair in found.made.items()]
         out.print(_table("What made them different", ("", "first", "second"), made))
     out.print(verdict(found), markup=False, highlight=False)
     if page:
@@ -158,7 +164,7 @@ def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     numbers = ("worst", "allowed", "at [s]", "RMS", "out from [s]")
     for name in headings:
-        right, fixed = name in numbers, name in (*numbers, "rate", "unit")
+        right, fixed = name in numbers, name in (*numbers, "signal", "rate", "unit")
         shown = name.replace(" [s]", "\n\\[s]")
         table.add_column(
             shown, justify="right" if right else "left", overflow="fold", no_wrap=fixed
@@ -168,9 +174,21 @@ def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -
     return table
 
 
-def _without_at(row: Sequence[str]) -> Sequence[str]:
-    """A row without the time of the worst difference, for which a terminal has no room."""
-    return [cell for k, cell in enumerate(row) if HEADINGS[k] != "at [s]"]
+def _fitting(out: Console, rows: Sequence[Sequence[str]]) -> Table:
+    """The table of the signals without the columns that the terminal has no room for."""
+    for count in range(1, len(DISPENSABLE) + 1):
+        keep = [k for k, name in enumerate(HEADINGS) if name not in DISPENSABLE[:count]]
+        chosen = [[row[k] for k in keep] for row in rows]
+        table = _table("Differences, worst first", [HEADINGS[k] for k in keep], chosen)
+        room = out.options.update(max_width=MOST_WIDTH)
+        if out.measure(table, options=room).maximum <= out.width:
+            break
+    return table
+
+
+def _short(key: str, text: str) -> str:
+    """A value as a terminal shows it: of a hash the beginning."""
+    return text[:12] if key.startswith("sha256") else text
 
 
 def _finite(value: Any) -> Any:

@@ -6,6 +6,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,6 +19,7 @@ from rich.table import Column, Table
 from diagnosis.identify import Fit
 from flexhex.cases import Case
 from flexhex.experiments import experiment
+from flexhex.faults import Fault, faults, study_faults
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.repeatability import PAPER_SHARE
 from flexhex.run import Outcome, Study
@@ -25,6 +27,8 @@ from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from ssp.results import Result
 
+HOPELESS = 0.5
+"""Share of undetermined parameters beyond which a fit is warned of."""
 MOST_ROWS = 12
 """Rows of an experiment that the terminal shows."""
 
@@ -99,8 +103,7 @@ def print_study(study: Study, report: Path) -> None:
         _print_table(out, study)
     for name, result in study.experiments.items():
         out.print(_rows(name, result))
-    for outcome in (study.fit_outcome, *study.table, *study.extra, *study.actuators):
-        _print_faults(out, outcome.case.title, outcome.result)
+    _print_faults(out, study_faults(study))
     out.print(f"results  {study.builder.out / 'runs'}", highlight=False)
     out.print(f"report   {report}  (took {study.wall:.0f} s)", highlight=False)
 
@@ -117,6 +120,7 @@ def _print_table(out: Console, study: Study) -> None:
         f"{study.share:.1%} of the adaptive run's feedback torque repeats"
         f" (paper: {PAPER_SHARE:.1%}): a better model could remove it"
     )
+    _warn_of(out, study.fit)
     loose = len(study.fit.undetermined)
     out.print(
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
@@ -201,22 +205,13 @@ def print_speed(result: Result) -> None:
     """Time spent in each FMU, and the faults that were reported."""
     out = Console()
     out.print(_speed(result, "Time in each FMU"))
-    _print_faults(out, "run", result)
+    _print_faults(out, faults("the run", result))
 
 
-def _print_faults(out: Console, title: str, result: Result) -> None:
+def _print_faults(out: Console, listed: Sequence[Fault]) -> None:
     """One line for each component that reported a fault: which, how often, since when."""
-    for group in result.groups.values():
-        for name, values in group.signals.items():
-            if not name.endswith(".fault") or not values.any():
-                continue
-            first = int(values.nonzero()[0][0])
-            out.print(
-                f"[red]fault[/] in {title}: {name} = {values[first]:g} from"
-                f" {group.time[first]:g} s on, {(values != 0).mean():.1%} of the samples;"
-                f" see fmus/*/README.md",
-                highlight=False,
-            )
+    for fault in listed:
+        out.print(f"[red]fault[/] in {fault}; see fmus/*/README.md", highlight=False)
 
 
 def print_fit(machine: Machine, fit: Fit) -> None:
@@ -233,8 +228,20 @@ def print_fit(machine: Machine, fit: Fit) -> None:
     out.print(table)
     rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
     out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
+    _warn_of(out, fit)
     if fit.undetermined:
         out.print("[yellow]yellow[/]: not determined by itself: its deviation exceeds its size")
+
+
+def _warn_of(out: Console, fit: Fit) -> None:
+    """A line when most parameters are not determined: whatever is made of p then is luck."""
+    if len(fit.undetermined) > HOPELESS * len(fit.p):
+        out.print(
+            f"[red]warning[/]: {len(fit.undetermined)} of {len(fit.p)} parameters are not"
+            " determined by the log they were fitted to, p means little: move all joints, wider"
+            " and longer",
+            highlight=False,
+        )
 
 
 def fit_json(machine: Machine, fit: Fit) -> str:
@@ -264,7 +271,9 @@ def study_json(study: Study, report: Path) -> str:
     found = {
         "cases": cases,
         "actuators": alone,
+        "faults": [asdict(fault) for fault in study_faults(study)],
         "repeatable_share": study.share if study.table else None,
+        "undetermined": list(study.fit.undetermined),
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),

@@ -24,7 +24,7 @@ from rich.table import Table
 from flexhex.montecarlo import CASES, VARIED, Found
 from flexhex.montecarlo_store import Scored
 from flexhex.page import Part, write_page
-from flexhex.plots import COLOURS, Figure, figure
+from flexhex.plots import COLOURS, LOG, Figure, figure
 
 Array = NDArray[np.float64]
 LIMITS = (5.0, 25.0, 50.0, 75.0, 95.0)
@@ -33,7 +33,6 @@ TITLES = {"fixed": "fixed feedforward", "adaptive": "adaptive feedforward"}
 HEADINGS = ("", "runs", "e [µrad]", "5 %", "95 %", "τ_FB [N m]", "5 %", "95 %")
 SHOWN = {"payload": "payload [kg]", "age": "time since switched on [s]"}
 """Draws that the error is plotted over."""
-LOG = {"type": "log", "dtick": "D2"}
 MOST_FAILED = 10
 
 

@@ -12,6 +12,13 @@ Array = NDArray[np.float64]
 Figure = dict[str, Any]
 COLOURS = {"feedback": "#8c8c8c", "fixed": "#d1731d", "adaptive": "#1f6fb2"}
 MAX_POINTS = 3000
+_TICKS = [f"{digit}e{power}" for power in range(-9, 10) for digit in (1, 2, 5)]
+LOG: dict[str, Any] = {
+    "type": "log",
+    "tickvals": [float(tick) for tick in _TICKS],
+    "ticktext": [f"{float(tick):g}" for tick in _TICKS],
+}
+"""Axis with whole labels at 1, 2, 5 of every decade: plots that span one or two of them."""
 
 
 def thinned(t: Array, y: Array, points: int = MAX_POINTS) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,7 @@ def non_repeatable(values: Array, passes: int = PASSES) -> Array:
 def repeatability_figures(machine: Machine, result: Result) -> Figures:
     """Figures of the non-repeatable part of a run of `repeated_case`, in Table I's units."""
     group = result.group("plant.theta")
-    first = int(np.searchsorted(group.time, SETTLE, side="right"))
+    first = math.ceil(SETTLE / group.Ts - 1e-9)
     e = group.signals["feedback.e"][first:]
     e_rms = np.sqrt((non_repeatable(e) ** 2).mean())
     tau_rms = np.sqrt((non_repeatable(group.signals["feedback.tau_fb"][first:]) ** 2).mean())

@@ -11,6 +11,7 @@ import numpy as np
 
 from flexhex.cases import SETTLE
 from flexhex.experiments import experiment, render
+from flexhex.faults import study_faults
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
 from flexhex.run import Outcome, Study
@@ -34,6 +35,7 @@ def write_report(study: Study, path: Path) -> Path:
         headings=COLUMNS,
         paper=PAPER,
         paper_actuators=PAPER_ACTUATORS,
+        faults=study_faults(study),
         speed=_speed(study) if study.table else [],
         made=study.adaptive.made if study.table else study.fit_outcome.made,
         sections={name: render(name, result) for name, result in study.experiments.items()},
@@ -86,10 +88,12 @@ def _torque(outcome: Outcome) -> Figure:
     ff = np.repeat(ff, max(1, round(len(tau) / len(ff))), axis=0)[: len(tau)]
     keep = t < 10
     lines = [
-        trace(t[keep], tau[keep, 0], "total"),
-        trace(t[keep][: len(ff)], ff[keep[: len(ff)], 0][: keep.sum()], "feedforward"),
-        trace(t[keep], fb[keep, 0] * 10, "feedback × 10"),
+        # beneath the feedforward, which is nearly all of it
+        trace(t[keep], tau[keep, 0], "total", "#9dc3e6"),
+        trace(t[keep][: len(ff)], ff[keep[: len(ff)], 0][: keep.sum()], "feedforward", "#1b1b1b"),
+        trace(t[keep], fb[keep, 0] * 10, "feedback × 10", "#c33"),
     ]
+    lines[0]["line"]["width"], lines[1]["line"]["dash"] = 5, "dot"
     title = f"Torque of actuator 1, {outcome.case.title} (as Fig. 5)"
     return figure(title, "time [s]", "torque [N m]", lines)
 

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from diagnosis.identify import Fit, fit
 from diagnosis.logs import read_log
 from flexhex.build import Builder
-from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases
+from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases, whole_moves
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate
 from flexhex.metrics import Figures, figures
 from flexhex.repeatability import repeatability_figures, repeatable_share, repeated_case
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
-from fmus.common.machine_file import truth_file
+from fmus.common.machine_file import read_toml, truth_file
 from ssp.executor import run
 from ssp.results import Result, provenance, save
 from ssp.signals import DEFAULT
@@ -30,6 +30,9 @@ from ssp.signals import DEFAULT
 Array = NDArray[np.float64]
 TABLE = "table"
 SIGNALS = (DEFAULT, "K.p", "K.p_std")
+FAULTS = tuple(f"{name}.fault" for name in ("feedback", "plant", "N_F", "N_E", "W", "F", "K"))
+REPEATED = ("plant.theta", "feedback.e", "feedback.tau_fb", *FAULTS)
+"""What the three passes log: with all signals they would be a third of all results."""
 WORKERS = 2
 """Runs at the same time; the executor leaves Python alone, so threads are enough."""
 
@@ -106,14 +109,17 @@ def study(
     began, machine = time.monotonic(), builder.machine
     wanted = chosen(only, quick)
     check_truth(builder)
-    seconds = 8.0 if quick else machine.reference.duration
+    builder.check()
+    if TABLE in wanted:
+        check_actuators(builder)
+    seconds = whole_moves(machine, 8.0) if quick else machine.reference.duration
     estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
     outcomes: tuple[Outcome, ...] = ()
     alone: tuple[Outcome, ...] = ()
-    cases = all_rows(machine, estimate.p, seconds)
+    cases = all_rows(machine, estimate, seconds)
     if TABLE in wanted:
         progress.stage("simulating the cases")
-        extra = () if quick else extra_cases(machine, estimate.p, seconds)
+        extra = () if quick else extra_cases(machine, estimate.p, seconds, estimate.std)
         outcomes = simulate_all(builder, (*cases, *extra), command, progress)
         alone = actuators_alone(builder, seconds, command, progress)
     found: dict[str, Any] = {}
@@ -141,9 +147,10 @@ def chosen(only: str | None, quick: bool) -> list[str]:
     return [only]
 
 
-def all_rows(machine: Machine, p: Array, seconds: float) -> tuple[Case, ...]:
+def all_rows(machine: Machine, found: Fit, seconds: float) -> tuple[Case, ...]:
     """The cases of Table I, its last row included."""
-    return (*table_cases(machine, p, seconds), repeated_case(machine, p, seconds))
+    rows = table_cases(machine, found.p, seconds, found.std)
+    return (*rows, repeated_case(machine, found.p, seconds))
 
 
 def check_truth(builder: Builder) -> None:
@@ -156,6 +163,28 @@ def check_truth(builder: Builder) -> None:
         )
 
 
+def actuators_file(machine_file: Path) -> Path:
+    """Where the machine file of the actuators alone would stand: `tflex-actuators.toml`."""
+    return machine_file.with_name(f"{machine_file.stem}-actuators.toml")
+
+
+def check_actuators(builder: Builder) -> None:
+    """MachineError when `<machine>-actuators.toml` is there and is not that machine's own."""
+    path = actuators_file(builder.machine_file)
+    if not path.exists():
+        return
+    base = read_toml(path).get("extends")
+    if base is None or (path.parent / str(base)).resolve() != builder.machine_file.resolve():
+        raise MachineError(
+            f"{path}: extends: wants {builder.machine_file.name!r}, is {base!r}: its rows stand"
+            " beside that machine's, so extend it, or give this file another name"
+        )
+    alone = Builder(path, builder.out)
+    if alone.machine.has_platform:
+        raise MachineError(f"{path}: has a platform: add `without_platform = true`")
+    alone.check()
+
+
 def fitted(
     builder: Builder, seconds: float, command: str, progress: Progress
 ) -> tuple[Fit, Outcome]:
@@ -163,7 +192,9 @@ def fitted(
     progress.stage(f"building the FMUs of {builder.machine.name}")
     builder.systems()
     progress.stage("simulating the data that p is fitted to")
-    measured = simulate(builder, fit_case(builder.machine, seconds), command, progress)
+    measured = simulate(
+        builder, fit_case(builder.machine, whole_moves(builder.machine, seconds)), command, progress
+    )
     progress.stage("fitting the parameters")
     return fit(builder.machine, [read_log(measured.path)], settle=SETTLE), measured
 
@@ -172,13 +203,13 @@ def actuators_alone(
     builder: Builder, seconds: float, command: str, progress: Progress
 ) -> tuple[Outcome, ...]:
     """The right half of Table I, when `<machine>-actuators.toml` stands beside the machine."""
-    path = builder.machine_file.with_name(f"{builder.machine_file.stem}-actuators.toml")
+    path = actuators_file(builder.machine_file)
     if not path.exists():
         return ()
     alone = Builder(path, builder.out / "actuators", builder.say)
     estimate, _ = fitted(alone, max(seconds, 20.0), command, progress)
     progress.stage("simulating the actuators alone")
-    return simulate_all(alone, all_rows(alone.machine, estimate.p, seconds), command, progress)
+    return simulate_all(alone, all_rows(alone.machine, estimate, seconds), command, progress)
 
 
 def simulate_all(
@@ -199,7 +230,8 @@ def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> 
     """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
     description = builder.case(case)
     advance = progress.case(case)
-    result = run(description, case.duration, signals=SIGNALS, progress=advance)
+    wanted = REPEATED if case.name == "repeatability" else SIGNALS
+    result = run(description, case.duration, signals=wanted, progress=advance)
     path = builder.out / "runs" / f"{case.name}.h5"
     versions = provenance(command=command, case=case.name, machine=builder.machine.name)
     made = {**versions, **result.meta}

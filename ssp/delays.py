@@ -1,4 +1,4 @@
-"""How old a signal is when it is used, computed from the schedule (DESIGN, the timing rule).
+"""How old a signal is when it is used, computed from the schedule.
 
 A component with the period N (base steps) samples its inputs at n = k N; what it computes
 from them is seen by others from n + N on. Walking that rule backwards along a chain of

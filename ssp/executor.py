@@ -17,6 +17,7 @@ import numpy as np
 from fmus.common.errors import InterfaceError, RunError, UsageError
 from ssp import library
 from ssp.fmu import binary_path, open_zip, read_bytes, read_member
+from ssp.memory import check_memory
 from ssp.read import Instance, Package, period, read_ssp
 from ssp.results import Array, FmuTime, Group, Result, rate_name
 from ssp.signals import Signal, arrays, select
@@ -177,10 +178,13 @@ class _Plan:
 
     def execute(self, c: Any, n_steps: int, progress: Progress | None, timing: bool) -> None:
         """Run to the end; RunError when an FMU fails. Frees everything in any case."""
+        base = self.package.base
+        sizes = {n: sum(len(s.scalars) for _, s in c) for n, c in self._columns().items()}
+        check_memory(sizes, n_steps, base)
         logs, n_logs = self._logs(n_steps)
         components = self._array(library.ComponentData, self.components)
         message = ctypes.create_string_buffer(1024)
-        count, base = len(self.components), self.package.base
+        count = len(self.components)
         executor = c.executor_open(
             components, count, len(self.slots), base, logs, n_logs, timing, message, len(message)
         )

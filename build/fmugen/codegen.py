@@ -22,14 +22,18 @@ def symbol(function: ca.Function, room: str, identifier: str) -> str:
 def straight_line(function: ca.Function, name: str) -> ca.Function:
     """The function under its C symbol, outputs dense, free of work vectors.
 
-    Raises BuildError for anything but an SX function: only those become code without
-    memory, branches or loops.
+    Raises BuildError for anything but an SX function, and for one that calls another: only
+    the others become code without memory, branches or loops.
     """
     if not function.is_a("SXFunction"):
         raise BuildError(f"{function.name()}: {function.class_name()}, must be made of SX")
     inputs = function.sx_in()
     outputs = [ca.densify(out) for out in function.call(inputs)]
-    return ca.Function(name, inputs, outputs, function.name_in(), function.name_out())
+    line = ca.Function(name, inputs, outputs, function.name_in(), function.name_out())
+    # a call keeps arguments and results in work vectors, which the wrapper does not have
+    if (line.sz_arg(), line.sz_res(), line.sz_iw()) != (line.n_in(), line.n_out(), 0):
+        raise BuildError(f"{function.name()}: calls another function, must be expanded to plain SX")
+    return line
 
 
 def casadi_source(functions: Sequence[ca.Function], room: str, identifier: str) -> str:

@@ -19,6 +19,9 @@ HIDDEN = ("-fvisibility=hidden",)
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
 LOOPS = ("-ftree-vectorize", "-fpeel-loops")
 """For hand-written C: the loops of filter and estimator gain from both, and lose by -O3."""
+SMALL = ("-Os", "-fno-math-errno")
+"""For generated code: straight lines that hardly fit in the instruction cache, roots without
+their error report; the same bits as without either."""
 LINK = ("-shared", "-s", "-Wl,--build-id=none", "-Wl,-z,noexecstack")
 
 

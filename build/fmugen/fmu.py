@@ -12,7 +12,7 @@ import casadi as ca
 import fmpy
 
 from fmugen import codegen, sources
-from fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
+from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from fmugen.description import model_description
 from fmugen.pack import write_zip
 from fmus.common.interface import Interface
@@ -90,7 +90,7 @@ def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache
         for name in units:
             # generated equations include nothing of ours: their object outlives header changes
             generated = name.endswith("_casadi.c")
-            seen, more = ("", ()) if generated else (headers, (*LOOPS, *STRICT))
+            seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *STRICT))
             objects.append(compile_object(work / name, seen, cache, (*HIDDEN, *more)))
         return link_shared(objects, work / f"{identifier}.so").read_bytes()
 

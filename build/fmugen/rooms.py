@@ -65,6 +65,13 @@ def build_room(
     return build_fmu(interface, functions, step_file(room), out_dir, base, cache)
 
 
+def machine_interface(machine: Machine, truth: Path) -> Interface:
+    """Interface of machine.fmu; MachineError for a wrong truth file."""
+    from fmus.plant import truth as real
+
+    return real.interface(machine, real.load_truth(truth))
+
+
 def build_machine(
     machine: Machine,
     truth: Path,
@@ -75,8 +82,7 @@ def build_machine(
     """Build `out_dir/machine.fmu`: the plant plus what the truth file hides."""
     from fmus.plant import truth as real
 
-    hidden = real.load_truth(truth)
-    interface = with_starts(real.interface(machine, hidden), starts or {})
-    functions = real.functions(machine, hidden)
+    interface = with_starts(machine_interface(machine, truth), starts or {})
+    functions = real.functions(machine, real.load_truth(truth))
     base = machine.timing.base
     return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 
 from fmus.common.errors import InterfaceError
@@ -42,8 +43,30 @@ UNITS: dict[str, Unit] = {
 }
 
 
+_SYMBOLS = {symbol: UNITS[symbol].exponents for symbol in ("kg", "m", "s", "A", "rad", "Hz")} | {
+    "N": {"kg": 1, "m": 1, "s": -2}
+}
+_FACTOR = re.compile(r"([A-Za-z]+)([1-9]?)")
+
+
 def unit(name: str, variable: str) -> Unit:
-    """The unit called `name`; InterfaceError that names the variable when there is none."""
-    if name not in UNITS:
-        raise InterfaceError(f"{variable}: unknown unit {name!r}, known: {', '.join(UNITS)}")
-    return UNITS[name]
+    """The unit called `name`, of the table above or a product such as `N m s2/rad2`.
+
+    InterfaceError that names the variable when it is neither.
+    """
+    if name in UNITS:
+        return UNITS[name]
+    over, *under = name.split("/")
+    exponents: dict[str, int] = {}
+    for side, text in ((1, "" if over == "1" else over), (-1, " ".join(under))):
+        for word in text.split():
+            factor = _FACTOR.fullmatch(word)
+            if len(under) > 1 or factor is None or factor[1] not in _SYMBOLS:
+                raise InterfaceError(
+                    f"{variable}: unknown unit {name!r}, known: {', '.join(UNITS)} and products"
+                    f" of {', '.join(_SYMBOLS)} such as 'N m s2/rad2'"
+                )
+            for base, power in _SYMBOLS[factor[1]].items():
+                signed = side * power * int(factor[2] or 1)
+                exponents[base] = exponents.get(base, 0) + signed
+    return Unit({base: power for base, power in exponents.items() if power})

@@ -38,7 +38,7 @@ bool flexhex_start(flexhex_instance *m) {
 
 void flexhex_publish(flexhex_instance *m) {
   memcpy(m->outputs, m->pending, m->n_outputs * sizeof *m->outputs);
-  if (m->head->refused) {
+  if (m->head->refused && m->outputs[m->n_outputs - 1] == 0.0) {
     m->outputs[m->n_outputs - 1] = 1.0;
   }
 }
@@ -50,7 +50,7 @@ static double time_of(const flexhex_instance *m, int64_t step) {
 /* A fault of the room that was not there a period ago */
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
-  if ((m->logging & FLEXHEX_WARNINGS) && !m->head->refused && fault != before && fault != 0.0) {
+  if ((m->logging & FLEXHEX_WARNINGS) && fault != before && fault != 0.0) {
     char number[FLEXHEX_NUMBER_SIZE], time[FLEXHEX_NUMBER_SIZE];
     flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s from %s s on",
                 flexhex_number(number, fault), flexhex_number(time, time_of(m, step)));
@@ -61,10 +61,11 @@ static void warn_of_fault(const flexhex_instance *m, int64_t step) {
 static void advance(flexhex_instance *m, int64_t end) {
   flexhex_head *head = m->head;
   for (int64_t now = head->step; now < end;) {
-    if (now > 0 && now % head->period == 0) {
+    const int64_t ticks = now / head->period;
+    if (now > 0 && now == ticks * head->period) {
       FLEXHEX_MODEL.room->tick(m->values, m->inputs, m->state, m->pending);
     }
-    now = (now / head->period + 1) * head->period;
+    now = (ticks + 1) * head->period;
     if (now <= end) {
       warn_of_fault(m, now);
       flexhex_publish(m);
@@ -81,15 +82,21 @@ static bool is_now(const flexhex_instance *m, double time) {
 
 /* Number of base steps in size [s]; 0 when it is not whole. */
 static int64_t whole_steps(const flexhex_instance *m, double size) {
-  const double count = size / FLEXHEX_MODEL.base_step, whole = round(count);
-  const bool fits = whole >= 1.0 && whole + (double)m->head->step < MOST_STEPS;
-  return fits && fabs(count - whole) < 1e-6 ? (int64_t)whole : 0;
+  const double count = size / FLEXHEX_MODEL.base_step;
+  if (!(count > 0.5 && count + (double)m->head->step < MOST_STEPS)) {
+    return 0;
+  }
+  const int64_t whole = (int64_t)(count + 0.5);
+  return fabs(count - (double)whole) < 1e-6 ? whole : 0;
 }
 
 /* True when a step from `time` to the count `end` goes beyond the stop time. An importer that
    sums its time can believe to be short of it and take one step more: that is let through. */
 static bool is_past_stop(const flexhex_instance *m, double time, int64_t end) {
   const double stop = m->head->stop_time;
+  if (isinf(stop)) {
+    return false;
+  }
   const double last = (stop - m->head->start_time) / FLEXHEX_MODEL.base_step + 0.25;
   return (double)end > last && !(time < stop && (double)m->head->step > last - 0.5);
 }

@@ -44,7 +44,7 @@ typedef struct {
   int64_t period; /* base steps per Ts */
   double start_time, stop_time;
   int32_t phase;
-  int32_t refused; /* 1: a call was refused since the last reset, so fault reads 1 */
+  int32_t refused; /* 1: a call was refused since the last reset: fault is 1 at least */
 } flexhex_head;
 
 typedef struct {

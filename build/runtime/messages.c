@@ -72,7 +72,9 @@ fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) {
   compose(text, m, format, values);
   va_end(values);
   m->head->refused = 1;
-  m->values[m->n_values - 1] = 1.0;
+  if (m->values[m->n_values - 1] == 0.0) {
+    m->values[m->n_values - 1] = 1.0; /* a fault of the room says more */
+  }
   /* not subject to loggingOn: whoever ignores the status finds the reason at least here */
   flexhex_say(&m->functions, m->name, fmi2Error, category_name(FLEXHEX_ERRORS), text);
   return fmi2Error;

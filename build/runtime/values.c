@@ -56,6 +56,15 @@ static fmi2Status refuse_value(flexhex_instance *m, fmi2ValueReference vr, doubl
                         flexhex_number(low, v->min), flexhex_number(high, v->max), space, unit);
 }
 
+/* True when the references follow one another, as importers that read arrays pass them. */
+static bool is_run(const fmi2ValueReference vr[], size_t nvr) {
+  fmi2ValueReference off = 0;
+  for (size_t k = 0; k < nvr; ++k) {
+    off |= vr[k] - vr[0] - (fmi2ValueReference)k;
+  }
+  return nvr > 0 && off == 0 && vr[nvr - 1] >= vr[0]; /* not wrapped around */
+}
+
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        fmi2Real value[]) {
   flexhex_instance *m = flexhex_enter(c, FLEXHEX_GET_REAL);
@@ -65,16 +74,22 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
   if (nvr > 0 && (!vr || !value)) {
     return refuse_array(m, FLEXHEX_GET_REAL);
   }
-  bool outputs = false;
-  for (size_t k = 0; k < nvr; ++k) {
-    if (vr[k] >= m->n_values) {
-      return refuse_reference(m, FLEXHEX_GET_REAL, vr[k]);
-    }
-    outputs = outputs || vr[k] >= m->first_output;
+  const bool run = is_run(vr, nvr);
+  fmi2ValueReference last = run ? vr[nvr - 1] : 0;
+  for (size_t k = 0; !run && k < nvr; ++k) {
+    last = vr[k] > last ? vr[k] : last;
   }
+  if (last >= m->n_values) {
+    return refuse_reference(m, FLEXHEX_GET_REAL, last);
+  }
+  const bool outputs = nvr > 0 && last >= m->first_output;
   /* initial outputs follow the parameters for as long as those can change */
   if (outputs && m->head->phase == FLEXHEX_INITIALIZATION_MODE && !flexhex_start(m)) {
     return fmi2Error;
+  }
+  if (run) {
+    memcpy(value, m->values + vr[0], nvr * sizeof *value);
+    return fmi2OK;
   }
   for (size_t k = 0; k < nvr; ++k) {
     value[k] = m->values[vr[k]];
@@ -96,18 +111,31 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
   if (nvr > 0 && (!vr || !value)) {
     return refuse_array(m, FLEXHEX_SET_REAL);
   }
+  /* the variable that was looked up last: its references and what it accepts */
+  fmi2ValueReference first = 0, count = 0;
+  double low = 0.0, high = 0.0;
   for (size_t k = 0; k < nvr; ++k) {
-    if (vr[k] >= m->n_values) {
-      return refuse_reference(m, FLEXHEX_SET_REAL, vr[k]);
-    }
-    const flexhex_variable *v = variable_of(m, vr[k]);
-    if (!may_set(m, v)) {
-      return refuse_kind(m, vr[k]);
+    if (vr[k] - first >= count) {
+      if (vr[k] >= m->n_values) {
+        return refuse_reference(m, FLEXHEX_SET_REAL, vr[k]);
+      }
+      const flexhex_variable *v = variable_of(m, vr[k]);
+      if (!may_set(m, v)) {
+        return refuse_kind(m, vr[k]);
+      }
+      first = (fmi2ValueReference)m->first[m->owner[vr[k]]];
+      count = v->size ? (fmi2ValueReference)v->size : 1;
+      low = v->min > -DBL_MAX ? v->min : -DBL_MAX;
+      high = v->max < DBL_MAX ? v->max : DBL_MAX;
     }
     /* written so that NaN is refused too */
-    if (!(value[k] >= v->min && value[k] <= v->max && isfinite(value[k]))) {
+    if (!(value[k] >= low && value[k] <= high)) {
       return refuse_value(m, vr[k], value[k]);
     }
+  }
+  if (is_run(vr, nvr)) {
+    memcpy(m->values + vr[0], value, nvr * sizeof *value);
+    return fmi2OK;
   }
   for (size_t k = 0; k < nvr; ++k) {
     m->values[vr[k]] = value[k];

@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 Starts = Mapping[str, Mapping[str, float | Array]]
 WORKERS = 2
 """Runs at the same time; the executor leaves Python alone, so threads are enough."""
-LOG = {"type": "log", "dtick": "D2"}
-"""Axis with labels at 1, 2, 5 of every decade: these plots span one or two."""
 
 
 def variant(base: Case, name: str, title: str, duration: float, starts: Starts) -> Case:

@@ -105,7 +105,7 @@ def evaluate(model: MotionModel, p: Array, result: Result, joint: int, speed: fl
     """Branches of one joint between its two upper turns."""
     _, theta, ts = samples(result, "plant.theta", 0.0)
     tau = result["plant.tau_meas"]
-    columns, measured = regression(model, Log("hysteresis", ts, theta, tau), SETTLE)
+    columns, measured = regression(model, Log.of("hysteresis", ts, theta, tau), SETTLE)
     angle = _aligned(model, theta, ts, len(measured))[:, joint]
     return split(angle, measured[:, joint], predicted(columns, p, joint), joint + 1, speed)
 

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from diagnosis.identify import Fit
-from flexhex.cases import SETTLE, table_cases
-from flexhex.experiments.common import LOG, Array, record, samples, variant, whole
+from flexhex.cases import SETTLE, table_cases, whole_moves
+from flexhex.experiments.common import Array, record, samples, variant, whole
 from flexhex.metrics import rms
-from flexhex.plots import COLOURS, Figure, figure, moving_rms, trace
+from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
@@ -82,10 +82,10 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
     """The trajectory with changing mass, fixed and adaptive."""
     machine = builder.machine
     adapt = mask(machine)
-    seconds = 12.0 if quick else machine.reference.duration
+    seconds = whole_moves(machine, 12.0) if quick else machine.reference.duration
     times, masses = schedule(seconds, machine.timing.base)
     reference = _starts(times, masses)
-    _, fixed, adaptive = table_cases(machine, fit.p, seconds)
+    _, fixed, adaptive = table_cases(machine, fit.p, seconds, fit.std)
     whole_time = fixed.duration
     cases = (
         variant(

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from diagnosis.identify import Fit
-from flexhex.cases import table_cases
-from flexhex.experiments.common import LOG, Array, record, samples, variant
+from flexhex.cases import table_cases, whole_moves
+from flexhex.experiments.common import Array, record, samples, variant
 from flexhex.metrics import PAPER, Figures
 from flexhex.metrics import figures as judged
-from flexhex.plots import COLOURS, Figure, figure, moving_rms, trace
+from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from flexhex.repeatability import (
     PASSES,
     repeatability_figures,
@@ -99,9 +99,9 @@ def deviations(values: Array) -> Array:
 def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: bool) -> Repeatability:
     """Three passes with fixed feedforward, one with adaptive feedforward beside them."""
     machine = builder.machine
-    seconds = 6.0 if quick else machine.reference.duration
+    seconds = whole_moves(machine, 6.0) if quick else machine.reference.duration
     repeated = repeated_case(machine, fit.p, seconds)
-    adaptive = table_cases(machine, fit.p, seconds)[-1]
+    adaptive = table_cases(machine, fit.p, seconds, fit.std)[-1]
     cases = (
         variant(repeated, "passes", "three passes", repeated.duration, {}),
         variant(adaptive, "passes-adaptive", "adaptive beside it", adaptive.duration, {}),

@@ -36,9 +36,12 @@ class Coordinates:
         return Coordinates(x[:n], lam_Q, x[tail : tail + 3], x[tail + 3 : tail + 7])
 
 
-def relative_universal(arm: ArmFrame, theta: ca.SX, lam_Q: ca.SX) -> ca.SX:
-    """q (4,): Q against B, (1, 0, 0, 0) at neutral. Bends about y, z; its twist is zero."""
-    lam_BC = qn.mul(qn.about(ca.SX(arm.axis), theta), ca.SX(arm.lam_Q0))
+def relative_universal(arm: ArmFrame, turn: ca.SX, lam_Q: ca.SX) -> ca.SX:
+    """q (4,): Q against B, (1, 0, 0, 0) at neutral. Bends about y, z; its twist is zero.
+
+    turn (4,): quaternion of the upper arm's rotation by theta.
+    """
+    lam_BC = qn.mul(turn, ca.SX(arm.lam_Q0))
     return qn.mul(qn.conj(lam_BC), lam_Q)
 
 
@@ -51,7 +54,8 @@ def deformations(q: ca.SX) -> ca.SX:
     """(eps_x, eps_y, eps_z) = 2 q0 (q1, q2, q3) [rad].  [SH, Eq. (18), ref. 9]
 
     Half the antisymmetric part of the relative rotation matrix, the bending and twist
-    measures of Schwab & Meijaard: sine of the angle for a rotation about one axis.
+    measures of Schwab & Meijaard: sine of the angle for a rotation about one axis. x lies
+    along the lower arm, so the twist comes first; [SH, Eq. (5a)] counts it third, eps_u3.
     """
     return 2 * q[0] * q[1:4]
 
@@ -66,8 +70,9 @@ def constraints(machine: Machine, frames: Frames, x: ca.SX) -> ca.SX:
     rows = []
     for i, arm in enumerate(frames.arms):
         lam_Q, theta = xt.lam_Q[i], xt.theta[i]
-        q = relative_universal(arm, theta, lam_Q)
-        u = qn.rotation(qn.about(ca.SX(arm.axis), theta)) @ ca.SX(arm.u_B)
+        turn = qn.about(ca.SX(arm.axis), theta)
+        q = relative_universal(arm, turn, lam_Q)
+        u = qn.rotation(turn) @ ca.SX(arm.u_B)
         closure = (
             xt.x_E
             + qn.rotation(xt.lam_E) @ ca.SX(arm.r_EP)

@@ -59,18 +59,19 @@ def bending_moment(q: ca.SX, k: ca.SX) -> ca.SX:
     """Moment (3,) on the body that turns: sum_k k eps (d eps / d phi).  [SH, Eq. (19), (20)]
 
     q (4,): relative quaternion; k (3,): stiffness [N m/rad] about x, y, z. phi is a
-    rotation of the turning body about its own axes.
+    rotation of the turning body about its own axes. What is summed is k eps, the flexure's
+    torque sigma of (19) with its sign turned.
     """
     qv, q0 = q[1:4], q[0]
-    sigma = k * deformations(q)
-    return -ca.dot(sigma, qv) * qv + q0 * (q0 * sigma + ca.cross(sigma, qv))
+    torque = k * deformations(q)
+    return -ca.dot(torque, qv) * qv + q0 * (q0 * torque + ca.cross(torque, qv))
 
 
 def bending_reaction(q: ca.SX, k: ca.SX) -> ca.SX:
     """Moment (3,) on the carrying body in the axes of neutral: sum_k k eps (d eps / d b)."""
     qv, q0 = q[1:4], q[0]
-    sigma = k * deformations(q)
-    return ca.dot(sigma, qv) * qv - q0 * (q0 * sigma - ca.cross(sigma, qv))
+    torque = k * deformations(q)
+    return ca.dot(torque, qv) * qv - q0 * (q0 * torque - ca.cross(torque, qv))
 
 
 def upper_torque(pose: UpperPose, motion: Motion, par: Mechanism, i: int) -> ca.SX:

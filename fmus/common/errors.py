@@ -31,6 +31,14 @@ class InterfaceError(FlexhexError):
     exit_code = 3
 
 
+class StartValueError(InterfaceError):
+    """A start value outside its variable's range; `variable` is the variable's name."""
+
+    def __init__(self, variable: str, text: str) -> None:
+        super().__init__(text)
+        self.variable = variable
+
+
 class BuildError(FlexhexError):
     """Code generation or compilation failed."""
 

@@ -7,6 +7,8 @@ are free of stress here.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,9 @@ from fmus.common.errors import MachineError
 from fmus.common.machine import Machine
 
 Array = NDArray[np.float64]
+WORST_CONDITION = 100.0
+"""Of the platform's Jacobian at neutral; the default machine has 1.8. Beyond it the rods hardly
+hold one motion of E, or not at all (parallel rods: infinite)."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,12 @@ class ArmFrame:
     S: Array
     a_Q: Array
 
+    @property
+    def rod(self) -> Array:
+        """Unit vector (3,) along the lower arm at neutral: x of Q."""
+        w, x, y, z = self.lam_Q0
+        return np.array([w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)])
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -44,15 +55,39 @@ class Frames:
 
     @staticmethod
     def of(machine: Machine, where: str = "machine") -> Frames:
-        """Frames of a machine; MachineError when an arm does not close at neutral."""
+        """Frames of a machine; MachineError when an arm does not close at neutral, or when the
+        lower arms leave the platform a motion there."""
         if not machine.has_platform:
             return Frames((), np.zeros(machine.n_arms))
         arms = tuple(_arm_frame(machine, i, where) for i in range(machine.n_arms))
+        _check_condition(arms, where)
         lams = [arm.lam_Q0 for arm in arms]
         x0 = np.concatenate(
             [np.zeros(len(arms)), *lams, np.array(machine.platform.x_E0), [1.0, 0.0, 0.0, 0.0]]
         )
         return Frames(arms, x0)
+
+
+def platform_condition(arms: Sequence[ArmFrame]) -> float:
+    """Condition of the 6 x 6 rows (rod, r_EP x rod / s) that the motion of E meets at neutral.
+
+    rod: unit vector along the lower arm; s: root mean square of |r_EP|, so that lengths and
+    angles weigh alike.
+    """
+    s = math.sqrt(sum(float(arm.r_EP @ arm.r_EP) for arm in arms) / len(arms))
+    rows = [np.concatenate([arm.rod, np.cross(arm.r_EP, arm.rod) / (s or 1.0)]) for arm in arms]
+    return float(np.linalg.cond(np.array(rows)))
+
+
+def _check_condition(arms: Sequence[ArmFrame], where: str) -> None:
+    condition = platform_condition(arms)
+    if not condition <= WORST_CONDITION:
+        raise MachineError(
+            f"{where}: arms: the neutral pose is singular or nearly so: condition"
+            f" {condition:.3g} of the platform's Jacobian, at most {WORST_CONDITION:g}; the lower"
+            " arms leave the end-effector a motion (they are parallel, or their lines meet one"
+            " axis): correct x_B, r_EP, u_B or x_E0 so that they spread"
+        )
 
 
 def _arm_frame(machine: Machine, i: int, where: str) -> ArmFrame:

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.errors import InterfaceError
+from fmus.common.errors import InterfaceError, StartValueError
 
 Causality = Literal["parameter", "input", "output"]
 Variability = Literal["fixed", "tunable", "discrete"]
@@ -33,8 +33,8 @@ class Variable:
     units then overrules `unit`. initial_from: parameters from which an output's first value
     comes, element by element where sizes agree.
 
-    Raises InterfaceError for a name that is no C identifier, a wrong number of
-    start values, or a start value outside min..max.
+    Raises InterfaceError for a name that is no C identifier or a wrong number of start
+    values, StartValueError for one outside min..max.
     """
 
     name: str
@@ -56,11 +56,14 @@ class Variable:
             raise InterfaceError(f"variable {self.name!r}: not a C identifier")
         if self.causality == "parameter" and self.variability == "discrete":
             object.__setattr__(self, "variability", "fixed")
-        for k, value in enumerate(self.starts, start=1):
+        for k, value in enumerate(self.starts):
             if not self.min <= value <= self.max:
-                raise InterfaceError(
-                    f"{self.name}[{k}] starts at {value} {self.unit},"
-                    f" allowed {self.min} to {self.max} {self.unit}"
+                name = f"{self.scalar_names[k]}{f' ({self.elements[k]})' if self.elements else ''}"
+                unit = f" {self.units[k] if self.units else self.unit}".removesuffix(" 1")
+                raise StartValueError(
+                    self.name,
+                    f"{name} starts at {value:.9g}{unit},"
+                    f" allowed {self.min:.9g} to {self.max:.9g}{unit}",
                 )
         for what, texts in (("names", self.elements), ("units", self.units)):
             if texts and len(texts) != self.count:

@@ -24,7 +24,7 @@ from fmus.common.constraints import (
 )
 from fmus.common.geometry import ArmFrame, Frames
 from fmus.common.machine import Machine
-from fmus.common.solve import RowFactor
+from fmus.common.solve import RowFactor, reciprocal
 
 
 @dataclass(frozen=True)
@@ -36,12 +36,21 @@ class ArmRhs:
     closure: ca.SX
 
 
-class UpperPose:
-    """The upper arm of arm i: u (3,), unit vector along it, and up = du/dtheta."""
+def half_angles(theta: ca.SX) -> ca.SX:
+    """Cosine and sine of the half angles (2, n), all that a pose needs of theta (n,)."""
+    return ca.horzcat(ca.cos(theta / 2), ca.sin(theta / 2)).T
 
-    def __init__(self, machine: Machine, theta: ca.SX, i: int) -> None:
+
+class UpperPose:
+    """The upper arm of arm i: u (3,), unit vector along it, and up = du/dtheta.
+
+    turn (4,): quaternion of its rotation by theta; half (2,): column i of `half_angles`.
+    """
+
+    def __init__(self, machine: Machine, half: ca.SX, i: int) -> None:
         arm = machine.arms[i]
-        sine, cosine = ca.sin(theta), ca.cos(theta)
+        self.turn = ca.vertcat(half[0], half[1] * ca.SX(arm.axis))
+        sine, cosine = 2 * half[0] * half[1], 1 - 2 * half[1] ** 2
         u0, side = ca.SX(arm.u_B), ca.cross(ca.SX(arm.axis), ca.SX(arm.u_B))
         self.u, self.up = cosine * u0 + sine * side, cosine * side - sine * u0
 
@@ -49,19 +58,24 @@ class UpperPose:
 class ArmPose(UpperPose):
     """Everything about arm i that depends on the pose alone.
 
-    R_Q = R(lam_Q); n_Q = |lam_Q|^2;
-    q, s (4,): relative quaternions of the universal and spherical joint; beta: motion of P_i
-    along the lower arm for a unit joint rate, R_Q[:, 0] . L up.
+    R_Q = R(lam_Q); n_Q = |lam_Q|^2; per_n_Q = 1 / n_Q;
+    q, s (4,): relative quaternions of the universal and spherical joint; per_twist: what a twist
+    takes of y1, 1 / (q0^2 - q1^2); beta: motion of P_i along the lower arm for a unit joint
+    rate, R_Q[:, 0] . L up. One division for each reciprocal.
     """
 
-    def __init__(self, machine: Machine, arm: ArmFrame, xt: Coordinates, i: int) -> None:
-        super().__init__(machine, xt.theta[i], i)
+    def __init__(
+        self, machine: Machine, arm: ArmFrame, xt: Coordinates, half: ca.SX, i: int
+    ) -> None:
+        super().__init__(machine, half, i)
         self.arm, self.L, self.l = arm, machine.geometry.L, machine.platform.l
-        self.theta, self.lam_Q = xt.theta[i], xt.lam_Q[i]
+        self.lam_Q = xt.lam_Q[i]
         self.R_Q = qn.rotation(self.lam_Q)
         self.n_Q = ca.dot(self.lam_Q, self.lam_Q)
-        self.q = relative_universal(arm, self.theta, self.lam_Q)
+        self.q = relative_universal(arm, self.turn, self.lam_Q)
         self.s = relative_spherical(arm, xt.lam_E, self.lam_Q)
+        self.per_n_Q = reciprocal(self.n_Q)
+        self.per_twist = reciprocal(self.q[0] ** 2 - self.q[1] ** 2)
         self.beta = self.L * ca.dot(self.R_Q[:, 0], self.up)
 
     def closure(self, xt: Coordinates, R_E: ca.SX) -> ca.SX:
@@ -70,31 +84,38 @@ class ArmPose(UpperPose):
         return reach - self.L * self.u - self.l * self.R_Q[:, 0]
 
     def twist_rate(self) -> ca.SX:
-        """d eps_u3 / d theta."""
+        """d eps / d theta of the twist: eps_u3 in [SH, Eq. (5a)], deformations(q)[0] here, as x
+        of Q lies along the lower arm."""
         qv, a = self.q[1:4], ca.SX(self.arm.a_Q)
         q0_rate, q1_rate = ca.dot(a, qv) / 2, -(self.q[0] * a[0] + ca.cross(a, qv)[0]) / 2
         return 2 * (q0_rate * self.q[1] + self.q[0] * q1_rate)
 
     def solve_rod(self, rhs: ArmRhs, delta_P: ca.SX) -> ca.SX:
         """y (4,) of the lower arm from its constraint rows and the motion of P_i (3,)."""
-        q, scale = self.q, 2 * self.l * self.n_Q**2
-        y0 = rhs.norm / (2 * self.n_Q)
+        q, scale = self.q, self.per_n_Q**2 / (2 * self.l)
+        y0 = rhs.norm / 2 * self.per_n_Q
         across = self.R_Q[:, 1:3].T @ (delta_P - rhs.closure)
-        y2, y3 = -across[1] / scale, across[0] / scale
+        y2, y3 = -across[1] * scale, across[0] * scale
         twist = rhs.twist / 2 - 2 * q[0] * q[1] * y0
         twist = twist + (q[1] * q[2] + q[0] * q[3]) * y2 - (q[0] * q[2] - q[1] * q[3]) * y3
-        return ca.vertcat(y0, twist / (q[0] ** 2 - q[1] ** 2), y2, y3)
+        return ca.vertcat(y0, twist * self.per_twist, y2, y3)
 
 
 class Linkage:
-    """The mechanism at one pose x~, ready to solve for any right-hand side."""
+    """The mechanism at one pose x~, ready to solve for any right-hand side.
 
-    def __init__(self, machine: Machine, frames: Frames, x: ca.SX) -> None:
+    half (2, n): `half_angles` of the pose.
+    """
+
+    def __init__(self, machine: Machine, frames: Frames, x: ca.SX, half: ca.SX) -> None:
         self.n = machine.n_arms
         self.xt = Coordinates.split(x, self.n)
         self.R_E = qn.rotation(self.xt.lam_E)
         self.n_E = ca.dot(self.xt.lam_E, self.xt.lam_E)
-        self.arms = [ArmPose(machine, arm, self.xt, i) for i, arm in enumerate(frames.arms)]
+        self.per_n_E = reciprocal(self.n_E)
+        self.arms = [
+            ArmPose(machine, arm, self.xt, half[:, i], i) for i, arm in enumerate(frames.arms)
+        ]
         rows = []
         for pose in self.arms:
             rod = pose.R_Q[:, 0]
@@ -111,7 +132,7 @@ class Linkage:
     def solve(self, b: ca.SX) -> ca.SX:
         """delta_d (31,) of D_d delta_d = b."""
         rhs = [ArmRhs(b[5 * i], b[5 * i + 1], b[5 * i + 2 : 5 * i + 5]) for i in range(self.n)]
-        y_E0 = b[5 * self.n] / (2 * self.n_E)
+        y_E0 = b[5 * self.n] / 2 * self.per_n_E
         grown = [2 * y_E0 * (self.R_E @ ca.SX(pose.arm.r_EP)) for pose in self.arms]
         along = []
         for pose, right, growth in zip(self.arms, rhs, grown, strict=True):
@@ -155,7 +176,7 @@ class Linkage:
             thetad, lamd = v.theta[i], v.lam_Q[i]
             # q = Lam lam with Lam(theta): q' = Lam' lam + Lam lam', q'' = Lam'' lam + 2 Lam' lam'
             half_a = qn.pure(-ca.SX(pose.arm.a_Q) / 2 * thetad)
-            carried = relative_universal(pose.arm, pose.theta, lamd)
+            carried = relative_universal(pose.arm, pose.turn, lamd)
             qd = qn.mul(half_a, pose.q) + carried
             qdd = -(thetad**2) / 4 * pose.q + 2 * qn.mul(half_a, carried)
             twist = 2 * (qdd[0] * pose.q[1] + 2 * qd[0] * qd[1] + pose.q[0] * qdd[1])
@@ -171,9 +192,9 @@ class Linkage:
 class FreeArms:
     """Upper arms without a platform: nothing to close, x~ = theta. Serves like a `Linkage`."""
 
-    def __init__(self, machine: Machine, x: ca.SX) -> None:
+    def __init__(self, machine: Machine, half: ca.SX) -> None:
         self.n = machine.n_arms
-        self.arms = [UpperPose(machine, x[i], i) for i in range(self.n)]
+        self.arms = [UpperPose(machine, half[:, i], i) for i in range(self.n)]
 
     def residual(self) -> ca.SX:
         """No constraints (0,)."""

@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from fmus.common.effect_use import EffectUse
 from fmus.common.errors import MachineError
 from fmus.common.sections import (
     Actuator,
@@ -29,6 +30,9 @@ from fmus.common.sections import (
     Timing,
     Vector,
 )
+
+RK4_REACH = 2.78
+"""A Runge-Kutta step h of order four is stable for dz/dt = -a z up to a h = 2.78."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Machine(Section):
     timing: Timing
     control: Control
     reference: Reference
+    effects: tuple[EffectUse, ...] = ()
 
     @property
     def n_arms(self) -> int:
@@ -105,6 +110,35 @@ class Machine(Section):
         return self
 
     @model_validator(mode="after")
+    def _experiment(self) -> Machine:
+        base, ref = self.timing.base, self.reference
+        if ref.amplitude > self.geometry.stroke:
+            raise ValueError(
+                f"reference.amplitude is {ref.amplitude:.6g} rad, must be within"
+                f" geometry.stroke, {self.geometry.stroke:.6g} rad"
+            )
+        steps = ref.period / base
+        if abs(steps - round(steps)) > 1e-6:
+            raise ValueError(
+                f"reference.period is {steps:.9g} base steps, must be a whole number:"
+                " change it or timing.base"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _dahl_width(self) -> Machine:
+        # rate of the longest move at its middle, and as much again for what feedback adds
+        speed = 2 * 4 * self.reference.amplitude / self.reference.move
+        least = speed * self.timing.base / RK4_REACH
+        if self.actuator.sigma < least:
+            raise ValueError(
+                f"actuator.sigma is {self.actuator.sigma:.3g} rad, at least {least:.3g} rad are"
+                f" needed: the plant's steps of timing.base cannot follow the hysteresis at"
+                f" {speed:.3g} rad/s; widen sigma or shorten timing.base"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _actuators(self) -> Machine:
         n, harmonics = self.n_arms, self.actuator.n_harmonics
         for name in ("o", "k", "d", "c", "a", "b"):
@@ -115,4 +149,22 @@ class Machine(Section):
             for i, row in enumerate(getattr(self.actuator, name), start=1):
                 if len(row) != harmonics:
                     raise ValueError(f"actuator.{name}, row {i}: {len(row)} of {harmonics} values")
+        return self
+
+    @model_validator(mode="after")
+    def _effects(self) -> Machine:
+        seen = set[tuple[str, int, tuple[float, ...]]]()
+        for k, use in enumerate(self.effects, start=1):
+            for axis in use.axes or (0,):
+                if axis > self.n_arms:
+                    raise ValueError(
+                        f"effects.{k}: axes: {axis}, {use.id} can act on 1 to {self.n_arms}"
+                    )
+                if (use.id, axis, use.shapes) in seen:
+                    raise ValueError(
+                        f"effects.{k}: {use.id} is there already"
+                        + (f" on axis {axis} with the same shape" if axis else "")
+                        + ": keep one of them"
+                    )
+                seen.add((use.id, axis, use.shapes))
         return self

@@ -8,6 +8,7 @@ MachineError that names file, field and remedy.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,14 @@ def load_machine(path: str | Path) -> Machine:
     unknown one, holds a wrong unit or an impossible value, or when the mechanism
     does not close at the neutral pose.
     """
+    data = machine_data(Path(path))
+    if is_truth(data):
+        raise MachineError(
+            f"{path}: a truth file: it says what the real machine has beyond its model; give the"
+            " machine file it stands beside (tflex.toml for tflex-truth.toml)"
+        )
     try:
-        machine = Machine.model_validate(machine_data(Path(path)))
+        machine = Machine.model_validate(data)
     except ValidationError as error:
         raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
     Frames.of(machine, where=str(path))
@@ -54,6 +61,11 @@ def machine_data(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
             data[section] = {k: v for k, v in data.get(section, {}).items() if k not in keys}
         data["arms"] = [{k: v for k, v in arm.items() if k != "r_EP"} for arm in arms]
     return data
+
+
+def is_truth(data: Mapping[str, Any]) -> bool:
+    """Whether the data of a file are a truth: errors of a machine, and no machine."""
+    return "errors" in data and "geometry" not in data
 
 
 def truth_file(path: Path) -> Path:
@@ -84,6 +96,8 @@ def complaint(path: str | Path, error: Any) -> str:
     text = error["msg"].removeprefix("Value error, ")
     if error["type"] == "missing":
         text = "is missing"
+    elif error["type"] == "int_type":
+        text = f"wants a whole number without point or quotes, is {error['input']!r}"
     elif error["type"] == "extra_forbidden":
         text = "is not a known key: correct its spelling or take it out"
     return f"{path}: {where + ': ' if where else ''}{text}"

@@ -4,6 +4,7 @@
 naming them. docs/decisions/0002-parameters.md tells why these: the mass and mc_x of the
 lower arm are redundant (two point masses at its ends act alike), the rest is shared
 between the arms as far as the arms are made alike, the actuators are each their own.
+Gains of a machine's effects come behind the 162.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.common.effect_bank import Bank
 from fmus.common.machine import Machine
 from fmus.common.mechanism import (
     INERTIA_NAMES,
@@ -77,9 +79,22 @@ def mechanism_parameters(machine: Machine) -> list[Parameter]:
     return listed
 
 
+def effect_parameters(machine: Machine) -> list[Parameter]:
+    """Gains of the machine's effects, as far as the feedforward compensates them."""
+    bank = Bank.known(machine)
+    return [
+        Parameter(name, gain.unit, "effects", gain.typical)
+        for name, (_, gain) in zip(bank.names, bank.gains, strict=True)
+    ]
+
+
 def parameters(machine: Machine) -> tuple[Parameter, ...]:
-    """All estimated parameters in the order of p."""
-    return (*actuator_parameters(machine), *mechanism_parameters(machine))
+    """All estimated parameters in the order of p: actuators, mechanism, effects."""
+    return (
+        *actuator_parameters(machine),
+        *mechanism_parameters(machine),
+        *effect_parameters(machine),
+    )
 
 
 def base_mechanism(machine: Machine, p: Any) -> Mechanism:
@@ -97,13 +112,17 @@ def base_mechanism(machine: Machine, p: Any) -> Mechanism:
 
 
 def base_parameters(machine: Machine) -> Array:
-    """The nominal p (162,) of a machine file: its actuators and its regrouped mechanism."""
+    """The nominal p (162,) of a machine file: its actuators and its regrouped mechanism.
+
+    Behind them come the gains of its effects.
+    """
     a = machine.actuator
     parts: list[float] = []
     for i in range(machine.n_arms):
         parts += [a.o[i], a.k[i], a.d[i], a.c[i]]
         parts += [value for pair in zip(a.a[i], a.b[i], strict=True) for value in pair]
-    return np.concatenate([parts, regrouped(machine, nominal_mechanism(machine))])
+    effects = Bank.known(machine).values
+    return np.concatenate([parts, regrouped(machine, nominal_mechanism(machine)), effects])
 
 
 def regrouped(machine: Machine, full: Mechanism) -> Array:

@@ -14,8 +14,8 @@ from typing import Any
 
 from pydantic import BeforeValidator
 
-SOURCES = ("published", "derived", "assumed", "measured", "fitted")
-_KEYS = {"value", "unit", "source", "note"}
+SOURCES = ("published", "derived", "assumed", "measured", "fitted", "diagnosed")
+_KEYS = {"value", "unit", "source", "note", "ci95"}
 
 
 def quantity(

@@ -112,7 +112,7 @@ class Actuator(Section):
 
     sigma: Annotated[float, quantity("rad", gt=0)]
     omega_cog: Annotated[float, quantity("1/rad", gt=0)]
-    n_harmonics: Annotated[int, Field(ge=1, le=20)]
+    n_harmonics: Annotated[int, Field(ge=1, le=20, strict=True)]
     o: Annotated[Vector, quantity("N m", -1)]
     k: Annotated[Vector, quantity("N m/rad", -1)]
     d: Annotated[Vector, quantity("N m s/rad", -1, ge=0)]
@@ -166,7 +166,7 @@ class Control(Section):
     phase_margin: Annotated[float, quantity("rad", gt=0, le=1.5)]
     integrator_ratio: Annotated[float, quantity("1", gt=1)]
     J_design: Annotated[float, quantity("kg m2", gt=0)]
-    hann_points: Annotated[int, Field(ge=3, le=1001)]
+    hann_points: Annotated[int, Field(ge=3, le=1001, strict=True)]
     R1: Annotated[float, quantity("1", ge=0)]
     R1_end_effector: Annotated[float, quantity("1", ge=0)]
     R2: Annotated[float, quantity("N2 m2", gt=0)]
@@ -180,6 +180,18 @@ class Reference(Section):
     period: Annotated[float, quantity("s", gt=0)]
     move: Annotated[float, quantity("s", gt=0)]
     duration: Annotated[float, quantity("s", gt=0)]
+
+    @model_validator(mode="after")
+    def _fits(self) -> Reference:
+        if self.move > self.period:
+            raise ValueError(f"move is {self.move:.6g} s, longer than period, {self.period:.6g} s")
+        count = self.duration / self.period
+        if abs(count - round(count)) > 1e-6 or round(count) < 1:
+            raise ValueError(
+                f"duration is {count:.6g} times period, must be a whole number:"
+                f" {max(1, round(count)) * self.period:.6g} s would be"
+            )
+        return self
 
 
 def symmetric(six: Vector) -> np.ndarray:

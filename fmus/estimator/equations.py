@@ -35,7 +35,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     """
     model = Model(machine)
     x, xd, xdd = (ca.SX.sym(name, model.n_x) for name in ("x", "xd", "xdd"))
-    chi = ca.SX.sym("chi", model.n * model.n_basis)
+    chi = ca.SX.sym("chi", model.n * model.n_basis + model.bank.n_gains)
     phi, columns = packed(ca.cse(model.regressor(x, xd, xdd, chi)))
     return [
         ca.Function(
@@ -47,5 +47,7 @@ def functions(machine: Machine) -> list[ca.Function]:
 
 def row_width(machine: Machine) -> int:
     """Largest number of structural nonzeros in a row of Phi."""
-    n_shared = Model(machine).n_p - machine.n_arms * (2 * machine.actuator.n_harmonics + 5)
-    return 2 * machine.actuator.n_harmonics + 5 + n_shared
+    model, own = Model(machine), 2 * machine.actuator.n_harmonics + 5
+    effects = [part.axis for part, _ in model.bank.gains]
+    most = max(effects.count(axis) for axis in range(model.n))
+    return own + model.n_base - model.n * own + most

@@ -7,11 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fmus.common.effect_bank import Bank
 from fmus.common.geometry import Frames
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters, parameters
 from fmus.estimator.equations import row_width
+
+MOST_VARIANCE = 1e-2
+"""Largest first variance, normalised: a tenth of a parameter's size. A weak direction's deviation
+is shared by parameters that are known well together, and without their correlation more than
+this sets those free too (the first seconds get worse)."""
 
 
 def normalisation(machine: Machine, p: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -33,6 +39,21 @@ def process_noise(machine: Machine) -> NDArray[np.float64]:
     )
 
 
+def first_variance(
+    machine: Machine, p: NDArray[np.float64], std: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Normalised first variances (n_p,) of p that was fitted with the deviations std.
+
+    (std / scale)^2, but no less than P0, since the machine has changed since the fit, and no
+    more than MOST_VARIANCE. Without std: P0 for all.
+    """
+    least = np.full(len(p), machine.control.P0)
+    if std is None:
+        return least
+    fitted = (std / normalisation(machine, p)) ** 2
+    return np.asarray(np.clip(fitted, least, np.maximum(least, MOST_VARIANCE)))
+
+
 def interface(machine: Machine) -> Interface:
     """Estimator of a machine: filtered motion, basis and torque in, parameters out."""
     n, x0, listed = machine.n_arms, Frames.of(machine).x0, parameters(machine)
@@ -43,7 +64,10 @@ def interface(machine: Machine) -> Interface:
         "units": tuple(par.unit for par in listed),
     }
     each: dict[str, Any] = {"size": len(listed), "elements": named["elements"]}
-    n_chi = n * (1 + 2 * machine.actuator.n_harmonics)
+    n_effects = Bank.known(machine).n_gains
+    n_chi = n * (1 + 2 * machine.actuator.n_harmonics) + n_effects
+    # columns of effects have units of their own: nothing but nonsense is refused
+    reach = 1e9 if n_effects else 2.0
     c = machine.control
     variables = (
         Variable("p0", "parameter", "1", "first estimate", start=p0, min=-1e4, max=1e4, **named),
@@ -71,12 +95,21 @@ def interface(machine: Machine) -> Interface:
             **each,
         ),
         Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-9, max=1e3),
-        Variable("P0", "parameter", "1", "first normalised variance", start=c.P0, min=0, max=1e3),
+        Variable(
+            "P0",
+            "parameter",
+            "1",
+            "first normalised variance of each parameter",
+            start=c.P0,
+            min=0,
+            max=1e3,
+            **each,
+        ),
         Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
         Variable("x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10),
         Variable("xd", "input", "1/s", "its rates", size=len(x0), min=-1e4, max=1e4),
         Variable("xdd", "input", "1/s2", "its accelerations", size=len(x0), min=-1e7, max=1e7),
-        Variable("chi_f", "input", "1", "filtered actuator basis", size=n_chi, min=-2, max=2),
+        Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
         Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
         Variable(
             "p", "output", "1", "estimated parameters", start=p0, initial_from=("p0",), **named

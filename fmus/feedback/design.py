@@ -5,8 +5,8 @@ The loop that is designed is the sampled one, with everything that delays it:
     C(z) z^-(1 + delays of the drive) P(z)
 
 P(z): zero-order hold, current loop a / (s + a), inertia 1 / (J s^2); the one step is the
-feedback's own computation [DESIGN, the timing rule]. tests/rooms/test_feedback.py checks
-the result with python-control.
+feedback's own computation: what a tick computes is seen from the next one on.
+tests/rooms/test_feedback.py checks the result with python-control.
 """
 
 from __future__ import annotations

@@ -25,6 +25,11 @@ static bool start(const feedback_parameters *p, void *memory, feedback_outputs *
     snprintf(message, size, "ff_gain = %.17g, must be 0 or 1", p->ff_gain);
     return false;
   }
+  if (p->tau_step > p->tau_max) {
+    snprintf(message, size, "tau_step = %.9g N m, more than tau_max = %.9g N m", p->tau_step,
+             p->tau_max);
+    return false;
+  }
   memset(s, 0, sizeof *s);
   memset(y, 0, sizeof *y);
   /* the delay lies between the second and the third node wherever there is a younger one */
@@ -51,17 +56,24 @@ static void delayed(state *s, const double *r, double *r_delayed) {
   }
 }
 
+static double clipped(double value, double limit) {
+  return fmax(-limit, fmin(limit, value));
+}
+
 /* What the drive is given for a wanted torque: whole current steps, whose rest the next command
-   makes good, within the limit. */
+   makes good, within the limit. The limit itself is taken down to whole steps: what lies beyond
+   is never given, so it is not owed either, and the rest stays within half a step. */
 static double command(const feedback_parameters *p, double wanted, double *carried) {
-  const double limited = fmax(-p->tau_max, fmin(p->tau_max, wanted));
   if (p->tau_step <= 0.0) {
-    return limited;
+    return clipped(wanted, p->tau_max);
   }
-  const double owed = limited + *carried;
-  const double given = p->tau_step * nearbyint(owed / p->tau_step);
+  /* a quotient of decimal fractions may fall short of a whole number by rounding */
+  const double steps = floor(p->tau_max / p->tau_step * (1.0 + 1e-12));
+  const double most = fmin(p->tau_max, p->tau_step * steps);
+  const double owed = clipped(wanted, most) + *carried;
+  const double given = clipped(p->tau_step * nearbyint(owed / p->tau_step), most);
   *carried = owed - given;
-  return fmax(-p->tau_max, fmin(p->tau_max, given));
+  return given;
 }
 
 static void tick(const feedback_parameters *p, const feedback_inputs *u, void *memory,

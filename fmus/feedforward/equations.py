@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import casadi as ca
 
+from fmus.common.effect_bank import SIGNALS, followers, instant
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
+STEPS = 4
+"""Fixed-point steps for what drives lose."""
+
 
 def functions(machine: Machine) -> list[ca.Function]:
-    """feedforward_torque(x, xd, xdd, z, p) -> tau_ff (6,) [N m].  [SH, Eq. (31)]"""
+    """feedforward_torque(x, xd, xdd, z, p) -> tau_ff (6,) [N m].  [SH, Eq. (31)]
+
+    with effects, feedforward_torque leaves them out; beside it
+    feedforward_with_effects(now, state, p) -> tau_ff, now.tau being what feedforward_torque gave
+    and `followers` of effect_bank
+    """
     model = Model(machine)
     x, xd, xdd = (ca.SX.sym(name, model.n_x) for name in ("x", "xd", "xdd"))
     z, p = ca.SX.sym("z", model.n), ca.SX.sym("p", model.n_p)
-    tau = model.inverse_dynamics(x, xd, xdd, model.basis(x[: model.n], z), p)
+    tau = model.base_torque(x, xd, xdd, model.basis(x[: model.n], z), p)
     return [
         ca.Function(
             "feedforward_torque",
@@ -21,5 +30,33 @@ def functions(machine: Machine) -> list[ca.Function]:
             ca.cse([tau]),
             ["x", "xd", "xdd", "z", "p"],
             ["tau_ff"],
-        )
+        ),
+        *effects(model),
     ]
+
+
+def effects(model: Model) -> list[ca.Function]:
+    """Functions of effects.h; none without effects.
+
+    What a drive loses depends on the torque that it reports, which is the sum itself: STEPS
+    steps of tau <- base + gain column(tau). Each leaves as much of the last one's change as
+    the loss changes with the torque, a few percent.
+    """
+    bank, n = model.bank, model.n
+    if not bank:
+        return []
+    now, state = ca.SX.sym("now", len(SIGNALS) * n + 1), ca.SX.sym("state", bank.n_states)
+    p = ca.SX.sym("p", model.n_p)
+    at = SIGNALS.index("tau") * n
+    base = tau = now[at : at + n]
+    for _ in range(STEPS):
+        columns = bank.columns(instant(ca.vertcat(now[:at], tau, now[at + n :]), n), state)
+        tau = base + bank.on_axes(p[model.n_base :], columns)
+    whole = ca.Function(
+        "feedforward_with_effects",
+        [now, state, p],
+        [ca.cse(tau)],
+        ["now", "state", "p"],
+        ["tau_ff"],
+    )
+    return [whole, *followers(bank, "feedforward")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fmus.common.effect_bank import Bank
 from fmus.common.geometry import Frames
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
@@ -36,5 +37,5 @@ def interface(machine: Machine) -> Interface:
         "Inverse dynamics of the wanted motion [SH, Eq. (31)]",
         machine.timing.feedforward,
         variables,
-        {"N": n, "N_X": len(x0), "N_P": len(listed)},
+        {"N": n, "N_X": len(x0), "N_P": len(listed), **Bank.known(machine).constants},
     )

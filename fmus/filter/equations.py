@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.common import actuator
+from fmus.common.effect_bank import Bank, columns_function, followers
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
@@ -42,6 +43,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     filter_derivatives(past, now, new, Ts) -> thetad, thetadd (6,)
     filter_basis(theta, z) -> chi (114,): z, cos, sin, ... joint by joint
     filter_dahl(z, theta_last, theta) -> z_next (6,)
+    with effects, from `effect_bank`: filter_effect_columns, _start, _advance
     """
     n, a = machine.n_arms, machine.actuator
     past, now, new, Ts = (*(ca.SX.sym(name, n) for name in ("past", "now", "new")), ca.SX.sym("Ts"))
@@ -70,4 +72,12 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["z", "theta_last", "theta"],
             ["z_next"],
         ),
+        *effects(Bank.known(machine)),
     ]
+
+
+def effects(bank: Bank) -> list[ca.Function]:
+    """Functions of effects.h; none without effects."""
+    if not bank:
+        return []
+    return [columns_function(bank, "filter_effect_columns"), *followers(bank, "filter")]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
+from fmus.common.effect_bank import SIGNALS, Bank, columns_function
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 
@@ -40,6 +43,8 @@ def interface(machine: Machine) -> Interface:
     n, n_basis = machine.n_arms, 1 + 2 * machine.actuator.n_harmonics
     reach = round(1.15 * machine.geometry.stroke, 6)
     at_zero = np.tile([0.0, *(1.0, 0.0) * machine.actuator.n_harmonics], n)
+    bank = Bank.known(machine)
+    chi = np.concatenate([at_zero, columns_at_rest(bank)])
     variables = (
         *switches(),
         Variable("theta", "input", "rad", "measured angles", size=n, min=-reach, max=reach),
@@ -48,7 +53,7 @@ def interface(machine: Machine) -> Interface:
         Variable("theta_fd", "output", "rad/s", "their rates", size=n),
         Variable("theta_fdd", "output", "rad/s2", "their accelerations", size=n),
         Variable("tau_f", "output", "N m", "filtered torques", size=n),
-        Variable("chi_f", "output", "1", "filtered actuator basis", n * n_basis, at_zero),
+        Variable("chi_f", "output", "1", "filtered actuator basis", len(chi), chi),
     )
     return Interface(
         "filter",
@@ -60,5 +65,15 @@ def interface(machine: Machine) -> Interface:
             "N_CHI": n * n_basis,
             "POINTS": machine.control.hann_points,
             "MAX_ALIGNMENT": MAX_ALIGNMENT,
+            **bank.constants,
         },
     )
+
+
+def columns_at_rest(bank: Bank) -> NDArray[np.float64]:
+    """Columns of the effects (n_gains,) where everything is zero and has always been."""
+    if not bank:
+        return np.zeros(0)
+    columns = columns_function(bank, "columns")
+    still = np.zeros(len(SIGNALS) * bank.n + 1)
+    return np.array(columns(still, ca.DM(bank.start(ca.SX.zeros(bank.n))))).ravel()

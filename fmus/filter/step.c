@@ -5,6 +5,8 @@
    are windowed that much earlier, and `alignment` samples more. */
 #include "filter.h"
 
+#include "effects.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -16,8 +18,8 @@ enum {
   LENGTH = POINTS + STENCIL + FILTER_MAX_ALIGNMENT
 };
 
-/* one instant: theta, tau, chi; an array, so that a window is one loop over it */
-enum { AT_TAU = N, AT_CHI = 2 * N, N_SAMPLE = 2 * N + N_CHI };
+/* one instant: theta, tau, columns of the effects, chi; an array, so that a window is one loop */
+enum { AT_TAU = N, AT_EFFECT = 2 * N, AT_CHI = AT_EFFECT + N_EFFECT, N_SAMPLE = AT_CHI + N_CHI };
 
 typedef struct {
   double taps[POINTS];
@@ -26,6 +28,9 @@ typedef struct {
   double theta_f[3][N];
   double theta_last[N], z[N];
   double started;
+#ifdef FILTER_N_EFFECT
+  filter_effects effects;
+#endif
 } state;
 
 static bool start(const filter_parameters *p, void *memory, filter_outputs *y, char *message,
@@ -43,6 +48,11 @@ static bool start(const filter_parameters *p, void *memory, filter_outputs *y, c
   memset(y, 0, sizeof *y);
   filter_taps(s->taps);
   filter_basis(s->theta_last, s->z, y->chi_f);
+#ifdef FILTER_N_EFFECT
+  const filter_instant rest = {.time = 0.0};
+  filter_effect_start(rest.theta, s->effects.state);
+  filter_effect_columns(rest.theta, s->effects.state, y->chi_f + N_CHI);
+#endif
   return true;
 }
 
@@ -88,6 +98,23 @@ static void keep(state *s, const double *now) {
   s->newest = newest;
 }
 
+/* The columns of an effect want the rates at their instant, so they are known one sample later;
+   the first ones fill the ring. */
+static void note_effects(const filter_parameters *p, state *s) {
+#ifdef FILTER_N_EFFECT
+  const int newest = (int)s->newest, middle = (newest + LENGTH - 1) % LENGTH;
+  const double *past = s->ring[(newest + LENGTH - 2) % LENGTH];
+  double columns[N_EFFECT];
+  filter_effects_at(&s->effects, p->Ts, past, s->ring[middle], s->ring[newest], columns);
+  const int copies = s->started == 0.0 ? LENGTH : 1;
+  for (int k = 0; k < copies; ++k) {
+    memcpy(s->ring[(middle + k) % LENGTH] + AT_EFFECT, columns, sizeof columns);
+  }
+#else
+  (void)p, (void)s;
+#endif
+}
+
 static void differentiate(const filter_parameters *p, state *s, filter_outputs *y) {
   memmove(s->theta_f[1], s->theta_f[0], 2 * sizeof s->theta_f[0]);
   window(s, 0, N, s->theta_f[0]);
@@ -113,6 +140,7 @@ static void tick(const filter_parameters *p, const filter_inputs *u, void *memor
     filter_basis(now, s->z, now + AT_CHI);
   }
   keep(s, now);
+  note_effects(p, s);
   differentiate(p, s, y);
   window(s, age, filtered_basis ? N_SAMPLE : AT_CHI, past);
   if (!filtered_basis) {
@@ -120,7 +148,10 @@ static void tick(const filter_parameters *p, const filter_inputs *u, void *memor
     filter_basis(past, s->z, past + AT_CHI);
   }
   memcpy(y->tau_f, past + AT_TAU, sizeof y->tau_f);
-  memcpy(y->chi_f, past + AT_CHI, sizeof y->chi_f);
+  memcpy(y->chi_f, past + AT_CHI, N_CHI * sizeof past[0]);
+#ifdef FILTER_N_EFFECT
+  memcpy(y->chi_f + N_CHI, past + AT_EFFECT, N_EFFECT * sizeof past[0]);
+#endif
   s->started = 1.0;
 }
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import casadi as ca
 
 from fmus.common import actuator
+from fmus.common.linkage import half_angles
 from fmus.common.machine import Machine
 from fmus.common.model import Model
+from fmus.common.solve import dot
 
 
 def predict(d: ca.SX, dd: ca.SX, ddd: ca.SX, dt: ca.SX) -> ca.SX:
@@ -18,8 +20,9 @@ def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
     kinematics_predict(d, dd, ddd, dt) -> d_next (31,)
-    kinematics_correct(theta, d) -> d_next: one Newton correction (29)
-    kinematics_rates(theta, d, thetad, thetadd) -> xd, xdd (37,), residual = |D| (Euclid)
+    kinematics_turn(theta) -> half (12,): cosine and sine of the half angles, once a tick
+    kinematics_correct(half, d) -> d_next: one Newton correction (29)
+    kinematics_rates(half, d, thetad, thetadd) -> xd, xdd (37,), residual = |D| (Euclid)
     kinematics_dahl(z, theta_last, theta) -> z_next (6,)
     kinematics_neutral() -> d (31,)
     """
@@ -30,10 +33,12 @@ def functions(machine: Machine) -> list[ca.Function]:
     dd, ddd, dt = ca.SX.sym("dd", d.numel()), ca.SX.sym("ddd", d.numel()), ca.SX.sym("dt")
     z, theta_last = ca.SX.sym("z", n), ca.SX.sym("theta_last", n)
 
-    linkage = model.linkage(ca.vertcat(theta, d))
+    half = ca.SX.sym("half", 2, n)
+    linkage = model.linkage(ca.vertcat(theta, d), half)
     xd = linkage.rates(thetad)
     xdd = linkage.accelerations(xd, thetadd)
-    residual = ca.norm_2(linkage.residual())
+    D = linkage.residual()
+    residual = ca.sqrt(dot(D, D))
     z_next = [
         actuator.dahl(z[i], theta[i] - theta_last[i], machine.actuator.sigma) for i in range(n)
     ]
@@ -45,18 +50,19 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["d", "dd", "ddd", "dt"],
             ["d_next"],
         ),
+        ca.Function("kinematics_turn", [theta], [ca.vec(half_angles(theta))], ["theta"], ["half"]),
         ca.Function(
             "kinematics_correct",
-            [theta, d],
+            [half, d],
             ca.cse([linkage.newton()]),
-            ["theta", "d"],
+            ["half", "d"],
             ["d_next"],
         ),
         ca.Function(
             "kinematics_rates",
-            [theta, d, thetad, thetadd],
+            [half, d, thetad, thetadd],
             ca.cse([xd, xdd, residual]),
-            ["theta", "d", "thetad", "thetadd"],
+            ["half", "d", "thetad", "thetadd"],
             ["xd", "xdd", "residual"],
         ),
         ca.Function(

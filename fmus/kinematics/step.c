@@ -7,8 +7,8 @@
 enum { RETRIES = 12 };
 static const double FAULT_UNREACHABLE = 2.0;
 
+/* the last good pose stands in the outputs, which stay until they are written */
 typedef struct {
-  double d[KINEMATICS_N_D];
   double theta_last[KINEMATICS_N];
   double z[KINEMATICS_N];
   double started;
@@ -23,39 +23,41 @@ static bool start(const kinematics_parameters *p, void *memory, kinematics_outpu
   }
   memset(s, 0, sizeof *s);
   memset(y, 0, sizeof *y);
-  kinematics_neutral(s->d);
-  memcpy(y->x + KINEMATICS_N, s->d, sizeof s->d);
+  kinematics_neutral(y->x + KINEMATICS_N);
   y->converged = 1.0;
   return true;
 }
 
-static void correct(const double *theta, double *d, int times) {
+/* d after so many corrections: in the one or the other of the two places, the first begins. */
+static double *correct(const double *half, double *d, double *other, int times) {
   for (int k = 0; k < times; ++k) {
-    double d_next[KINEMATICS_N_D];
-    kinematics_correct(theta, d, d_next);
-    memcpy(d, d_next, sizeof d_next);
+    kinematics_correct(half, d, other);
+    double *next = other;
+    other = d;
+    d = next;
   }
+  return d;
 }
 
-/* Rates and residual at d; true when the loops are closed. */
-static bool evaluate(const kinematics_parameters *p, const kinematics_inputs *u, const double *d,
-                     double *xd, double *xdd, double *residual) {
-  kinematics_rates(u->theta, d, u->thetad, u->thetadd, xd, xdd, residual);
-  if (!(*residual <= p->tolerance)) {
+/* Rates and residual at d, into the outputs; true when the loops are closed. */
+static bool evaluate(const kinematics_parameters *p, const kinematics_inputs *u, const double *half,
+                     const double *d, kinematics_outputs *y) {
+  kinematics_rates(half, d, u->thetad, u->thetadd, y->xd, y->xdd, &y->residual);
+  if (!(y->residual <= p->tolerance)) {
     return false;
   }
   for (int k = 0; k < KINEMATICS_N_X; ++k) {
-    if (!isfinite(xdd[k])) {
+    if (!isfinite(y->xdd[k])) {
       return false;
     }
   }
   return true;
 }
 
-static void hold(kinematics_outputs *y, double residual) {
+static void hold(kinematics_outputs *y) {
   memset(y->xd, 0, sizeof y->xd);
   memset(y->xdd, 0, sizeof y->xdd);
-  y->residual = isfinite(residual) ? residual : DBL_MAX;
+  y->residual = isfinite(y->residual) ? y->residual : DBL_MAX;
   y->converged = 0.0;
   y->fault = FAULT_UNREACHABLE;
 }
@@ -63,8 +65,6 @@ static void hold(kinematics_outputs *y, double residual) {
 static void tick(const kinematics_parameters *p, const kinematics_inputs *u, void *memory,
                  kinematics_outputs *y) {
   state *s = memory;
-  double d[KINEMATICS_N_D], xd[KINEMATICS_N_X], xdd[KINEMATICS_N_X], residual = 0.0;
-
   /* hysteresis follows the angle alone; the first tick knows no earlier one */
   if (s->started != 0.0) {
     double z_next[KINEMATICS_N];
@@ -75,32 +75,31 @@ static void tick(const kinematics_parameters *p, const kinematics_inputs *u, voi
   memcpy(y->z, s->z, sizeof y->z);
 
   /* the regular way: one prediction, the wanted corrections */
-  kinematics_predict(s->d, y->xd + KINEMATICS_N, y->xdd + KINEMATICS_N, &p->Ts, d);
-  correct(u->theta, d, (int)p->corrections);
-  bool good = s->started != 0.0 && evaluate(p, u, d, xd, xdd, &residual);
+  double half[2 * KINEMATICS_N], place[KINEMATICS_N_D], other[KINEMATICS_N_D];
+  double *const last = y->x + KINEMATICS_N;
+  kinematics_turn(u->theta, half);
+  kinematics_predict(last, y->xd + KINEMATICS_N, y->xdd + KINEMATICS_N, &p->Ts, place);
+  const double *d = correct(half, place, other, (int)p->corrections);
+  bool good = s->started != 0.0 && evaluate(p, u, half, d, y);
 
   /* a jump of the angle: again from neutral, which leads to the assembly that the machine has;
      from the last good pose a far jump may end in another one, and stay there */
   for (int attempt = 0; !good && attempt < 2; ++attempt) {
     if (attempt == 0) {
-      kinematics_neutral(d);
+      kinematics_neutral(place);
     } else {
-      memcpy(d, s->d, sizeof d);
+      memcpy(place, last, sizeof place);
     }
-    correct(u->theta, d, RETRIES);
-    good = evaluate(p, u, d, xd, xdd, &residual);
+    d = correct(half, place, other, RETRIES);
+    good = evaluate(p, u, half, d, y);
   }
   if (!good) {
-    hold(y, residual);
+    hold(y);
     return;
   }
   s->started = 1.0;
-  memcpy(s->d, d, sizeof s->d);
   memcpy(y->x, u->theta, sizeof u->theta);
-  memcpy(y->x + KINEMATICS_N, d, sizeof d);
-  memcpy(y->xd, xd, sizeof xd);
-  memcpy(y->xdd, xdd, sizeof xdd);
-  y->residual = residual;
+  memcpy(last, d, sizeof place);
   y->converged = 1.0;
   y->fault = 0.0;
 }

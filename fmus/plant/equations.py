@@ -11,11 +11,13 @@ import casadi as ca
 
 from fmus.common import quaternion as qn
 from fmus.common.dynamics import loads, platform_jacobian, project
+from fmus.common.effect_bank import Bank
 from fmus.common.linkage import ArmPose, FreeArms, Linkage
 from fmus.common.machine import Machine
 from fmus.common.mechanism import Mechanism, mechanism_names, point_mass
 from fmus.common.model import Model
-from fmus.common.solve import solve_symmetric
+from fmus.common.solve import RowFactor, solve_symmetric
+from fmus.plant import effects
 
 
 def spatial_inertia(par: ca.SX) -> ca.SX:
@@ -99,6 +101,9 @@ def functions(machine: Machine) -> list[ca.Function]:
     plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
     plant_neutral() -> d (31,)
     plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E; not without a platform
+
+    With effects plant_rates has further arguments (`effects.Inputs`), of which tau is then
+    what the joints get, and gives the rates of their states; `effects.functions` come too.
     """
     model = Model(machine)
     n, n_d = model.n, model.n_x - model.n
@@ -113,15 +118,25 @@ def functions(machine: Machine) -> list[ca.Function]:
     rest = linkage.accelerations(xd, ca.SX.zeros(n))
     bias = project(linkage, loads(linkage, model.motion(xd, rest), par))
     chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
-    thetadd = solve_symmetric(mass_matrix(linkage, par), tau - chi - bias)
+    M, force = mass_matrix(linkage, par), tau - chi - bias
+    arguments, more_in = [theta, thetad, d, z, tau, mechanism, p, payload], list[str]()
+    rates, more_out = [xd[n:], dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
+    bank, symmetric = Bank.real(machine), True
+    if bank:
+        given = effects.Inputs.of(bank)
+        taken, added, stated = effects.torque(bank, theta, thetad, given)
+        force, M, symmetric = force - taken, M + added, added.nnz() == 0
+        arguments, more_in = [*arguments, *given.symbols], list(effects.INPUT_NAMES)
+        rates, more_out = [*rates, stated], ["stated"]
+    thetadd = solve_symmetric(M, force) if symmetric else RowFactor.of(M).solve(force)
 
     made = [
         ca.Function(
             "plant_rates",
-            [theta, thetad, d, z, tau, mechanism, p, payload],
-            ca.cse([thetadd, xd[n:], dahl_rate(z, thetad, machine.actuator.sigma)]),
-            ["theta", "thetad", "d", "z", "tau", "mechanism", "actuator", "payload"],
-            ["thetadd", "dd", "zd"],
+            arguments,
+            ca.cse([thetadd, *rates]),
+            ["theta", "thetad", "d", "z", "tau", "mechanism", "actuator", "payload", *more_in],
+            ["thetadd", "dd", "zd", *more_out],
         ),
         ca.Function(
             "plant_close",
@@ -131,6 +146,7 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["d_next", "residual"],
         ),
         ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
+        *effects.functions(bank),
     ]
     if machine.has_platform:
         x_E, phi_E = d[n_d - 7 : n_d - 4], qn.rotation_vector(d[n_d - 4 :])

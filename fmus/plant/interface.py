@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from fmus.common.effect_bank import Bank
 from fmus.common.geometry import Frames
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 from fmus.common.mechanism import mechanism_names, mechanism_units, nominal_mechanism
 from fmus.common.parameters import actuator_parameters, base_parameters
+from fmus.plant.effects import SUBSTEPS, constants
 
 MAX_DELAY = 40
 """Longest extra delay of drive or sensor, in base steps (10 ms)."""
@@ -48,7 +50,13 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
             units=tuple(par.unit for par in listed),
         ),
         Variable(
-            "substeps", "parameter", "1", "integration steps a Ts, whole", start=1, min=1, max=64
+            "substeps",
+            "parameter",
+            "1",
+            "integration steps a Ts, whole",
+            start=1,
+            min=1,
+            max=SUBSTEPS,
         ),
         Variable(
             "f_current", "parameter", "Hz", "current loop", start=drive.f_current, min=1, max=1e5
@@ -100,6 +108,27 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
     )
 
 
+def gains(machine: Machine) -> tuple[Variable, ...]:
+    """Gains of the effects; nothing without effects."""
+    bank = Bank.real(machine)
+    if not bank:
+        return ()
+    return (
+        Variable(
+            "effect",
+            "parameter",
+            "1",
+            "gains of the effects",
+            start=bank.values,
+            size=bank.n_gains,
+            min=-1e4,
+            max=1e4,
+            elements=bank.names,
+            units=bank.units,
+        ),
+    )
+
+
 def pose(machine: Machine) -> tuple[Variable, ...]:
     """Where E is, for plots; nothing without a platform."""
     if not machine.has_platform:
@@ -116,6 +145,7 @@ def interface(machine: Machine) -> Interface:
     n, x0 = machine.n_arms, Frames.of(machine).x0
     variables = (
         *parameters(machine),
+        *gains(machine),
         Variable("tau", "input", "N m", "torque command", size=n, min=-1e4, max=1e4),
         Variable("payload", "input", "kg", "mass at c_payload of E", min=0, max=50),
         Variable("theta", "output", "rad", "actuator angles as the encoders read them", size=n),
@@ -138,5 +168,6 @@ def interface(machine: Machine) -> Interface:
             "N_ACTUATOR": n_p,
             "MAX_DELAY": MAX_DELAY,
             "HIDDEN": 0,
+            **constants(machine),
         },
     )

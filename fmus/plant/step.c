@@ -5,17 +5,23 @@
    Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
 #include "plant.h"
 
+#include "effects.h"
 #include "hidden.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { N = PLANT_N, N_D = PLANT_N_D };
-static const double FAULT_END_STOP = 2.0, TWO_PI = 6.283185307179586;
+static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0, TWO_PI = 6.283185307179586;
+/* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
+static const double LEAP = 1.0, LARGEST_Z = 2.0;
 
 /* what the integrator carries; all doubles, so that a step is one axpy over the struct */
 typedef struct {
   double theta[N], thetad[N], d[N_D], z[N];
+#ifdef PLANT_N_EFFECT
+  double effect[PLANT_N_EFFECT_STATE];
+#endif
 } motion;
 enum { N_MOTION = sizeof(motion) / sizeof(double) };
 
@@ -27,6 +33,9 @@ typedef struct {
   double tau_read[PLANT_MAX_DELAY + 1][N];
   double ticks;
   plant_hidden_state hidden;
+#ifdef PLANT_N_EFFECT
+  plant_effects effects;
+#endif
 } state;
 
 static double quantised(double value, double step) {
@@ -44,8 +53,14 @@ static bool whole(const char *name, double value, char *message, size_t size) {
 static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) {
   const int delay = (int)p->measurement_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
   const int oldest = (newest + PLANT_MAX_DELAY + 1 - delay) % (PLANT_MAX_DELAY + 1);
+  const double *angle = s->now.theta;
+#ifdef PLANT_N_EFFECT
+  double reading[N];
+  plant_effect_reading(angle, p->effect, reading);
+  angle = reading;
+#endif
   for (int i = 0; i < N; ++i) {
-    s->theta_read[newest][i] = quantised(s->now.theta[i], p->theta_step);
+    s->theta_read[newest][i] = quantised(angle[i], p->theta_step);
     s->tau_read[newest][i] = plant_hidden_reading(p, &s->hidden, s->tau_motor[i]);
     s->tau_read[newest][i] = quantised(s->tau_read[newest][i], p->tau_step);
     y->theta[i] = s->theta_read[oldest][i];
@@ -68,6 +83,12 @@ static bool start(const plant_parameters *p, void *memory, plant_outputs *y, cha
   memset(y, 0, sizeof *y);
   plant_neutral(s->now.d);
   plant_hidden_start(p, &s->hidden);
+#ifdef PLANT_N_EFFECT
+  plant_effects_start(p, s->now.theta, &s->effects, s->now.effect);
+  if (plant_effects_refuse(&s->effects, p->Ts / p->substeps, message, size)) {
+    return false;
+  }
+#endif
   read_sensors(p, s, y);
   return true;
 }
@@ -84,11 +105,20 @@ static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
   }
 }
 
-static void derive(const plant_parameters *p, const motion *at, const double *tau, double payload,
-                   motion *rate) {
+/* stage: 0 at the start of a substep, 1 in its middle, 2 at its end */
+static void derive(const plant_parameters *p, const state *s, const motion *at, int stage,
+                   double tau[3][N], double payload, motion *rate) {
   memcpy(rate->theta, at->thetad, sizeof rate->theta);
-  plant_rates(at->theta, at->thetad, at->d, at->z, tau, p->mechanism, p->actuator, &payload,
+#ifdef PLANT_N_EFFECT
+  const plant_effects *e = &s->effects;
+  plant_rates(at->theta, at->thetad, at->d, at->z, tau[stage], p->mechanism, p->actuator, &payload,
+              e->motor[stage], e->taud, &e->time[stage], at->effect, p->effect, rate->thetad,
+              rate->d, rate->z, rate->effect);
+#else
+  (void)s;
+  plant_rates(at->theta, at->thetad, at->d, at->z, tau[stage], p->mechanism, p->actuator, &payload,
               rate->thetad, rate->d, rate->z);
+#endif
 }
 
 static motion moved(const motion *from, double h, const motion *rate) {
@@ -102,16 +132,17 @@ static motion moved(const motion *from, double h, const motion *rate) {
 }
 
 /* One Runge-Kutta step of h; tau at its start, middle and end. */
-static void integrate(const plant_parameters *p, motion *now, double tau[3][N], double payload,
+static void integrate(const plant_parameters *p, state *s, double tau[3][N], double payload,
                       double h) {
+  motion *now = &s->now;
   motion k1, k2, k3, k4, at;
-  derive(p, now, tau[0], payload, &k1);
+  derive(p, s, now, 0, tau, payload, &k1);
   at = moved(now, h / 2, &k1);
-  derive(p, &at, tau[1], payload, &k2);
+  derive(p, s, &at, 1, tau, payload, &k2);
   at = moved(now, h / 2, &k2);
-  derive(p, &at, tau[1], payload, &k3);
+  derive(p, s, &at, 1, tau, payload, &k3);
   at = moved(now, h, &k3);
-  derive(p, &at, tau[2], payload, &k4);
+  derive(p, s, &at, 2, tau, payload, &k4);
   double *x = now->theta;
   const double *a = k1.theta, *b = k2.theta, *c = k3.theta, *e = k4.theta;
   for (int k = 0; k < N_MOTION; ++k) {
@@ -134,7 +165,23 @@ static void current_loop(const plant_parameters *p, state *s, const double *comm
   }
 }
 
-/* False when the step ends beyond an end stop or nowhere. */
+/* True when the step's numbers are no motion of any machine: h is too long for the equations. */
+static bool diverged(const motion *before, const motion *now) {
+  const double *values = now->theta;
+  for (int k = 0; k < N_MOTION; ++k) {
+    if (!isfinite(values[k])) {
+      return true;
+    }
+  }
+  for (int i = 0; i < N; ++i) {
+    if (fabs(now->theta[i] - before->theta[i]) > LEAP || fabs(now->z[i]) > LARGEST_Z) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/* False when the step ends beyond an end stop, or in a pose that does not close. */
 static bool within_stroke(const plant_parameters *p, const motion *now, double residual) {
   if (!(residual < 1e-3)) {
     return false;
@@ -160,10 +207,19 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
     const motion before = s->now;
     double tau[3][N], d[N_D], residual;
     current_loop(p, s, command, h, tau);
+#ifdef PLANT_N_EFFECT
+    plant_transmit(&s->effects, command, TWO_PI * p->f_current, s->ticks * p->Ts + k * h, h, tau);
+#endif
     for (int i = 0; i < 3 * N; ++i) {
       tau[i / N][i % N] -= disturbance[i % N];
     }
-    integrate(p, &s->now, tau, u->payload, h);
+    integrate(p, s, tau, u->payload, h);
+    if (diverged(&before, &s->now)) {
+      s->now = before;
+      memset(s->now.thetad, 0, sizeof s->now.thetad);
+      y->fault = FAULT_DIVERGED;
+      continue;
+    }
     plant_close(s->now.theta, s->now.d, d, &residual);
     if (within_stroke(p, &s->now, residual)) {
       memcpy(s->now.d, d, sizeof d);

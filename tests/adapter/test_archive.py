@@ -142,6 +142,15 @@ def test_functions_that_are_not_sx_are_refused(tmp_path: Path) -> None:
         build_fmu(toys.interface(), [function], toys.STEP_C, tmp_path)
 
 
+def test_functions_that_call_others_are_refused(tmp_path: Path) -> None:
+    """CasADi keeps a callee's values in work vectors, and step.c gives none."""
+    x = ca.SX.sym("x")
+    inner = ca.Function("inner", [x], [ca.sin(x)], {"never_inline": True})
+    function = ca.Function("toy_scale", [x], [2 * inner(x)])
+    with pytest.raises(BuildError, match="toy_scale: calls another function, must be expanded"):
+        build_fmu(toys.interface(), [function], toys.STEP_C, tmp_path)
+
+
 def test_function_of_another_room_is_refused(tmp_path: Path) -> None:
     x = ca.SX.sym("x")
     function = ca.Function("other_scale", [x], [x])

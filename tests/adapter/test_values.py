@@ -60,6 +60,18 @@ def test_fault_stays_until_reset(running: Slave) -> None:
     assert fault(running) == 0
 
 
+def test_fault_of_the_room_shows_after_a_refused_call(running: Slave) -> None:
+    running.set([VR["u"]], [2.0])
+    running.set([VR["u"]], [0.95])
+    running.advance(4)
+    assert fault(running) == 2, "the room's own fault is not hidden by the 1"
+    assert running.try_get([99])[0] == ERROR
+    assert fault(running) == 2, "nor by the next refused call"
+    running.set([VR["u"]], [0.1])
+    running.advance(2)
+    assert fault(running) == 1, "and the refused call is not forgotten"
+
+
 def test_refused_value_leaves_the_course_as_it_was(make) -> None:
     undisturbed, disturbed = make("a").initialise(), make("b").initialise()
     for k in range(20):

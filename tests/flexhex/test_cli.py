@@ -6,11 +6,16 @@ import json
 import re
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from diagnosis.identify import Fit
+from flexhex.console import print_fit
+from fmus.common.machine import Machine
+from fmus.common.parameters import parameters
 from tests.conftest import MACHINE_FILE
 
 
@@ -29,21 +34,52 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
     "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),
     "kind of log": (["identify", "other.toml"], 3, r"unknown kind '\.toml'; write CSV or HDF5"),
-    "unit of a log": (["identify", "log.csv"], 3, r"theta\[1\] is in 'deg', wanted 'rad': convert"),
+    "unit of a log": (
+        ["identify", "log.csv"],
+        3,
+        r"theta\[1\] is in 'inc', wanted 'rad' .*: convert",
+    ),
     "no such command": (["frobnicate"], 2, r"No such command 'frobnicate'"),
+    "truth for a machine": (["build", "-m", "x-truth.toml"], 3, r"x-truth\.toml: a truth file: "),
+    "too long for the memory": (
+        ["simulate", "loop.ssp", "-d", "1e9"],
+        2,
+        r"a log of 1e\+09 s takes .* GB of memory, .* GB can be had: run at most .* s",
+    ),
     "nothing to check": (["check", "log.csv"], 2, r"nothing to check in '\.csv', wants \.fmu"),
 }
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_mistake_gives_message_and_exit_code(mistake: str, tmp_path: Path) -> None:
+def test_mistake_gives_message_and_exit_code(
+    mistake: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
     words, code, message = MISTAKES[mistake]
+    (tmp_path / "loop.ssp").symlink_to(hexapod_ssp)
+    truth = MACHINE_FILE.with_name("tflex-truth.toml").read_text(encoding="utf-8")
+    (tmp_path / "x-truth.toml").write_text(truth, encoding="utf-8")
     (tmp_path / "other.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
-    (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,deg,N m\n0,1,2\n1,2,3\n2,3,4\n")
+    (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,inc,N m\n0,1,2\n1,2,3\n2,3,4\n")
     done = flexhex(*words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
     assert re.search(message, done.stderr), done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_version_is_shown(tmp_path: Path) -> None:
+    done = flexhex("--version", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, f"flexhex {metadata.version('flexhex')}\n")
+
+
+def test_fit_of_mostly_undetermined_parameters_is_warned_of(
+    machine: Machine, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = tuple(par.name for par in parameters(machine))
+    zeros = np.zeros(len(names))
+    for loose, warned in ((names[:81], False), (names[:82], True)):
+        print_fit(machine, Fit(zeros, zeros, np.zeros(6), 1.0, 10, loose))
+        said = " ".join(capsys.readouterr().out.split())
+        assert ("82 of 162 parameters are not determined" in said) is warned
 
 
 def test_check_accepts_what_we_build(fmu_dir: Path, hexapod_ssp: Path, tmp_path: Path) -> None:

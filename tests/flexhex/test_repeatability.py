@@ -7,8 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from flexhex.metrics import PAPER, Figures
-from flexhex.repeatability import PAPER_SHARE, non_repeatable, repeatable_share
+from flexhex.cases import SETTLE
+from flexhex.experiments.repeatability import evaluate
+from flexhex.metrics import PAPER, Figures, rms
+from flexhex.repeatability import PAPER_SHARE, PASSES, non_repeatable, repeatable_share
+from fmus.common.machine_file import load_machine
+from ssp.results import Group, Result
+from tests.conftest import ROOT
 
 
 def test_what_repeats_does_not_count() -> None:
@@ -30,3 +35,19 @@ def test_share_is_the_papers_for_the_papers_figures() -> None:
     assert repeatable_share(repeated, adaptive) == pytest.approx(PAPER_SHARE, abs=5e-4)
     worse = dataclasses.replace(repeated, tau_fb=adaptive.tau_fb)
     assert repeatable_share(worse, adaptive) == 0
+
+
+def test_figures_and_plots_judge_the_same_samples() -> None:
+    """A jump at the first judged sample alone: the figures see it as the plots do."""
+    machine = load_machine(ROOT / "machines" / "tflex-actuators.toml")
+    base, passes = machine.timing.base, 0.5
+    count = round((SETTLE + PASSES * passes) / base) + 1
+    e = np.random.default_rng(2).normal(0, 1e-6, (count, 6))
+    e[: round(SETTLE / base)] = 1.0
+    e[round(SETTLE / base)] = 1e-3
+    signals = {"plant.theta": e, "feedback.e": e, "feedback.tau_fb": e}
+    result = Result({"base": Group(1, base, signals)}, duration=base * (count - 1))
+    found = evaluate(machine, result, result)
+    # the plots' deviations, without the factor, in the figures' unit: sums of the same numbers
+    assert found.plain.e == pytest.approx(1e6 * rms(found.deviation), rel=1e-9)
+    assert found.plain.e > 1.5

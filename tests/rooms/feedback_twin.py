@@ -71,11 +71,14 @@ class Twin:
         outward = np.sign(grown - self.summed) == np.sign(wanted)
         self.summed = np.where(beyond & outward, self.summed, grown)
         tau_fb = torque(self.summed)
-        tau = np.clip(tau_fb + self.ff_gain * tau_ff, -self.tau_max, self.tau_max)
+        # with current steps the limit is the largest whole step below it
+        most = self.tau_max
+        if self.tau_step > 0:
+            most = self.tau_step * np.floor(self.tau_max / self.tau_step + 1e-9)
+        tau = np.clip(tau_fb + self.ff_gain * tau_ff, -most, most)
         if self.tau_step > 0:
             owed = tau + self.rest
-            given = self.tau_step * np.rint(owed / self.tau_step)
-            self.rest = owed - given
-            tau = np.clip(given, -self.tau_max, self.tau_max)
+            tau = np.clip(self.tau_step * np.rint(owed / self.tau_step), -most, most)
+            self.rest = owed - tau
         fault = 3.0 if np.any(np.abs(e) > self.e_max) else 2.0 if beyond.any() else 0.0
         return {"tau": tau, "tau_fb": tau_fb, "e": e, "fault": fault}

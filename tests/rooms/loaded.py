@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from fmugen import codegen, sources
-from fmugen.compile import STRICT, compile_object, link_shared
+from fmugen.compile import LOOPS, STRICT, compile_object, link_shared
 from fmugen.fmu import RUNTIME
 from fmugen.rooms import room_interface, step_file
 from numpy.typing import NDArray
@@ -117,10 +117,11 @@ def machine() -> Machine:
 
 
 @cache
-def build(room: str) -> tuple[Path, Interface]:
-    """Shared library and interface of a room, compiled as the FMU's own sources are."""
+def build(room: str, of: Machine) -> tuple[Path, Interface]:
+    """Shared library and interface of a room, compiled as the FMU's own sources are; only its
+    symbols are not hidden, since they are called here."""
     equations: Any = importlib.import_module(f"fmus.{room}.equations")
-    interface, functions = room_interface(room, machine()), equations.functions(machine())
+    interface, functions = room_interface(room, of), equations.functions(of)
     step = step_file(room)
     texts = {
         f"{room}.h": sources.header(interface, functions, room),
@@ -137,12 +138,12 @@ def build(room: str) -> tuple[Path, Interface]:
             (work / name).write_text(text, encoding="utf-8")
         objects = [
             compile_object(work / f"{room}_casadi.c", "", CACHE),
-            compile_object(work / f"{room}_step.c", headers, CACHE, STRICT),
+            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *STRICT)),
         ]
         library = CACHE / ("-".join(path.stem for path in objects) + ".so")
         return link_shared(objects, library), interface
 
 
-def load(room: str) -> Loaded:
-    """A fresh instance of a room, not yet started."""
-    return Loaded(*build(room))
+def load(room: str, of: Machine | None = None) -> Loaded:
+    """A fresh instance of a room, not yet started; of the default machine."""
+    return Loaded(*build(room, of or machine()))

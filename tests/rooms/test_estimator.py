@@ -10,6 +10,7 @@ import pytest
 
 from fmus.common.model import Model
 from fmus.common.parameters import base_parameters, parameters
+from fmus.estimator.interface import MOST_VARIANCE, first_variance, normalisation
 from tests.compare import assert_close
 from tests.oracles.kalman import Kalman
 from tests.rooms.loaded import Array, Loaded, StartError, build, load, machine
@@ -141,7 +142,7 @@ def test_estimator_stays_healthy_for_hours(hours: float, still: bool) -> None:
 def test_estimator_stays_healthy_at_the_ends_of_its_ranges() -> None:
     """No drift, the least noise and the largest P0 that the interface allows: P must not sink
     below zero (it does at R2 = 1e-12, with p and p_std NaN soon after)."""
-    listed = {v.name: v for v in build("estimator")[1].parameters}
+    listed = {v.name: v for v in build("estimator", machine())[1].parameters}
     room = started(R1=np.zeros(N_P), R2=listed["R2"].min, P0=listed["P0"].max)
     p = true_parameters(10)
     for k in range(1000):
@@ -190,6 +191,21 @@ def test_estimator_first_outputs_follow_its_parameters() -> None:
     # p = scale (p0 / scale): within the last bit
     assert_close(room.y["p"] / p0, np.ones(N_P), atol=3e-16, what="p / p0")
     assert_close(room.y["p_std"], 0.02 * room.p["scale"], rtol=1e-15, what="p_std")
+
+
+def test_estimator_first_variance_is_each_parameters_own() -> None:
+    P0 = np.geomspace(1e-4, 1e-2, N_P)
+    room = started(P0=P0)
+    assert_close(room.y["p_std"], np.sqrt(P0) * room.p["scale"], rtol=1e-15, what="p_std")
+
+
+def test_first_variance_is_the_fits_within_bounds() -> None:
+    """0.1 % and 1 % count as the machine file's P0 = 1e-4, 5 % as it is, 30 % as 10 %."""
+    p = true_parameters(7)
+    scale, share = normalisation(machine(), p), np.resize([0.001, 0.01, 0.05, 0.3], N_P)
+    expected = np.resize([1e-4, 1e-4, 2.5e-3, MOST_VARIANCE], N_P)
+    assert_close(first_variance(machine(), p, share * scale), expected, rtol=1e-14, what="P0")
+    assert first_variance(machine(), p, None).tolist() == [machine().control.P0] * N_P
 
 
 def test_estimator_refuses_half_a_mask() -> None:

@@ -115,7 +115,7 @@ def discrete_plant(m: Machine, inertia: float) -> Any:
     A = np.array([[0, 1, 0], [0, 0, 1 / inertia], [0, 0, -a]])
     drive = control.ss(A, np.array([[0], [0], [a]]), np.array([[1, 0, 0]]), 0)
     held = control.sample_system(drive, m.timing.base, method="zoh")
-    # one step until the command is shown [DESIGN, the timing rule], and what the drive adds
+    # one step until the command is shown (results appear a sample time later), and the drive's
     steps = 1 + round((m.drive.t_command + m.drive.t_measurement) / m.timing.base)
     delay = control.tf([1], [1, *[0] * steps], m.timing.base)
     return control.series(control.ss(delay), held)
@@ -342,6 +342,29 @@ def test_feedback_stays_within_a_limit_that_is_no_whole_number_of_steps() -> Non
         assert np.abs(tau).max() <= 1.0
     assert tau[0] > 0.85
     assert tau[1] < -0.85
+
+
+def test_feedback_keeps_what_it_owes_at_a_limit_of_broken_steps() -> None:
+    """tau_max = 1.0 in steps of 0.3: what is wanted near the largest whole step, 0.9, is given
+    on average. A command clipped to 1.0 after rounding up to 1.2 would lose 0.2 each time."""
+    room, wanted = started(tau_max=1.0, tau_step=0.3, reference_delay=0.0), np.zeros(6)
+    total, low = np.zeros(6), np.array([0.88, -0.88, 0.8, -0.8, 0.1, 0.0])
+    for k in range(400):
+        # every other tick far beyond the limit: nothing of that may be owed afterwards
+        wanted = np.where(k % 2, 5 * np.sign(low), low)
+        tau = room.tick(tau_ff=wanted)["tau"]
+        assert_close(tau / 0.3, np.round(tau / 0.3), atol=1e-12, what="whole steps")
+        assert np.abs(tau).max() <= 1.0
+        total += tau - np.clip(wanted, -0.9, 0.9)
+        assert np.abs(total).max() < 0.5 * 0.3 + 1e-9
+    # back at zero, no more than half a step is made good
+    after = sum(room.tick(tau_ff=np.zeros(6))["tau"] for _ in range(10))
+    assert np.abs(np.asarray(after)).max() <= 0.3
+
+
+def test_feedback_refuses_a_current_step_beyond_the_limit() -> None:
+    with pytest.raises(StartError, match=r"^tau_step = 0.3 N m, more than tau_max = 0.2 N m$"):
+        started(tau_max=0.2, tau_step=0.3)
 
 
 def test_feedback_faults_come_and_go() -> None:

@@ -105,7 +105,7 @@ def test_filter_of_the_raw_basis_is_the_filtered_torque() -> None:
 
 
 def test_filter_of_the_filtered_angle_is_biased_as_the_design_says() -> None:
-    # the switch to the paper's form: there the bias is real, DESIGN section 2
+    # the switch to the paper's form: there the bias is real, docs/decisions/0003-one-instant.md
     assert cogging_bias(basis=0) > 0.25
 
 

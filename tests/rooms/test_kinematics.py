@@ -195,7 +195,14 @@ def test_kinematics_starts_unreachable_and_recovers() -> None:
     y = room.tick(theta=UNREACHABLE)
     assert y["converged"] == 0.0
     assert np.array_equal(y["x"], neutral)
-    assert room.tick(theta=np.zeros(6))["converged"] == 1.0
+    # no pose yet: z waits, though the angles move
+    y = room.tick(theta=0.99 * UNREACHABLE)
+    assert y["converged"] == 0.0
+    assert not y["z"].any()
+    y = room.tick(theta=np.zeros(6))
+    assert y["converged"] == 1.0
+    assert not y["z"].any()
+    assert room.tick(theta=np.full(6, 0.01))["z"].all()
 
 
 def test_kinematics_tracks_hysteresis_exactly_over_large_steps() -> None:

@@ -182,6 +182,25 @@ def test_plant_stops_at_the_end_and_leaves_it_again() -> None:
     assert np.abs(y["theta"]).max() < 0.09
 
 
+def test_plant_tells_divergence_from_an_end_stop() -> None:
+    """Steps too long for the equations: Dahl's with a width of 1e-9 rad (the Runge-Kutta step
+    then grows z by its fourth power), or motors damped 1e5 times as much as inertia follows."""
+    narrow = machine().actuator.model_copy(update={"sigma": 1e-9})
+    sharp = load("plant", machine().model_copy(update={"actuator": narrow}))
+    sharp.start()
+    damped = np.zeros(132)
+    damped[2::22] = 100.0
+    light = started(actuator=damped, mechanism=1e-6 * load("plant").p["mechanism"])
+    for room in (sharp, light):
+        faults = set()
+        for tau in torques(50, seed=2):
+            y = room.tick(tau=tau)
+            faults.add(y["fault"])
+            assert y["end_stop"] == 0.0
+            assert np.isfinite(y.values).all()
+        assert 3.0 in faults
+
+
 def test_plant_quantises_like_its_sensors_and_drives() -> None:
     coarse, fine = started(theta_step=1e-4, tau_step=0.0), started(theta_step=0.0, tau_step=0.0)
     for tau in torques(300, seed=8):

@@ -1,0 +1,239 @@
+"""From rounds of candidates to an answer: estimates with intervals, gaps, maps, locked runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.blocks import Block
+from diagnosis.calibrate import Calibrated, about
+from diagnosis.candidates import Bench
+from diagnosis.noise import pairs, whiten
+from diagnosis.regression import Columns, Regression
+from diagnosis.rounds import Found, Scored, repeating
+
+Array = NDArray[np.float64]
+EXPLAINED = 0.5
+"""Least share of what repeats on its axes that a named effect must explain, with the others."""
+CERTAIN = 6.0
+"""Deviations above which a repeating residual is no chance."""
+GAP = 0.002
+"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """All effects that were found, fitted together with the base model.
+
+    parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
+    covariance of (gains, shape steps); q: coefficients of the base columns.
+    """
+
+    bench: Bench
+    effects: tuple[Found, ...]
+    beta: tuple[Array, ...]
+    deviation: tuple[Array, ...]
+    shape_deviation: tuple[dict[str, float], ...]
+    q: Array
+
+    @property
+    def parts(self) -> list[Scored]:
+        """Parts of all effects in order."""
+        return [part for effect in self.effects for part in effect.parts]
+
+    @cached_property
+    def explained(self) -> list[Array]:
+        """Torque of all effects (m, n) [N m] of each block."""
+        return torque_of(self.bench, self.parts, self.beta)
+
+    @cached_property
+    def residual(self) -> list[Array]:
+        """What is left (m, n) [N m] of each block."""
+        made = self.bench.made
+        left = made.residual(self.q)
+        return [r - e for r, e in zip(left, self.explained, strict=True)]
+
+
+def torque_of(bench: Bench, parts: Sequence[Scored], beta: Sequence[Array]) -> list[Array]:
+    """Torque of effects with given gains (m, n) [N m] of each block of a bench."""
+    total = [np.zeros((len(b.at), bench.n)) for b in bench.made.blocks]
+    for part, gains in zip(parts, beta, strict=True):
+        thin = bench.thin(part.id, part.axis or 0, part.shape)
+        for k, values in enumerate(thin):
+            torque = values @ gains
+            if torque.ndim == 2:
+                total[k] += torque
+            else:
+                total[k][:, part.axis or 0] += torque
+    return total
+
+
+def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
+    """Fit base model and effects together, shapes by one Gauss-Newton step."""
+    regression = bench.made.regression
+    parts = [part for effect in effects for part in effect.parts]
+    if not parts:
+        return Joint(bench, (), (), (), (), regression.q)
+    shaped = _shape_names(bench, parts)
+    if shaped:
+        parts = _stepped(bench, regression, parts, shaped)
+    columns, tangents = _stack(bench, regression, parts)
+    gain = regression.gain(Columns(None, np.hstack([columns, tangents])))
+    deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
+    edges = np.cumsum([part.columns.values.shape[1] for part in parts])
+    _, beta = regression.fall(Columns(None, columns))
+    spread: list[dict[str, float]] = [{} for _ in parts]
+    for (k, name), value in zip(shaped, deviation[edges[-1] :], strict=True):
+        spread[k][name] = float(value)
+    q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
+    gains = tuple(np.split(beta, edges[:-1]))
+    deviations = tuple(np.split(deviation[: edges[-1]], edges[:-1]))
+    return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
+
+
+def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:
+    """The effects with their parts renewed."""
+    updated, at = [], 0
+    for effect in effects:
+        updated.append(replace(effect, parts=tuple(parts[at : at + len(effect.parts)])))
+        at += len(effect.parts)
+    return tuple(updated)
+
+
+def _stepped(
+    bench: Bench,
+    regression: Regression,
+    parts: Sequence[Scored],
+    shaped: Sequence[tuple[int, str]],
+) -> list[Scored]:
+    """All shapes after one Gauss-Newton step together, if that explains more."""
+    columns, tangents = _stack(bench, regression, parts)
+    before, _ = regression.fall(Columns(None, columns))
+    _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
+    shapes = [dict(part.shape) for part in parts]
+    for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
+        shape = next(s for s in bench.effects[parts[k].id].searched if s.name == name)
+        shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
+    moved = [
+        replace(part, shape=shape, columns=bench.columns(part.id, part.axis or 0, shape))
+        for part, shape in zip(parts, shapes, strict=True)
+    ]
+    after, _ = regression.fall(
+        Columns(None, np.hstack([_whole(regression, part.columns) for part in moved]))
+    )
+    return moved if after > before else list(parts)
+
+
+def _shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]:
+    found = []
+    for k, part in enumerate(parts):
+        item = bench.effects.get(part.id)
+        if item is not None:
+            found += [(k, s.name) for s in item.searched]
+    return found
+
+
+def _whole(regression: Regression, columns: Columns) -> Array:
+    if columns.axis is None:
+        return columns.values
+    full = np.zeros((len(regression.y), columns.values.shape[1]))
+    full[regression.layout.rows(columns.axis)] = columns.values
+    return full
+
+
+def _stack(bench: Bench, regression: Regression, parts: Sequence[Scored]) -> tuple[Array, Array]:
+    """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
+    columns = [_whole(regression, part.columns) for part in parts]
+    stacked = np.hstack(columns)
+    _, beta = regression.fall(Columns(None, stacked))
+    gains = np.split(beta, np.cumsum([c.shape[1] for c in columns])[:-1])
+    tangents = [
+        _tangent(bench, regression, parts[k], name, gains[k])
+        for k, name in _shape_names(bench, parts)
+    ]
+    return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
+
+
+def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta: Array) -> Array:
+    shape = next(s for s in bench.effects[part.id].effect.shapes if s.name == name)
+    step = 1e-3 * (abs(part.shape[name]) + 1e-3 * (max(shape.grid) - min(shape.grid)))
+    sides = [
+        bench.columns(part.id, part.axis or 0, {**part.shape, name: part.shape[name] + sign * step})
+        for sign in (1.0, -1.0)
+    ]
+    change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
+    return _whole(regression, change) / (2 * step)
+
+
+def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
+    """The joint fit of those effects that hold: they explain enough of what repeats."""
+    kept = list(effects)
+    before = repeating(bench.made, bench.made.regression.residual)
+    while True:
+        made = joint(bench, kept)
+        after = _after(made)
+        weak = [
+            k for k, effect in enumerate(made.effects) if _share(effect, before, after) < EXPLAINED
+        ]
+        if not weak:
+            return made
+        kept = [effect for k, effect in enumerate(made.effects) if k not in weak]
+
+
+def _after(made: Joint) -> Array:
+    regression = made.bench.made.regression
+    columns = [part.columns for part in made.parts]
+    fitted = regression.extended(columns) if columns else regression
+    return repeating(made.bench.made, fitted.residual)
+
+
+def _share(effect: Found, before: Array, after: Array) -> float:
+    axes = list(effect.axes) or list(range(len(before)))
+    return 1.0 - float(after[axes].sum()) / max(float(before[axes].sum()), 1e-300)
+
+
+def shares(made: Joint) -> list[float]:
+    """Share of what repeats on its axes that is explained, for each effect."""
+    before = repeating(made.bench.made, made.bench.made.regression.residual)
+    after = _after(made)
+    return [_share(effect, before, after) for effect in made.effects]
+
+
+def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
+    """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
+
+    certain (n,): sum of products of whitened passes, in deviations of what noise would give.
+    """
+    n, total, certain, rows = made.base.n, np.zeros(made.base.n), np.zeros(made.base.n), 0
+    for a, b in pairs(made.blocks):
+        good = made.kept[a] & made.kept[b]
+        rows += int(good.sum())
+        total += (residual[a][good] * residual[b][good]).sum(axis=0)
+        for i in range(n):
+            noise = made.noise.a[i], float(made.noise.scale[i])
+            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
+            certain[i] += float(white[0] @ white[1])
+    if not rows:
+        return np.full(n, np.nan), np.full(n, np.nan)
+    return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
+
+
+def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
+    """RMS of each axis (n,) over the usable rows."""
+    stacked = np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
+    return np.asarray(np.sqrt((stacked**2).mean(axis=0)))
+
+
+def elsewhere(made: Joint, blocks: Sequence[Block]) -> tuple[Calibrated, list[Array], list[Array]]:
+    """The fit on other runs: their columns, residual without and with the effects."""
+    ours = made.bench.made
+    there = about(ours.base, blocks, ours.fitted, ours.noise)
+    without = there.residual(ours.regression.q)
+    bench = Bench(there, list(made.bench.effects.values()))
+    torque = torque_of(bench, made.parts, made.beta)
+    residual = there.residual(made.q)
+    return there, without, [r - t for r, t in zip(residual, torque, strict=True)]

@@ -1,0 +1,95 @@
+"""What the diagnosis must know of a machine, and no more: columns that are linear in parameters.
+
+    tau = B(motion) p + curved terms,  B (samples, n, n_p)
+
+A base model may have terms with one nonlinear parameter each (the width of a hysteresis): their
+values and derivatives are asked for apart, so that the nonlinear ones can be fitted as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n)."""
+
+    t0: float
+    ts: float
+    theta: Array
+    thetad: Array
+    thetadd: Array
+
+    @property
+    def time(self) -> Array:
+        """Instants (samples,) [s]."""
+        return np.asarray(self.t0 + self.ts * np.arange(len(self.theta)))
+
+
+@dataclass(frozen=True)
+class Known:
+    """A parameter of the base model: its nominal value and how well that is known.
+
+    tolerance: one standard deviation by which such a value may differ from the machine file
+    without being worth a word. group: what changes together (a body, a kind of flexure).
+    axis: of the actuator that it belongs to, counting from 0, or None.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    tolerance: float
+    group: str
+    axis: int | None = None
+
+
+class Base(Protocol):
+    """A machine's own model for the diagnosis."""
+
+    n: int
+    """Axes."""
+    linear: tuple[Known, ...]
+    """Parameters of `rows`, in its order."""
+    curved: tuple[Known, ...]
+    """Gains of the curved terms, one for each axis, or nothing."""
+    widths: tuple[Known, ...]
+    """Their nonlinear parameters, likewise."""
+    window: float
+    """Length of the smoothing window [s]."""
+    spacing: float
+    """Time between two rows [s]."""
+    settle: float
+    """What is left out at the start of a run [s]."""
+
+    def loaded(self, p: Array, payload: float) -> Array:
+        """The linear parameters with a known payload [kg]."""
+        ...
+
+    def directions(self) -> Mapping[str, Array]:
+        """What may change together, by the name to report: (len(linear) + curved + ...,)."""
+        ...
+
+    def rows(self, motion: Motion, weights: csr_array) -> Array:
+        """Smoothed columns (rows, n, len(linear)); weights (rows, samples)."""
+        ...
+
+    def bend(self, motion: Motion, widths: Array) -> tuple[Array, Array]:
+        """Curved terms (samples, n) for a gain of one, and their derivatives by the widths."""
+        ...
+
+    def torque(self, motion: Motion, p: Array) -> Array:
+        """Linear part B p (samples, n) [N m] at every sample; p (len(linear),)."""
+        ...
+
+    def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
+        """Columns (samples, n, k) of effects that act on the whole mechanism, by their id."""
+        ...

@@ -1,0 +1,133 @@
+"""Runs as rows of a regression: smoothed torque and model columns at common instants.
+
+Passes of one trajectory share their instants, so that what repeats can be told from what
+does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from diagnosis.base import Base, Motion
+from diagnosis.smoothing import hann_weights
+from fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+LEAST = 200
+"""Fewest rows of a run from which anything can be said."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Values (samples, n) at t0 + k ts [s]; valid (samples,)."""
+
+    t0: float
+    ts: float
+    values: Array
+    valid: Mask
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run as the diagnosis sees it.
+
+    trajectory: runs that share it are its passes; shift [s]: run time minus the time that the
+    passes share; tau: torque that the drives report [N m]; command: what they were asked for.
+    """
+
+    name: str
+    trajectory: str
+    motion: Motion
+    valid: Mask
+    tau: Signal
+    command: Signal | None = None
+    shift: float = 0.0
+    payload: float = 0.0
+    meta: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
+
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
+    """
+
+    run: Run
+    at: Array
+    weights: csr_array
+    linear: Array
+    usable: Mask
+
+    def smooth(self, raw: Array) -> Array:
+        """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
+        flat = raw.reshape(len(raw), -1)
+        return np.asarray((self.weights @ flat).reshape(-1, *raw.shape[1:]))
+
+
+def torque_at(block: Block, window: float, delay: float) -> Array:
+    """Reported torque (m, n) [N m], read `delay` [s] later than the angles' clock says."""
+    signal = block.run.tau
+    at = block.at + block.run.shift + delay
+    weights, _ = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
+    return np.asarray(weights @ signal.values)
+
+
+def blocks(base: Base, runs: Sequence[Run], spacing: float) -> list[Block]:
+    """Blocks of all runs, trajectory by trajectory.
+
+    Raises LogError when a run is too short to say anything.
+    """
+    made = []
+    for trajectory in dict.fromkeys(run.trajectory for run in runs):
+        passes = [run for run in runs if run.trajectory == trajectory]
+        at = _instants(base, passes, spacing)
+        made += [_block(base, run, at) for run in passes]
+    return made
+
+
+def _instants(base: Base, passes: Sequence[Run], spacing: float) -> Array:
+    spans = [_span(base, run) for run in passes]
+    first, last = max(a for a, _ in spans), min(b for _, b in spans)
+    k = np.arange(int(np.ceil(first / spacing)), int(np.floor(last / spacing)) + 1)
+    if len(k) < LEAST:
+        names = ", ".join(run.name for run in passes)
+        raise LogError(
+            f"{names}: {max(0.0, last - first):.3g} s remain after the first {base.settle:g} s"
+            f" (passes overlapping); at least {LEAST * spacing:.3g} s are needed"
+        )
+    return np.asarray(k * spacing)
+
+
+def _span(base: Base, run: Run) -> tuple[float, float]:
+    """What can be used of a run, in the time that its passes share [s]."""
+    clocks = [(run.motion.t0, run.motion.ts, len(run.valid))]
+    clocks.append((run.tau.t0, run.tau.ts, len(run.tau.valid)))
+    start = max(t0 for t0, _, _ in clocks)
+    end = min(t0 + ts * (count - 1) for t0, ts, count in clocks)
+    margin = base.window
+    return start + base.settle + margin - run.shift, end - margin - run.shift
+
+
+def _block(base: Base, run: Run, at: Array) -> Block:
+    motion, tau = run.motion, run.tau
+    local = at + run.shift
+    weights, filled = hann_weights(local, motion.t0, motion.ts, run.valid, base.window)
+    _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
+    return Block(run, at, weights, base.rows(motion, weights), filled & known)
+
+
+def spacing_for(base: Base, runs: Sequence[Run], most: int) -> float:
+    """Time between rows [s] such that all runs together have at most `most` instants."""
+    total = 0.0
+    for run in runs:
+        a, b = _span(base, run)
+        total += max(0.0, b - a)
+    factor = max(1, int(np.ceil(total / base.spacing / most)))
+    return base.spacing * factor

@@ -1,0 +1,187 @@
+"""The base model fitted to the runs: parameters, hysteresis widths, delay of the torque, noise.
+
+What a fit of the base model can explain is no missing effect, so its columns and the tangents of
+its nonlinear parameters stand beside every candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.base import Base, Known
+from diagnosis.blocks import Block, torque_at
+from diagnosis.noise import Noise, measured, settled, whiten
+from diagnosis.regression import Layout, Regression
+
+Array = NDArray[np.float64]
+LOOSE = 5.0
+"""Beside candidates a parameter may differ from its nominal value by this many tolerances."""
+DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
+"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
+STEPS = 2
+CLUSTER = 1.0
+"""Length of a cluster [s]."""
+STRETCHES = 4
+"""Folds of an only trajectory."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s], and the
+    linear ones p, gains that they belong to."""
+
+    p: Array
+    gains: Array
+    widths: Array
+    delay: float
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The base model about its fitted values, ready for candidates.
+
+    y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
+    is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample (samples, n).
+    """
+
+    base: Base
+    blocks: tuple[Block, ...]
+    fitted: Fitted
+    known: tuple[Known, ...]
+    scale: Array
+    y: tuple[Array, ...]
+    B: tuple[Array, ...]
+    raw: tuple[Array, ...]
+    noise: Noise
+
+    @cached_property
+    def kept(self) -> list[NDArray[np.bool_]]:
+        """Rows of each block that count (m,)."""
+        return [settled(block.usable) for block in self.blocks]
+
+    @property
+    def spacing(self) -> float:
+        """Time between two rows [s]."""
+        return float(np.median(np.diff(self.blocks[0].at)))
+
+    @cached_property
+    def torque_rms(self) -> Array:
+        """RMS of the torque about its mean, of each axis (n,) [N m]."""
+        values = [block.run.tau.values[block.run.tau.valid] for block in self.blocks]
+        return np.asarray(np.concatenate(values).std(axis=0))
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Axis, fold and cluster of every row."""
+        order = list(dict.fromkeys(block.run.trajectory for block in self.blocks))
+        fold, cluster = [], []
+        for block, kept in zip(self.blocks, self.kept, strict=True):
+            number = order.index(block.run.trajectory)
+            second = np.floor(block.at[kept] / CLUSTER).astype(int)
+            first = int(block.at[0] // CLUSTER)
+            cluster.append(1_000_000 * number + second - first)
+            span = block.at[-1] - block.at[0] + 1e-9
+            part = (STRETCHES * (block.at[kept] - block.at[0]) / span).astype(int)
+            fold.append(np.full(len(second), number) if len(order) > 1 else part)
+        n = self.base.n
+        _, dense = np.unique(np.concatenate(cluster), return_inverse=True)
+        axis = np.repeat(np.arange(n), len(dense))
+        return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n))
+
+    @cached_property
+    def regression(self) -> Regression:
+        """All whitened rows, axis by axis."""
+        prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in self.known])
+        n = self.base.n
+        y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
+        B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
+        return Regression(y[:, 0], B, prior, self.layout)
+
+    def white(self, axis: int, values: Sequence[Array]) -> Array:
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""
+        a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        parts = [
+            whiten(v.reshape(len(v), -1), a, scale)[kept]
+            for v, kept in zip(values, self.kept, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def residual(self, q: Array) -> list[Array]:
+        """Torque that a fit q does not explain, (m, n) [N m] of each block."""
+        return [y - B @ q for y, B in zip(self.y, self.B, strict=True)]
+
+
+def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
+    """Fit the base model: the linear part, then widths and delay by Gauss-Newton."""
+    fitted = Fitted(
+        np.array([k.nominal for k in base.linear]),
+        np.array([k.nominal for k in base.curved]),
+        np.array([k.nominal for k in base.widths]),
+        0.0,
+    )
+    flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
+    made = about(base, blocks, fitted, flat)
+    noise = measured(blocks, made.residual(made.regression.q))
+    for _ in range(STEPS):
+        made = about(base, blocks, fitted, noise)
+        fitted = _moved(made)
+    made = about(base, blocks, fitted, noise)
+    noise = measured(blocks, made.residual(made.regression.q))
+    return replace(made, noise=noise)
+
+
+def _moved(made: Calibrated) -> Fitted:
+    """The values after one Gauss-Newton step, kept within bounds."""
+    base, now = made.base, made.fitted
+    step = made.regression.q * made.scale
+    n_p, n_c = len(base.linear), len(base.curved)
+    nominal = np.array([k.nominal for k in base.widths])
+    widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
+    p = np.array([k.nominal for k in base.linear]) + step[:n_p]
+    gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
+    delay = float(np.clip(now.delay + step[-1], -0.005, 0.005))
+    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay)
+
+
+def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> Calibrated:
+    """Columns and torque about given nonlinear values."""
+    known = (*base.linear, *base.curved, *base.widths, DELAY)
+    scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
+    p0 = np.array([k.nominal for k in base.linear])
+    c0 = np.array([k.nominal for k in base.curved])
+    offset = fitted.widths - np.array([k.nominal for k in base.widths])
+    ys, Bs, raws = [], [], []
+    for block in blocks:
+        motion = block.run.motion
+        raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
+        curve, tangent = np.zeros((len(block.at), base.n, 0)), None
+        if len(base.curved):
+            z, by_width = base.bend(motion, fitted.widths)
+            raw = raw + z * fitted.gains
+            curve = _diagonal(block.smooth(z))
+            tangent = _diagonal(block.smooth(by_width * fitted.gains))
+        rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
+        parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
+            p0, block.run.payload
+        )
+        if tangent is not None:
+            y = y - curve @ c0 + tangent @ offset
+        Bs.append(np.concatenate(parts, axis=2) * scale)
+        ys.append(y)
+        raws.append(raw)
+    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
+    return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+
+
+def _diagonal(values: Array) -> Array:
+    """(m, n) -> (m, n, n) with the values of axis i in its own column."""
+    m, n = values.shape
+    out = np.zeros((m, n, n))
+    out[:, np.arange(n), np.arange(n)] = values
+    return out

@@ -1,0 +1,227 @@
+"""Columns of the library's effects along the runs: raw motion first, then the common window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import casadi as ca
+import numpy as np
+from fmugen.native import RowFunction, native
+from fmugen.scan import ScanFunction, scans
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from diagnosis.base import Motion
+from diagnosis.calibrate import Calibrated
+from diagnosis.regression import Columns
+from diagnosis.smoothing import hann_weights
+from fmus.common.effects import Effect, Shape, Signals, library
+
+Array = NDArray[np.float64]
+N_SIGNAL = 6
+"""theta, thetad, thetadd, tau, taud, time."""
+SLOW = 2e-3
+"""Effects that ask the whole mechanism anew are evaluated this often [s]."""
+TURN = 1e-5
+"""Angle by which an axis is turned to see what an error of its encoder does [rad]."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """An effect's columns, and its states if it has any, for samples of a log."""
+
+    effect: Effect
+    columns: RowFunction
+    along: ScanFunction | None
+
+    @property
+    def searched(self) -> list[Shape]:
+        """Nonlinear parameters that may take any value between their bounds."""
+        return [s for s in self.effect.shapes if len(s.grid) > 1 and not s.whole]
+
+    @property
+    def shapes(self) -> list[dict[str, float]]:
+        """The grid of its nonlinear parameters."""
+        names = [shape.name for shape in self.effect.shapes]
+        grids = [shape.grid or (shape.start,) for shape in self.effect.shapes]
+        return [dict(zip(names, values, strict=True)) for values in product(*grids)]
+
+
+def compiled(n: int, effects: Mapping[str, Effect] | None = None) -> list[Compiled]:
+    """The library for machines of n axes."""
+    chosen = [e for e in (effects or library()).values() if e.acts_on != "mechanism"]
+    columns = native([_columns(effect, n) for effect in chosen])
+    with_states = [effect for effect in chosen if effect.states]
+    along = dict(
+        zip(
+            (effect.id for effect in with_states),
+            scans([_advance(effect, n) for effect in with_states]) if with_states else [],
+            strict=True,
+        )
+    )
+    return [Compiled(e, c, along.get(e.id)) for e, c in zip(chosen, columns, strict=True)]
+
+
+class Bench:
+    """Candidate columns beside a calibrated base model."""
+
+    def __init__(self, made: Calibrated, effects: Sequence[Compiled]) -> None:
+        self.made, self.n = made, made.base.n
+        self.effects = {c.effect.id: c for c in effects}
+        self._turn: tuple[int, list[Array]] = (-1, [])
+        self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
+
+    @cached_property
+    def signals(self) -> list[Array]:
+        """Signals of all axes (samples, n, 6) of each block."""
+        found = []
+        for block, tau in zip(self.made.blocks, self.made.raw, strict=True):
+            motion = block.run.motion
+            time = np.broadcast_to(motion.time[:, None] - motion.t0, tau.shape)
+            taud = np.gradient(tau, motion.ts, axis=0)
+            listed = (motion.theta, motion.thetad, motion.thetadd, tau, taud, time)
+            found.append(np.stack(listed, axis=2))
+        return found
+
+    def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
+        """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
+        if (name, axis) not in self._grids:
+            shapes = self.effects[name].shapes if name in self.effects else [{}]
+            found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
+            self._grids[name, axis] = found
+        return self._grids[name, axis]
+
+    def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
+        """Whitened columns of an effect on an axis."""
+        thin = self.thin(name, axis, shape)
+        if thin[0].ndim == 3:
+            rows = [self.made.white(i, [v[:, i] for v in thin]) for i in range(self.n)]
+            return Columns(None, np.concatenate(rows))
+        return Columns(axis, self.made.white(axis, thin))
+
+    def thin(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """Smoothed columns of each block: (m, k), or (m, n, k) where all axes feel it."""
+        if name not in self.effects:
+            return [values[name] for values in self._whole]
+        item = self.effects[name]
+        raw = [self._raw(item, shape, inputs) for inputs in self._inputs(axis)]
+        if item.effect.acts_on == "measurement":
+            return [self._turned(k, axis, values) for k, values in enumerate(raw)]
+        return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
+
+    def _inputs(self, axis: int) -> list[Array]:
+        """Signals (samples, 6 + 6 n) of each block: of the axis, then of all."""
+        if self._turn[0] != axis:
+            every = [s.reshape(len(s), -1) for s in self.signals]
+            own = [s[:, axis] for s in self.signals]
+            self._turn = axis, [np.hstack(pair) for pair in zip(own, every, strict=True)]
+        return self._turn[1]
+
+    def _raw(self, item: Compiled, shape: Mapping[str, float], inputs: Array) -> Array:
+        count = len(inputs)
+        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+        states = np.zeros((count, 1))
+        if item.along is not None:
+            start = np.array(ca.DM(item.effect.start(float(inputs[0, 0]), shape)), dtype=float)
+            states = item.along(start.ravel(), inputs, fixed)
+        (values,) = item.columns(inputs, states, np.tile(fixed, (count, 1)))
+        return values
+
+    @cached_property
+    def _slow(self) -> list[tuple[Motion, csr_array]]:
+        found = []
+        for block in self.made.blocks:
+            motion = block.run.motion
+            step = max(1, round(SLOW / motion.ts))
+            part = slice(None, None, step)
+            theta, thetad, thetadd = (
+                v[part] for v in (motion.theta, motion.thetad, motion.thetadd)
+            )
+            slow = Motion(motion.t0, step * motion.ts, theta, thetad, thetadd)
+            at = block.at + block.run.shift
+            valid = np.ones(len(theta), dtype=bool)
+            weights, _ = hann_weights(at, slow.t0, slow.ts, valid, self.made.base.window)
+            found.append((slow, weights))
+        return found
+
+    def _torque(self, k: int, motion: Motion) -> Array:
+        fitted, base = self.made.fitted, self.made.base
+        tau = base.torque(motion, base.loaded(fitted.p, self.made.blocks[k].run.payload))
+        if len(base.curved):
+            tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
+        return tau
+
+    @cached_property
+    def _level(self) -> list[Array]:
+        return [self._torque(k, motion) for k, (motion, _) in enumerate(self._slow)]
+
+    def _turned(self, k: int, axis: int, error: Array) -> Array:
+        """What an angle error of an axis (samples, k) does to all torques (m, n, k)."""
+        motion, weights = self._slow[k]
+        step = round(motion.ts / self.made.blocks[k].run.motion.ts)
+        found = []
+        for column in error[::step].T:
+            e = np.zeros_like(motion.theta)
+            e[:, axis] = TURN * column
+            rate = np.gradient(e, motion.ts, axis=0)
+            moved = replace(
+                motion,
+                theta=motion.theta + e,
+                thetad=motion.thetad + rate,
+                thetadd=motion.thetadd + np.gradient(rate, motion.ts, axis=0),
+            )
+            found.append(-(weights @ (self._torque(k, moved) - self._level[k])) / TURN)
+        return np.stack(found, axis=2)
+
+    @cached_property
+    def _whole(self) -> list[Mapping[str, Array]]:
+        found: list[Mapping[str, Array]] = []
+        base, fitted = self.made.base, self.made.fitted
+        for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
+            columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
+            found.append({name: _thinned(weights, c) for name, c in columns.items()})
+        return found
+
+    @property
+    def whole(self) -> list[str]:
+        """Ids of effects that act on the whole mechanism."""
+        return list(self._whole[0])
+
+
+def _thinned(weights: csr_array, values: Array) -> Array:
+    flat = weights @ values.reshape(len(values), -1)
+    return np.asarray(flat.reshape(-1, *values.shape[1:]))
+
+
+def _signals(n: int, symbol: ca.SX) -> Signals:
+    """Signals of an axis in front of those of all axes."""
+    each = []
+    for i in range(n + 1):
+        theta, thetad, thetadd, tau, taud, time = (
+            symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL)
+        )
+        each.append(Signals(theta, thetad, thetadd, tau, taud, time))
+    return replace(each[0], others=tuple(each[1:]))
+
+
+def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
+    return {shape.name: symbol[k] for k, shape in enumerate(effect.shapes)}
+
+
+def _columns(effect: Effect, n: int) -> ca.Function:
+    u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
+    shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
+    values = effect.columns(_signals(n, u), state, _shape(effect, shape))
+    return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
+
+
+def _advance(effect: Effect, n: int) -> ca.Function:
+    before, now = ca.SX.sym("before", N_SIGNAL * (n + 1)), ca.SX.sym("now", N_SIGNAL * (n + 1))
+    state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
+    a, b = _signals(n, before), _signals(n, now)
+    step = b.time - a.time
+    following = effect.advance(a, b, state, _shape(effect, fixed), step)
+    return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])

@@ -1,0 +1,135 @@
+"""Is a parameter of the model another than the machine file says?
+
+All parameters may differ from their nominal values within tolerances. A change is one that the
+tolerances make improbable: freeing one direction (a parameter, a kind of flexure on all arms, a
+point mass on the end-effector) must lower the penalised sum of squares by far more than chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.base import Known
+from diagnosis.calibrate import LOOSE
+from diagnosis.regression import Regression
+from diagnosis.verdict import Changed, Estimate
+
+Array = NDArray[np.float64]
+FALL = 14.0
+"""Fall of the penalised sum of squares that a change must bring: 3.7 tolerances."""
+EACH = 4.0
+"""The same for every further direction that is freed together."""
+MOST = 6
+CORRELATED = 3.0
+"""Rows that count as one, for what the noise model does not know."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What may change together: columns of U (nb, k); names of the parameters to report."""
+
+    name: str
+    U: Array
+    shown: tuple[int, ...]
+
+
+def changes(
+    regression: Regression, known: tuple[Known, ...], extra: Mapping[str, Array]
+) -> list[Changed]:
+    """Changed parameters, the most certain first.
+
+    regression: base columns as far as `known` goes, then those of effects found. extra: more
+    directions by name, in units of the parameters (len(known),).
+    """
+    steady = np.array([np.isfinite(k.tolerance) for k in known])
+    if not steady.any():
+        return []
+    nb, n = len(regression.prior), len(known)
+    G, b = np.zeros((nb, nb)), np.zeros(nb)
+    for part, rhs in regression.grams:
+        G, b = G + part, b + rhs
+    dispersion = max(1.0, float((regression.residual**2).mean())) * CORRELATED
+    G, b = G / dispersion, b / dispersion
+    Lambda = np.zeros(nb)
+    Lambda[:n][steady] = LOOSE**2
+    free: list[Direction] = []
+    listed = _directions(known, extra, nb)
+    for _ in range(MOST):
+        level = _cost(G, b, Lambda, free)
+        falls = [level - _cost(G, b, Lambda, [*free, d]) for d in listed]
+        scores = [f - EACH * (d.U.shape[1] - 1) for f, d in zip(falls, listed, strict=True)]
+        top = int(np.argmax(scores))
+        if scores[top] < FALL:
+            break
+        free.append(listed.pop(top))
+    return _reported(G, b, Lambda, free, known)
+
+
+def _precision(Lambda: Array, free: list[Direction]) -> Array:
+    P = np.diag(Lambda)
+    if not free:
+        return P
+    U = np.hstack([d.U for d in free])
+    LU = P @ U
+    return np.asarray(P - LU @ np.linalg.pinv(U.T @ LU) @ LU.T)
+
+
+def _cost(G: Array, b: Array, Lambda: Array, free: list[Direction]) -> float:
+    A = G + _precision(Lambda, free)
+    A = A + 1e-10 * np.diag(np.maximum(np.diag(A), 1e-300))
+    return -float(b @ np.linalg.solve(A, b))
+
+
+def _directions(known: tuple[Known, ...], extra: Mapping[str, Array], nb: int) -> list[Direction]:
+    """Every parameter, every kind that several arms share, and what the base model adds."""
+    found, n = [], len(known)
+    scale = np.array([LOOSE * k.tolerance for k in known])
+    for j, k in enumerate(known):
+        if k.group in ("delay",) or not np.isfinite(k.tolerance):
+            continue
+        U = np.zeros((nb, 1))
+        U[j] = 1.0
+        found.append(Direction(k.name, U, (j,)))
+    groups: dict[str, list[int]] = {}
+    for j, k in enumerate(known):
+        groups.setdefault(k.group, []).append(j)
+    for name, members in groups.items():
+        if len(members) > 1:
+            U = np.zeros((nb, 1))
+            U[members] = 1.0 / np.sqrt(len(members))
+            found.append(Direction(name, U, (members[0],)))
+    for name, vector in extra.items():
+        U = np.zeros((nb, 1))
+        U[:n, 0] = np.where(np.isfinite(scale) & (scale > 0), vector / scale, 0.0)
+        largest = [j for j in range(n) if known[j].name == name]
+        U /= np.linalg.norm(U)
+        found.append(Direction(name, U, tuple(largest)))
+    return found
+
+
+def _reported(
+    G: Array, b: Array, Lambda: Array, free: list[Direction], known: tuple[Known, ...]
+) -> list[Changed]:
+    if not free:
+        return []
+    A = G + _precision(Lambda, free)
+    A = A + 1e-10 * np.diag(np.maximum(np.diag(A), 1e-300))
+    q, covariance = np.linalg.solve(A, b), np.linalg.inv(A)
+    made, seen = [], set()
+    for d in free:
+        for j in d.shown:
+            k = known[j]
+            scale = LOOSE * k.tolerance
+            value = k.nominal + scale * q[j]
+            reach = 1.96 * scale * float(np.sqrt(max(covariance[j, j], 0.0)))
+            name = d.name if len(d.shown) == 1 else k.name
+            if name in seen:
+                continue
+            seen.add(name)
+            ci = (float(value - reach), float(value + reach))
+            made.append(Changed(name, k.nominal, Estimate(float(value), ci, k.unit)))
+    return made

@@ -1,0 +1,214 @@
+"""The hexapod as base model of the diagnosis: every arm's every parameter, not only the 162.
+
+Arms that differ a little are no missing effect; the tolerances keep what the data cannot
+determine at its nominal value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from fmugen.native import native
+from fmugen.scan import scans
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from diagnosis.base import Known, Motion
+from fmus.common import actuator
+from fmus.common.dynamics import loads, project
+from fmus.common.machine import Machine
+from fmus.common.mechanism import (
+    INERTIA_NAMES,
+    Mechanism,
+    mechanism_names,
+    mechanism_units,
+    nominal_mechanism,
+    point_mass,
+)
+from fmus.common.model import Model
+from fmus.common.parameters import actuator_parameters, base_parameters
+
+Array = NDArray[np.float64]
+NEWTON_STEPS = 8
+CHUNK = 4000
+"""Samples whose columns are held at a time."""
+INERTIA, STIFFNESS, ACTUATOR = 0.015, 0.05, 0.05
+"""One standard deviation of a nominal value, relative."""
+CENTRE = 5e-4
+"""One standard deviation of a centre of mass [m]."""
+WIDTH = 0.1
+"""One standard deviation of the hysteresis' width, relative."""
+
+
+class HexapodBase:
+    """Base model of a machine with or without its platform; see `diagnosis.base.Base`."""
+
+    window, spacing, settle = 0.0105, 0.005, 1.0
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.n = machine, machine.n_arms
+        listed = _actuator(machine)
+        self._kept = [k for k, known in enumerate(listed) if not known.group.startswith("c[")]
+        self.linear = (*(listed[k] for k in self._kept), *_mechanism(machine))
+        self.curved = tuple(known for known in listed if known.group.startswith("c["))
+        sigma = machine.actuator.sigma
+        self.widths = tuple(
+            Known(f"sigma[{i + 1}]", "rad", sigma, WIDTH * sigma, f"sigma[{i + 1}]", i)
+            for i in range(self.n)
+        )
+        self._build(len(listed))
+
+    def _build(self, n_actuator: int) -> None:
+        model = Model(self.machine)
+        n, n_x = model.n, model.n_x
+        x, xd, xdd = (ca.SX.sym(name, n_x) for name in ("x", "xd", "xdd"))
+        rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
+        linkage = model.linkage(x)
+        v = linkage.rates(rate)
+        a = linkage.accelerations(v, acceleration)
+        par, g = ca.SX.sym("p", len(self.linear)), ca.SX.sym("g", 3)
+        full = ca.SX.zeros(n_actuator)
+        for place, k in enumerate(self._kept):
+            full[k] = par[place]
+        mechanism = Mechanism.split(par[len(self._kept) :], n)
+        model.g = g
+        tau = project(linkage, loads(linkage, model.motion(xd, xdd), mechanism))
+        tau += model.actuator_torque(full, x[:n], xd[:n], model.basis(x[:n], ca.SX.zeros(n)))
+        Phi = ca.substitute(ca.jacobian(tau, par), g, ca.SX(list(self.machine.gravity.g)))
+        sparsity = Phi.sparsity()
+        self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
+        entries: Any = Phi.nonzeros()
+        functions = [
+            ca.Function("native_newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())])),
+            ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a])),
+            ca.Function("native_full", [x, xd, xdd], ca.cse([ca.vertcat(*entries)])),
+            ca.Function("native_torque", [x, xd, xdd, par, g], ca.cse([tau])),
+        ]
+        self._newton, self._rates, self._full, self._torque = native(functions)
+        self._x0 = model.frames.x0
+        z, before, now, sigma = (ca.SX.sym(s, n) for s in ("z", "before", "now", "sigma"))
+        steps = [
+            actuator.dahl(z[i], now[i] - before[i], sigma[i])  # type: ignore[arg-type]
+            for i in range(n)
+        ]
+        (self._dahl,) = scans(
+            [ca.Function("scan_dahl", [z, before, now, sigma], [ca.vertcat(*steps)])]
+        )
+
+    def _state(self, motion: Motion) -> tuple[Array, Array, Array]:
+        x = np.tile(self._x0, (len(motion.theta), 1))
+        x[:, : self.n] = motion.theta
+        for _ in range(NEWTON_STEPS):
+            (x,) = self._newton(x)
+        xd, xdd = self._rates(x, motion.thetad, motion.thetadd)
+        return x, xd, xdd
+
+    def loaded(self, p: Array, payload: float) -> Array:
+        """Parameters (n_p,) with a point mass `payload` [kg] at c_payload of E."""
+        if payload == 0.0 or not self.machine.has_platform:
+            return p
+        return np.asarray(p + payload * self._point)
+
+    @cached_property
+    def _point(self) -> Array:
+        """A kilogram at c_payload, as parameters (n_p,)."""
+        point = np.zeros(len(self.linear))
+        c = self.machine.platform.end_effector.c_payload
+        ten = np.array(point_mass(1.0, c), dtype=float).ravel()
+        names = [known.name for known in self.linear]
+        for name, value in zip(INERTIA_NAMES, ten, strict=True):
+            point[names.index(f"end_effector.{name}")] = value
+        return point
+
+    def directions(self) -> Mapping[str, Array]:
+        """A payload that nobody told of, seen as another mass of the end-effector."""
+        if not self.machine.has_platform:
+            return {}
+        rest = np.zeros(len(self.curved) + len(self.widths) + 1)
+        return {"end_effector.m": np.concatenate([self._point, rest])}
+
+    def rows(self, motion: Motion, weights: csr_array) -> Array:
+        """Smoothed columns (rows, n, n_p), in chunks of samples."""
+        size = weights.shape[0], self.n, len(self.linear)
+        flat = np.zeros((size[0], len(self._at[0])))
+        for at in range(0, len(motion.theta), CHUNK):
+            part = slice(at, at + CHUNK)
+            state = self._state(_part(motion, part))
+            (values,) = self._full(*state)
+            flat += weights[:, part] @ values
+        dense = np.zeros(size)
+        dense[:, self._at[0], self._at[1]] = flat
+        return dense
+
+    def bend(self, motion: Motion, widths: Array) -> tuple[Array, Array]:
+        """Dahl states and their derivatives by sigma [1/rad], central differences."""
+        step = 1e-3 * widths
+        z, more, less = (
+            self._dahl(np.zeros(self.n), motion.theta, sigma)
+            for sigma in (widths, widths + step, widths - step)
+        )
+        return z, (more - less) / (2 * step)
+
+    def torque(self, motion: Motion, p: Array) -> Array:
+        """B p (samples, n) [N m]."""
+        return self._under(motion, p, np.array(self.machine.gravity.g))
+
+    def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
+        """Tilted gravity: torque for a radian about the world's x and y."""
+        g = np.array(self.machine.gravity.g)
+        level = self._under(motion, p, g)
+        columns = [self._under(motion, p, g + np.cross(axis, g)) - level for axis in np.eye(3)[:2]]
+        return {"gravity_tilt": np.stack(columns, axis=2)}
+
+    def _under(self, motion: Motion, p: Array, g: Array) -> Array:
+        parts = []
+        for at in range(0, len(motion.theta), CHUNK):
+            state = self._state(_part(motion, slice(at, at + CHUNK)))
+            count = len(state[0])
+            (tau,) = self._torque(*state, np.tile(p, (count, 1)), np.tile(g, (count, 1)))
+            parts.append(tau)
+        return np.concatenate(parts)
+
+
+def _part(motion: Motion, part: slice) -> Motion:
+    start = motion.t0 + part.start * motion.ts
+    return Motion(start, motion.ts, motion.theta[part], motion.thetad[part], motion.thetadd[part])
+
+
+def _actuator(machine: Machine) -> list[Known]:
+    nominal, listed = base_parameters(machine), []
+    per = len(actuator_parameters(machine)) // machine.n_arms
+    for k, (par, value) in enumerate(zip(actuator_parameters(machine), nominal, strict=False)):
+        spread = ACTUATOR * max(abs(value), par.floor)
+        listed.append(Known(par.name, par.unit, float(value), spread, par.name, k // per))
+    return listed
+
+
+def _mechanism(machine: Machine) -> list[Known]:
+    n, platform = machine.n_arms, machine.has_platform
+    values = np.array(nominal_mechanism(machine).vector(), dtype=float).ravel()
+    names, units = mechanism_names(n, platform), mechanism_units(n, platform)
+    of = dict(zip(names, values, strict=True))
+    listed = []
+    for name, unit in zip(names, units, strict=True):
+        body, _, entry = name.partition(".")
+        kind = body.partition("[")[0]
+        spread = STIFFNESS * abs(of[name]) if kind == "flexure" else _inertia(of, body, entry)
+        listed.append(Known(name, unit, float(of[name]), spread, f"{kind}.{entry}"))
+    return listed
+
+
+def _inertia(of: Mapping[str, float], body: str, entry: str) -> float:
+    """Tolerance of one entry of a body's inertia."""
+    value = abs(of[f"{body}.{entry}"])
+    if entry.startswith("mc"):
+        mass = of.get(f"{body}.m", abs(of.get(f"{body}.mc_x", 0.0)) / 0.1)
+        return INERTIA * value + CENTRE * mass
+    if entry.startswith("J_") and entry in INERTIA_NAMES:
+        mean = sum(of[f"{body}.J_{a}{a}"] for a in "xyz") / 3
+        return INERTIA * value + 0.01 * mean
+    return INERTIA * value

@@ -1,0 +1,76 @@
+"""Delays between channels that should say the same, and whether they grow over the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.logs.groups import shift_of
+from diagnosis.logs.log import Channel, Finding
+
+PAIRS = {
+    ("r", "theta"): (0.2, 5e-3),
+    ("tau", "tau_meas"): (0.3, 2e-3),
+    ("theta'", "thetad"): (0.3, 0.0),
+}
+"""What leads and what follows: largest relative difference; delay [s] that is normal."""
+LONGEST = 30.0
+"""Seconds at the start and at the end that are compared."""
+SAMPLES = 0.6
+"""Part of a sample period that a delay or its growth must exceed to be told."""
+
+
+def delays(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
+    """Findings for each pair of channels that the log has; nothing is changed."""
+    found = dict(channels)
+    if "thetad" in channels:
+        found["theta'"] = _rate(channels["theta"])
+    notes: list[Finding] = []
+    for (lead, follow), (alike, normal) in PAIRS.items():
+        if lead in found and follow in found and found[lead].width == found[follow].width:
+            notes += _compare(where, (lead, follow), found, alike, normal)
+    return notes
+
+
+def _compare(
+    where: str, names: tuple[str, str], found: Mapping[str, Channel], alike: float, normal: float
+) -> list[Finding]:
+    lead, follow = (found[name] for name in names)
+    if lead.breaks or follow.breaks:
+        return []
+    seconds = len(follow.values) * follow.ts
+    length = min(LONGEST, seconds / 3)
+    begin, end = follow.t0, follow.t0 + seconds - length
+    lags = [shift_of(_cut(lead, t, length), _cut(follow, t, length), alike) for t in (begin, end)]
+    first, last = lags
+    if first is None or last is None:
+        return []
+    period = max(lead.ts, follow.ts)
+    shown = f"{names[1]} follows {names[0]}"
+    if abs(last - first) > SAMPLES * period:
+        rate = (last - first) / (end - begin)
+        text = (
+            f"{shown} by {first * 1e3:.4g} ms at the start and {last * 1e3:.4g} ms at the end:"
+            f" their clocks drift by {rate * 1e6:.4g} ppm, or samples were lost"
+        )
+        return [Finding("drift", where, text, False)]
+    lag = (first + last) / 2
+    if lag > normal + SAMPLES * period or lag < -SAMPLES * period:
+        early = " (it should not come first)" if lag < 0 else ""
+        return [Finding("delay", where, f"{shown} by {lag * 1e3:.4g} ms{early}", False)]
+    return []
+
+
+def _cut(channel: Channel, begin: float, length: float) -> Channel:
+    """The samples of a channel from `begin` on for `length` [s]."""
+    first = max(int(np.ceil((begin - channel.t0) / channel.ts)), 0)
+    part = slice(first, first + int(length / channel.ts))
+    t0 = channel.t0 + first * channel.ts
+    return replace(channel, t0=t0, values=channel.values[part], valid=channel.valid[part])
+
+
+def _rate(theta: Channel) -> Channel:
+    rate = np.gradient(theta.values, theta.ts, axis=0)
+    return replace(theta, values=rate)

@@ -1,0 +1,203 @@
+"""Passes of one trajectory found and aligned: by what the files say, checked by the data.
+
+Two runs are passes of one trajectory when one, moved in time, lies on the other:
+    shift = argmin_s  rms(a(t) - b(t + s))       correlation first, then Gauss-Newton in s
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.signal import correlate
+
+from diagnosis.logs.log import Array, Channel, Finding, Log
+
+COARSE = 0.005
+"""Sample time [s] at which runs are compared."""
+ALIKE = {"r": 0.02, "theta": 0.05}
+"""Largest relative difference of two passes."""
+OVERLAP = 0.5
+"""Part of the shorter run that must lie on the other."""
+STEPS = 8
+NEAR = 20
+"""Samples beside a coarse minimum among which the best is taken."""
+POINTS = 100_000
+
+
+@dataclass(frozen=True)
+class RunGroup:
+    """Passes of one trajectory with one payload; each log has its `shift` [s]. findings: what
+    grouping noticed."""
+
+    trajectory: str
+    logs: tuple[Log, ...]
+    findings: tuple[Finding, ...] = field(default=())
+
+
+def group_runs(logs: Sequence[Log]) -> list[RunGroup]:
+    """Groups of passes in the order of their first log.
+
+    The data decide, since only they can repeat: a label that contradicts them is a finding.
+    Runs in which nothing moves, and other payloads, stand alone.
+    """
+    members: list[list[Log]] = []
+    for log in logs:
+        for group in members:
+            shift = _shift_between(group[0], log)
+            if shift is not None:
+                group.append(replace(log, shift=group[0].shift + shift))
+                break
+        else:
+            members.append([log])
+    names = _names(members)
+    return [
+        RunGroup(name, tuple(group), tuple(_notes(name, group, members)))
+        for name, group in zip(names, members, strict=True)
+    ]
+
+
+def _names(members: list[list[Log]]) -> list[str]:
+    """Labels of the groups, made unique; `trajectory 3` where no file tells one."""
+    names: list[str] = []
+    for k, group in enumerate(members, start=1):
+        label = next((log.trajectory for log in group if log.trajectory), f"trajectory {k}")
+        payload = group[0].meta.get("payload", "")
+        if label in names and payload:
+            label = f"{label}, payload {payload}"
+        count, unique = 2, label
+        while unique in names:
+            unique, count = f"{label} ({count})", count + 1
+        names.append(unique)
+    return names
+
+
+def _notes(name: str, group: list[Log], members: list[list[Log]]) -> list[Finding]:
+    notes = []
+    labels = sorted({log.trajectory for log in group if log.trajectory})
+    where = ", ".join(log.name for log in group)
+    if len(labels) > 1:
+        text = f"named {' and '.join(labels)}, but they are the same motion: one trajectory"
+        notes.append(Finding("metadata", where, text, True))
+    if len(group) > 1 and len(labels) == 0:
+        signal = "r" if "r" in group[0].channels else "theta"
+        text = f"no file names its trajectory: found alike by {signal}"
+        notes.append(Finding("metadata", where, text, True))
+    for other in members:
+        if other is group or not labels or _payload(other[0]) != _payload(group[0]):
+            continue
+        if other[0].trajectory in labels:
+            text = f"also named {other[0].trajectory} as {other[0].name}, but another motion"
+            notes.append(Finding("metadata", where, f"{text}: taken as {name!r}", True))
+    numbers = [log.pass_number for log in group if log.pass_number is not None]
+    if len(numbers) != len(set(numbers)):
+        notes.append(Finding("metadata", where, "two runs have the same pass number", True))
+    if len(group) == 1:
+        text = "one pass only: what does not repeat cannot be told from what the model lacks"
+        notes.append(Finding("no-repeat", where, text, False))
+    return notes
+
+
+def _payload(log: Log) -> str:
+    """Payload as far as the file tells it, for comparison: a number where it is one."""
+    text = log.meta.get("payload", "").removesuffix("kg").strip()
+    try:
+        return f"{float(text):.6g}"
+    except ValueError:
+        return text
+
+
+def _same_load(a: Log, b: Log) -> bool:
+    if _payload(a) and _payload(b) and _payload(a) != _payload(b):
+        return False
+    if "payload" in a.channels and "payload" in b.channels:
+        first, second = (log["payload"].values for log in (a, b))
+        return bool(abs(first.mean() - second.mean()) < 1e-3 + 0.01 * abs(first).max())
+    return True
+
+
+def _shift_between(a: Log, b: Log) -> float | None:
+    """Time [s] by which b is later than a, None when they are not passes of one trajectory."""
+    if not _same_load(a, b):
+        return None
+    name = "r" if "r" in a.channels and "r" in b.channels else "theta"
+    one, two = a[name], b[name]
+    if one.width != two.width:
+        return None
+    return shift_of(one, two, ALIKE[name])
+
+
+def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
+    """Shift [s] so that b(t + shift) = a(t), to a fraction of a sample; None when unlike.
+
+    alike: largest rms(a - b) / rms(a) over the overlap.
+    """
+    first, second = _coarse(a), _coarse(b)
+    if min(len(first), len(second)) < 4 or not first.any() or not second.any():
+        return None
+    lag = _lag(first, second)
+    shift = b.t0 - a.t0 + lag * COARSE
+    for _ in range(STEPS):
+        step, apart = _newton(a, b, shift)
+        if step is None or apart is None:
+            return None
+        shift += step
+        if abs(step) < 1e-4 * min(a.ts, b.ts):
+            break
+    _, apart = _newton(a, b, shift)
+    return shift if apart is not None and apart < alike else None
+
+
+def _coarse(channel: Channel) -> Array:
+    """Samples every COARSE s from t0 on, mean removed (samples, width)."""
+    time = channel.time
+    grid = np.arange(time[0], time[-1] + 0.5 * channel.ts, COARSE)
+    columns = [np.interp(grid, time, column) for column in channel.values.T]
+    values = np.column_stack(columns)
+    values -= values.mean(axis=0)
+    # encoder noise is no motion
+    return values if np.abs(values).max() > 1e-4 else np.zeros_like(values)
+
+
+def _lag(a: Array, b: Array) -> int:
+    """Samples by which b is later than a, where they differ least over enough overlap."""
+    # sum |a - b|^2 over the overlap = energy of both parts - 2 correlation
+    cross = sum(correlate(y, x, mode="full", method="fft") for x, y in zip(a.T, b.T, strict=True))
+    lags = np.arange(-len(a) + 1, len(b))
+    energy_a = np.concatenate([[0.0], np.cumsum((a**2).sum(axis=1))])
+    energy_b = np.concatenate([[0.0], np.cumsum((b**2).sum(axis=1))])
+    begin, end = np.maximum(0, -lags), np.minimum(len(a), len(b) - lags)
+    total = energy_a[end] - energy_a[begin] + energy_b[end + lags] - energy_b[begin + lags]
+    enough = end - begin >= OVERLAP * min(len(a), len(b))
+    apart = np.where(enough, (total - 2 * np.asarray(cross)) / np.maximum(total, 1e-30), np.inf)
+    # a motion that repeats within a run fits at several lags: the smallest of them
+    equal = np.flatnonzero(apart <= apart.min() + 1e-3)
+    best = equal[np.argmin(np.abs(lags[equal]))]
+    near = np.abs(np.arange(len(lags)) - best) <= NEAR
+    return int(lags[np.argmin(np.where(near, apart, np.inf))])
+
+
+def _newton(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
+    """Step towards the best shift, and the relative difference at this one."""
+    time, other = a.time, b.time
+    inside = a.valid & (time + shift >= other[0] + b.ts) & (time + shift <= other[-1] - b.ts)
+    rows = np.flatnonzero(inside)
+    if len(rows) < 8:
+        return None, None
+    rows = rows[:: max(1, len(rows) // POINTS)]
+    at = time[rows] + shift
+    slope_of = np.gradient(b.values, b.ts, axis=0)
+    moved = np.column_stack([np.interp(at, other, column) for column in b.values.T])
+    slope = np.column_stack([np.interp(at, other, column) for column in slope_of.T])
+    trust = np.interp(at, other, b.valid.astype(float)) > 0.999
+    apart, slope = (a.values[rows] - moved)[trust], slope[trust]
+    if len(apart) < 8 or not (slope**2).sum() > 0:
+        return None, None
+    # an offset between passes is no difference of motion
+    apart = apart - apart.mean(axis=0)
+    wanted = a.values[rows][trust]
+    size = float(np.sqrt(((wanted - wanted.mean(axis=0)) ** 2).mean()))
+    step = float((slope * apart).sum() / (slope**2).sum())
+    limit = 2 * COARSE
+    return max(-limit, min(limit, step)), float(np.sqrt((apart**2).mean())) / max(size, 1e-30)

@@ -1,0 +1,142 @@
+"""What a log is once it has been read: channels on even clocks, and what was noticed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+MEMORY = 400e6
+"""Bytes of samples that one log may take before stretches are left out."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Samples values (samples, width) in SI units; sample k stands at t0 + k ts [s].
+
+    valid (samples,): False where the values were not measured (a filled gap, a NaN stretch) or
+    are not the truth (clipped). Invalid values are finite: a straight line between the good
+    neighbours. breaks: (index, skipped): from sample `index` on, time is `skipped` [s] later
+    than even spacing says, because a long gap or a left-out stretch stands before it; the
+    sample before `index` is invalid, so whatever leaves out windows that touch an invalid
+    sample never looks across a break.
+    """
+
+    t0: float
+    ts: float
+    values: Array
+    valid: Mask
+    breaks: tuple[tuple[int, float], ...] = ()
+
+    @property
+    def time(self) -> Array:
+        """Time of each sample (samples,) [s] on the clock of the file."""
+        time = self.t0 + self.ts * np.arange(len(self.values))
+        for index, skipped in self.breaks:
+            time[index:] += skipped
+        return np.asarray(time)
+
+    @property
+    def width(self) -> int:
+        """Number of axes, 1 for a scalar channel."""
+        return int(self.values.shape[1])
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something noticed while reading.
+
+    kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "delay", "drift",
+    "duplicate", "extra", "gap", "jitter", "jump", "memory", "metadata", "missing", "names", "nan",
+    "no-repeat", "range", "rate", "reset", "short", "sign", "swapped", "units". where: file and
+    channel. corrected: whether the log is as good as if it had not been there.
+    """
+
+    kind: str
+    where: str
+    text: str
+    corrected: bool
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.text}"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user adds to a log: torque_constant [N m/A], one or one for each axis; units by
+    channel (`{"theta": "deg"}`), which outweigh the file's; rename: {name in the file: channel};
+    memory: bytes of samples to keep."""
+
+    torque_constant: float | tuple[float, ...] | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
+    rename: Mapping[str, str] = field(default_factory=dict)
+    memory: float = MEMORY
+
+
+@dataclass(frozen=True)
+class Log:
+    """One run. channels: by name (`theta`, `tau_meas`, `r` ...); meta: what the file says.
+
+    shift [s]: time - shift is common to the passes of a trajectory; `group_runs` sets it.
+    """
+
+    name: str
+    channels: Mapping[str, Channel]
+    meta: Mapping[str, str] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+    shift: float = 0.0
+
+    @classmethod
+    def of(cls, name: str, ts: float, theta: Array, tau: Array) -> Log:
+        """A log of samples at hand: theta, tau (samples, n) [rad], [N m] every ts [s]."""
+        made = {
+            key: Channel(0.0, ts, values, np.ones(len(values), dtype=bool))
+            for key, values in (("theta", theta), ("tau_meas", tau))
+        }
+        return cls(name, made)
+
+    def __getitem__(self, name: str) -> Channel:
+        if name not in self.channels:
+            raise LogError(f"{self.name}: no channel `{name}`; it has {', '.join(self.channels)}")
+        return self.channels[name]
+
+    @property
+    def theta(self) -> Array:
+        """Angles (samples, n) [rad]."""
+        return self["theta"].values
+
+    @property
+    def tau(self) -> Array:
+        """Measured torques (samples, n) [N m]; on their own clock, see `same_clock`."""
+        return self["tau_meas"].values
+
+    @property
+    def ts(self) -> float:
+        """Sample time of the angles [s]."""
+        return self["theta"].ts
+
+    @property
+    def same_clock(self) -> bool:
+        """Whether angles and torques are sampled at the same instants."""
+        a, b = self["theta"], self["tau_meas"]
+        same = (a.t0, a.ts, a.breaks, len(a.values)) == (b.t0, b.ts, b.breaks, len(b.values))
+        return bool(same)
+
+    @property
+    def trajectory(self) -> str:
+        """Name of the trajectory, "" when the file does not tell."""
+        return self.meta.get("trajectory", "")
+
+    @property
+    def pass_number(self) -> int | None:
+        """Number of the pass, None when the file does not tell."""
+        try:
+            return int(float(self.meta["pass"]))
+        except (KeyError, ValueError, OverflowError):
+            return None

@@ -1,0 +1,145 @@
+"""MAT logs: v5 by SciPy, v7.3 (HDF5) by h5py.
+
+Variables `time`, `theta`, `tau_meas` ... (samples × axes or its transpose) stand side by side or
+in structs, one struct for each rate. Units: a struct `unit` (or `units`) with fields by channel,
+or variables such as `theta_unit`. Texts and single numbers are metadata.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from diagnosis.logs.hdf5 import table_of
+from diagnosis.logs.log import Finding, Options
+from diagnosis.logs.mat5 import walk
+from diagnosis.logs.raw import CHANNELS, Raw
+from fmus.common.errors import LogError
+
+UNIT_STRUCTS = ("unit", "units")
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A dataset of a v7.3 file as MATLAB shows it: its axes are stored the other way round."""
+
+    item: Any
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As `size` tells in MATLAB."""
+        return tuple(reversed(self.item.shape))
+
+    @property
+    def dtype(self) -> Any:
+        """Type of the numbers."""
+        return self.item.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        turned = tuple(reversed(key)) if isinstance(key, tuple) else key
+        return np.asarray(self.item[turned]).T
+
+
+def read_mat(path: Path, options: Options) -> Raw:
+    """Read a MAT file of either kind; LogError when it is neither."""
+    try:
+        if h5py.is_hdf5(path):
+            with h5py.File(path, "r") as file:
+                return _raw(path, _hdf5(file), options)
+        return _raw(path, _version5(path), options)
+    except LogError:
+        raise
+    except Exception as error:  # scipy raises whatever a mangled file makes it meet
+        reason = str(error) or type(error).__name__
+        raise LogError(f"{path}: not a readable MAT file, maybe truncated ({reason})") from None
+
+
+def _version5(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    walk(path.read_bytes())
+    content = loadmat(str(path), simplify_cells=True)
+    return {name: value for name, value in content.items() if not name.startswith("__")}
+
+
+def _hdf5(group: h5py.Group) -> dict[str, Any]:
+    """Nested content of a v7.3 file; texts are stored as numbers of characters there."""
+    content: dict[str, Any] = {}
+    for name, item in group.items():
+        if name.startswith("#"):
+            continue
+        if isinstance(item, h5py.Group):
+            content[name] = _hdf5(item)
+        elif item.attrs.get("MATLAB_class") == b"char":
+            content[name] = "".join(chr(int(c)) for c in np.asarray(item[()]).ravel(order="K"))
+        elif item.attrs.get("MATLAB_empty"):
+            continue
+        else:
+            content[name] = Turned(item)
+    return content
+
+
+def _raw(path: Path, content: Mapping[str, Any], options: Options) -> Raw:
+    meta: dict[str, str] = {}
+    tables, findings = [], list[Finding]()
+    for where, group in _groups(str(path), content):
+        units = _units(content) | _units(group)
+        data = {}
+        for name, item in group.items():
+            if isinstance(item, str):
+                meta[name] = item
+            elif _scalar(item):
+                value = item[()] if hasattr(item, "shape") else item
+                meta[name] = f"{float(np.ravel(value)[0]):.15g}"
+            elif hasattr(item, "shape") and item.dtype.kind in "fiub":
+                data[name] = item
+        if not any(name.lower() in ("time", "t", *CHANNELS) for name in data):
+            continue
+        table, notes = table_of(where, _flat(data), units, options)
+        findings += notes
+        tables += [table] if table else []
+    if not tables:
+        shown = ", ".join(list(content)[:8]) or "nothing"
+        raise LogError(f"{path}: no variable `time`; it has {shown}")
+    return Raw(tables, meta, findings)
+
+
+def _groups(where: str, content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    found: list[tuple[str, Mapping[str, Any]]] = [(where, content)]
+    for name, item in content.items():
+        if isinstance(item, Mapping) and name not in UNIT_STRUCTS:
+            found += _groups(f"{where}: {name}", item)
+    return found
+
+
+def _units(group: Mapping[str, Any]) -> dict[str, str]:
+    units = {
+        name.removesuffix("_unit"): item
+        for name, item in group.items()
+        if name.endswith("_unit") and isinstance(item, str)
+    }
+    for name in UNIT_STRUCTS:
+        struct = group.get(name)
+        if isinstance(struct, Mapping):
+            units |= {key: item for key, item in struct.items() if isinstance(item, str)}
+    return units
+
+
+def _scalar(item: Any) -> bool:
+    if isinstance(item, int | float | np.number):
+        return True
+    return hasattr(item, "shape") and item.dtype.kind in "fiub" and np.prod(item.shape) == 1
+
+
+def _flat(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Row and column vectors as vectors, so that time × axes decides about the rest."""
+    flat = {}
+    for name, item in data.items():
+        vector = len(item.shape) == 2 and 1 in item.shape
+        flat[name] = np.asarray(item[()]).ravel() if vector else item
+    return flat

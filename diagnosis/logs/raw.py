@@ -1,0 +1,188 @@
+"""What a file holds before anything is judged: tables, each with one time column."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from diagnosis.logs.log import Array, Finding, Options
+from fmus.common.errors import LogError
+
+CHANNELS = (
+    "theta",
+    "tau_meas",
+    "current",
+    "thetad",
+    "r",
+    "tau",
+    "tau_ff",
+    "payload",
+    "temperature",
+)
+SCALARS = ("payload", "temperature")
+"""Channels of width one, written without an index."""
+STRETCHES = 24
+_INDEX = re.compile(r"^(?P<base>.*?)\s*(?:\[(\d+)\]|\((\d+)\)|_(\d+)|(?<=[a-z])(\d+))$")
+_UNIT = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\]\d][^\]]*)\]|\((?P<b>[^)\d][^)]*)\)|/\s*(?P<c>[^\d\s/]+))$"
+)
+
+
+@dataclass
+class Table:
+    """Channels that share one time column. time (samples,) in `unit`; values: (samples, width)
+    by channel; units: as the file has them; joins: rows at which a stretch begins that does not
+    follow the row before it."""
+
+    where: str
+    time: Array
+    unit: str
+    values: dict[str, Array] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    joins: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a file: its name and unit as written there, key: how its reader finds it."""
+
+    key: Any
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to read for one time column: keys by channel in the order of the axes."""
+
+    time: Column
+    keys: Mapping[str, tuple[Any, ...]]
+    units: Mapping[str, str]
+
+    @property
+    def columns(self) -> int:
+        """Number of columns with the time."""
+        return 1 + sum(len(keys) for keys in self.keys.values())
+
+
+@dataclass
+class Raw:
+    """A file: its tables, metadata and what was noticed while reading it."""
+
+    tables: list[Table]
+    meta: dict[str, str]
+    findings: list[Finding]
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """`theta[1] [deg]` and `theta (deg)` as name and unit; "" when it tells none."""
+    found = _UNIT.match(name)
+    if not found:
+        return name, ""
+    return found["name"], found["a"] or found["b"] or found["c"]
+
+
+def channel_of(name: str, options: Options) -> tuple[str, int]:
+    """Channel and number of the axis of a column; ("", 0) when it is none of ours.
+
+    `theta[1]`, `theta(1)`, `theta_1` and `theta1` are alike; what stands before a dot
+    (`plant.theta[1]`) does not count. Number 0 means "no number".
+    """
+    name = options.rename.get(name, name).strip()
+    if name in CHANNELS:
+        return name, 0
+    tail = name.rsplit(".", 1)[-1]
+    found = _INDEX.match(tail)
+    base = found["base"] if found else tail
+    number = next((int(g) for g in found.groups()[1:] if g is not None), 0) if found else 0
+    base = options.rename.get(base, base)
+    return (base, number) if base in CHANNELS else ("", 0)
+
+
+def plan(
+    where: str, time: Column, columns: Sequence[Column], options: Options
+) -> tuple[Plan, list[Finding]]:
+    """Sort the columns beside one time column into channels; what is not ours is a finding.
+
+    LogError when a channel has an axis twice, a number is missing or units differ.
+    """
+    found: dict[str, dict[int, Column]] = {}
+    extra: list[str] = []
+    for column in columns:
+        name, number = channel_of(column.name, options)
+        if not name:
+            extra.append(column.name)
+        elif number in found.setdefault(name, {}):
+            raise LogError(f"{where}: {column.name} stands there twice: keep one of them")
+        else:
+            found[name][number] = column
+    findings = []
+    if extra:
+        listed = ", ".join(extra[:6]) + (" ..." if len(extra) > 6 else "")
+        findings.append(Finding("extra", where, f"not used: {listed}", True))
+    keys, units = {}, {}
+    for name, axes in found.items():
+        findings += _numbers(where, name, axes)
+        ordered = [axes[k] for k in sorted(axes)]
+        different = {column.unit for column in ordered}
+        if len(different) > 1:
+            raise LogError(f"{where}: {name} has the units {sorted(different)}: make them one")
+        keys[name] = tuple(column.key for column in ordered)
+        units[name] = ordered[0].unit
+    return Plan(time, keys, units), findings
+
+
+def _numbers(where: str, name: str, axes: Mapping[int, Column]) -> list[Finding]:
+    first, last = min(axes), max(axes)
+    missing = [k for k in range(first, last) if k not in axes]
+    if missing or first > 1:
+        gap = missing[0] if missing else 1
+        raise LogError(f"{where}: {name}[{gap}] is missing: number them from 1 without gaps")
+    if first == 0 and last > 0:
+        text = f"{name} is numbered from 0: {name}[0] is taken as axis 1"
+        return [Finding("names", where, text, True)]
+    return []
+
+
+def stretches(rows: int, most: int) -> list[tuple[int, int]]:
+    """Evenly spread [begin, end) that hold about `most` of `rows` rows; one when all fit."""
+    if rows <= most:
+        return [(0, rows)]
+    length = max(most // STRETCHES, 1)
+    first = np.linspace(0, rows - length, STRETCHES).astype(int)
+    return [(int(a), int(a) + length) for a in first]
+
+
+def picked(
+    rows: int, columns: int, options: Options, where: str
+) -> tuple[list[tuple[int, int]], list[Finding]]:
+    """Which rows of a table with so many columns to keep in memory, and the finding."""
+    most = max(int(options.memory / (8 * max(columns, 1))), 1000)
+    kept = stretches(rows, most)
+    if len(kept) == 1:
+        return kept, []
+    share = sum(b - a for a, b in kept) / rows
+    return kept, [memory_finding(share, len(kept), where)]
+
+
+def memory_finding(share: float, count: int, where: str) -> Finding:
+    """Says that only stretches were read."""
+    text = (
+        f"too long for the memory allowed: {count} evenly spread stretches ({share:.0%}) are used"
+    )
+    return Finding("memory", where, text, False)
+
+
+def texts(meta: Mapping[str, object]) -> dict[str, str]:
+    """Metadata as text, keys in small letters."""
+    return {str(key).strip().lower(): str(value).strip() for key, value in meta.items()}
+
+
+def joins_of(parts: Sequence[tuple[int, int]]) -> tuple[int, ...]:
+    """Rows at which the parts but the first begin once they stand one after another."""
+    ends = np.cumsum([end - begin for begin, end in parts])
+    return tuple(int(end) for end in ends[:-1])

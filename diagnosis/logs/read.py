@@ -1,0 +1,152 @@
+"""Read a log: the reader for its kind, then units, clocks and values."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+
+from diagnosis.logs.clock import Clock, clock_of, compared
+from diagnosis.logs.delay import delays
+from diagnosis.logs.log import Channel, Finding, Log, Options
+from diagnosis.logs.raw import Raw, Table, texts
+from diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
+from diagnosis.logs.values import clipped, filled, judged, jumps
+from fmus.common.errors import LogError
+
+READERS = {
+    ".csv": ("csv", "read_csv"),
+    ".txt": ("csv", "read_csv"),
+    ".h5": ("hdf5", "read_hdf5"),
+    ".hdf5": ("hdf5", "read_hdf5"),
+    ".mat": ("mat", "read_mat"),
+    ".parquet": ("extras", "read_parquet"),
+    ".mf4": ("extras", "read_mdf"),
+    ".mdf": ("extras", "read_mdf"),
+}
+NEEDED = ("theta", "tau_meas")
+
+
+def read_log(path: str | Path, options: Options | None = None) -> Log:
+    """Read one run; LogError tells file, channel and remedy for whatever is wrong."""
+    path, options = Path(path), options or Options()
+    if not path.is_file():
+        raise LogError(f"{path}: no such file")
+    if path.suffix.lower() not in READERS:
+        raise LogError(
+            f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5), or .mat,"
+            " .parquet, .mf4"
+        )
+    module, function = READERS[path.suffix.lower()]
+    reader = getattr(importlib.import_module(f"diagnosis.logs.{module}"), function)
+    try:
+        raw: Raw = reader(path, options)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read ({error})") from None
+    return _made(str(path), raw, options)
+
+
+def _made(name: str, raw: Raw, options: Options) -> Log:
+    """A log of what was read; channels are taken from the tables one by one to save memory."""
+    findings, meta = list(raw.findings), texts(raw.meta)
+    channels: dict[str, Channel] = {}
+    clocks: dict[str, Clock] = {}
+    for table in raw.tables:
+        if not table.values:
+            continue
+        scale = factor(table.where, "time", options.units.get("time", table.unit))
+        time = table.time if scale == 1.0 else table.time * scale
+        clock = clock_of(table.where, time, table.joins)
+        findings += clock.findings
+        clocks[", ".join(table.values)] = clock
+        for channel in list(table.values):
+            if channel in channels:
+                raise LogError(f"{table.where}: {channel} stands there twice: keep one of them")
+            made = _channel(table, channel, clock, meta, options, findings)
+            if made is not None:
+                channels["tau_meas" if channel == "current" else channel] = made
+            del table.values[channel]
+    _complete(name, channels)
+    findings += compared(name, clocks) + judged(name, channels) + delays(name, channels)
+    return Log(name, channels, meta, tuple(findings))
+
+
+def _channel(
+    table: Table,
+    name: str,
+    clock: Clock,
+    meta: dict[str, str],
+    options: Options,
+    findings: list[Finding],
+) -> Channel | None:
+    """One channel in SI units on its clock, or None when it is left out with a finding."""
+    where, values = table.where, table.values[name]
+    unit = options.units.get(name, table.units[name])
+    current = name == "current" or is_current(name, unit)
+    try:
+        scale = factor(where, "current" if current else name, unit)
+    except LogError as error:
+        if name in (*NEEDED, "current"):
+            raise
+        findings.append(
+            Finding("units", where, f"{error}; not used".removeprefix(f"{where}: "), False)
+        )
+        return None
+    if current:
+        values *= scale * _constants(where, name, values.shape[1], meta, options, findings)
+    elif scale != 1.0:
+        values *= scale
+        findings.append(
+            Finding("units", where, f"{name} converted from {unit} to {SI[name]}", True)
+        )
+    channel, more = filled(where, name, clock.channel(values))
+    findings += more
+    if name == "theta":
+        channel, slips = jumps(where, channel)
+        findings += slips
+    if name in TORQUES or current:
+        channel, more = clipped(where, "tau_meas" if current else name, channel)
+        findings += more
+    if more and more[0].kind == "nan" and "no numbers" in more[0].text:
+        return None
+    return channel
+
+
+def _constants(
+    where: str,
+    name: str,
+    width: int,
+    meta: dict[str, str],
+    options: Options,
+    findings: list[Finding],
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Torque constants (width,) [N m/A] from the options or the file."""
+    given = options.torque_constant
+    if given is None and "torque_constant" in meta:
+        given = torque_constant(where, meta["torque_constant"])
+    if given is None:
+        raise LogError(
+            f"{where}: {name} is a current in A and no torque constant is known: write"
+            " `torque_constant: 3.0 N m/A` into the metadata or give --torque-constant"
+            " (the machine file's drive.K_t, if it is the same drive)"
+        )
+    constants = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    if len(constants) not in (1, width):
+        raise LogError(f"{where}: {len(constants)} torque constants for {width} axes")
+    shown = ", ".join(f"{k:.6g}" for k in constants)
+    text = f"{name} in A times the torque constant {shown} N m/A"
+    findings.append(Finding("units", where, text, True))
+    return np.broadcast_to(constants, (width,))
+
+
+def _complete(name: str, channels: dict[str, Channel]) -> None:
+    has = ", ".join(channels) or "none that is known"
+    for needed in NEEDED:
+        if needed not in channels:
+            raise LogError(
+                f"{name}: no channels {needed}[1], {needed}[2] ...: name them so (it has {has})"
+            )
+    n, m = channels["theta"].width, channels["tau_meas"].width
+    if n != m:
+        raise LogError(f"{name}: {n} angles but {m} torques")

@@ -1,0 +1,95 @@
+"""Where the gap is: what repeats of the residual, over angle, rates, torque, time, frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from diagnosis.answer import Joint
+from diagnosis.noise import pairs
+from diagnosis.verdict import Map
+
+Array = NDArray[np.float64]
+BINS = 24
+FEWEST = 12
+"""Rows below which a bin is not shown."""
+
+
+def maps(held: Joint) -> tuple[Map, ...]:
+    """Maps of every axis, before and after the effects that were found."""
+    calibrated = held.bench.made
+    before = _means(held, calibrated.residual(calibrated.regression.q))
+    after = _means(held, held.residual)
+    found = []
+    for i in range(calibrated.base.n):
+        for name, unit, place in (
+            ("angle", "rad", 0),
+            ("velocity", "rad/s", 1),
+            ("acceleration", "rad/s2", 2),
+            ("torque", "N m", 3),
+            ("time", "s", 4),
+        ):
+            over = np.concatenate([_quantity(held, k, i, place) for k, _ in before])
+            pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
+            found.append(_binned(i + 1, name, unit, over, *pair))
+        found.append(_spectrum(held, i, before, after))
+    return tuple(m for m in found if len(m.centre))
+
+
+def _means(held: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
+    """What passes have in common: (block, mean of residuals), or the blocks where none repeat."""
+    blocks = held.bench.made.blocks
+    found = list(pairs(blocks))
+    if not found:
+        return [(k, r[b.usable]) for k, (r, b) in enumerate(zip(residual, blocks, strict=True))]
+    made = []
+    for a, b in found:
+        good = blocks[a].usable & blocks[b].usable
+        made.append((a, (residual[a][good] + residual[b][good]) / 2))
+    return made
+
+
+def _rows(held: Joint, k: int) -> NDArray[np.bool_]:
+    blocks = held.bench.made.blocks
+    partner = dict(pairs(blocks)).get(k)
+    mine = blocks[k].usable
+    return mine if partner is None else mine & blocks[partner].usable
+
+
+def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
+    block, good = held.bench.made.blocks[k], _rows(held, k)
+    if place == 4:
+        return np.asarray(block.at[good])
+    motion, tau = block.run.motion, held.bench.made.raw[k]
+    values = (motion.theta, motion.thetad, motion.thetadd, tau)[place]
+    return np.asarray(block.smooth(values[:, axis])[good])
+
+
+def _binned(axis: int, name: str, unit: str, over: Array, before: Array, after: Array) -> Map:
+    low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
+    edges = np.linspace(low, high, BINS + 1)
+    which = np.digitize(over, edges) - 1
+    kept = [b for b in range(BINS) if (which == b).sum() >= FEWEST]
+    rows = [which == b for b in kept]
+    centre = np.array([(edges[b] + edges[b + 1]) / 2 for b in kept])
+    one, two = (np.array([values[r].mean() for r in rows]) for values in (before, after))
+    spread = np.array([before[r].std() / np.sqrt(r.sum()) for r in rows])
+    return Map(axis, name, unit, centre, one, two, spread)
+
+
+def _spectrum(
+    held: Joint, axis: int, before: list[tuple[int, Array]], after: list[tuple[int, Array]]
+) -> Map:
+    """Amplitude density [N m / sqrt(Hz)] of what repeats."""
+    made = held.bench.made
+    spacing = float(np.median(np.diff(made.blocks[0].at)))
+    sides, f = [], np.zeros(0)
+    for side in (before, after):
+        long = [v[:, axis] for _, v in side if len(v) >= 128]
+        parts = [welch(v, 1 / spacing, nperseg=128) for v in long]
+        if not parts:
+            return Map(axis + 1, "frequency", "Hz", f, f, f, f)
+        f = parts[0][0]
+        sides.append(np.sqrt(np.mean([p for _, p in parts], axis=0)))
+    return Map(axis + 1, "frequency", "Hz", f[1:], sides[0][1:], sides[1][1:], 0 * f[1:])

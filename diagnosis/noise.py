@@ -1,0 +1,88 @@
+"""What does not repeat: noise of each axis, measured between the passes of a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.blocks import Block
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+ORDER = 2
+"""Order of the model that whitens an axis."""
+LEAST = 1e-9
+"""Smallest scale [N m]: noiseless data must not divide by zero."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """v_k = sum_j a_j v_(k-j) + scale e_k on each axis, at the spacing of the rows.
+
+    a (n, ORDER), scale (n,) [N m]; floor (n,): RMS of v; repeats: measured between passes, not
+    taken from the residual.
+    """
+
+    a: Array
+    scale: Array
+    floor: Array
+    repeats: bool
+
+
+def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
+    """Neighbouring passes of each trajectory, as places in `blocks`."""
+    for k, block in enumerate(blocks[1:], start=1):
+        if blocks[k - 1].run.trajectory == block.run.trajectory:
+            yield k - 1, k
+
+
+def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
+    """Noise from residuals (m, n) [N m] of each block."""
+    found = list(pairs(blocks))
+    if found:
+        traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in found]
+        masks = [blocks[a].usable & blocks[b].usable for a, b in found]
+    else:
+        traces, masks = list(residual), [block.usable for block in blocks]
+    n = traces[0].shape[1]
+    a, scale, floor = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n)
+    for i in range(n):
+        a[i], scale[i] = _regressed([trace[:, i] for trace in traces], masks)
+        flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
+        floor[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
+    return Noise(a, np.maximum(scale, LEAST), floor, bool(found))
+
+
+def _regressed(traces: Sequence[Array], masks: Sequence[Mask]) -> tuple[Array, float]:
+    """Coefficients (ORDER,) and scale of one axis; zeros where there is nothing to fit."""
+    past, now = [], []
+    for trace, mask in zip(traces, masks, strict=True):
+        good = settled(mask)
+        past.append(np.column_stack([np.roll(trace, j) for j in range(1, ORDER + 1)])[good])
+        now.append(trace[good])
+    X, y = np.concatenate(past), np.concatenate(now)
+    G = X.T @ X
+    if not len(y) or np.linalg.det(G) <= 0:
+        return np.zeros(ORDER), 0.0
+    a = np.linalg.solve(G + 1e-9 * np.trace(G) * np.eye(ORDER), X.T @ y)
+    return a, float(np.sqrt(((y - X @ a) ** 2).mean()))
+
+
+def settled(usable: Mask) -> Mask:
+    """Rows that are usable together with the ORDER rows before them."""
+    good = usable.copy()
+    for j in range(1, ORDER + 1):
+        good[j:] &= usable[:-j]
+    good[:ORDER] = False
+    return good
+
+
+def whiten(values: Array, a: Array, scale: float) -> Array:
+    """Rows (m, k) minus what the rows before say, in units of the noise."""
+    out = values.copy()
+    for j, factor in enumerate(a, start=1):
+        out[j:] -= factor * values[:-j]
+    return np.asarray(out / scale)

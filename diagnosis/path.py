@@ -1,0 +1,93 @@
+"""From the commanded to the reported torque: what drives do before the joint feels anything.
+
+    tau = tau_meas + sum_j gain_j column_j(tau)
+
+The same search as for the mechanism, with a base model that is nothing but an offset; only
+effects of the drive take part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from diagnosis.base import Known, Motion
+from diagnosis.blocks import Run, Signal
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Driven(Motion):
+    """Motion with the torques at its instants: command, reported (samples, n) [N m]."""
+
+    command: Array
+    reported: Array
+
+
+class PathBase:
+    """Drives that do as they are told; see `diagnosis.base.Base`."""
+
+    curved: tuple[Known, ...] = ()
+    widths: tuple[Known, ...] = ()
+
+    def __init__(self, n: int, window: float, spacing: float, settle: float) -> None:
+        self.n, self.window, self.spacing, self.settle = n, window, spacing, settle
+        gains = [Known(f"g[{i + 1}]", "1", 1.0, 1e-6, "g", i) for i in range(n)]
+        offsets = [Known(f"o[{i + 1}]", "N m", 0.0, 0.01, "o", i) for i in range(n)]
+        self.linear = (*gains, *offsets)
+
+    def loaded(self, p: Array, payload: float) -> Array:
+        """A payload changes nothing here."""
+        return p
+
+    def directions(self) -> Mapping[str, Array]:
+        """Nothing changes together."""
+        return {}
+
+    def rows(self, motion: Motion, weights: csr_array) -> Array:
+        """Smoothed reported torque and ones, each for its own axis (rows, n, 2 n)."""
+        assert isinstance(motion, Driven)
+        smooth = weights @ motion.reported
+        dense = np.zeros((weights.shape[0], self.n, 2 * self.n))
+        each = np.arange(self.n)
+        dense[:, each, each] = smooth
+        dense[:, each, self.n + each] = 1.0
+        return dense
+
+    def bend(self, motion: Motion, widths: Array) -> tuple[Array, Array]:
+        """No curved terms."""
+        empty = np.zeros((len(motion.theta), 0))
+        return empty, empty
+
+    def torque(self, motion: Motion, p: Array) -> Array:
+        """The command: columns of the effects are those of what was asked for."""
+        assert isinstance(motion, Driven)
+        return motion.command
+
+    def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
+        """Nothing acts on the mechanism."""
+        return {}
+
+
+def driven(runs: Sequence[Run]) -> list[Run]:
+    """Runs whose torque is the command, for those that have one; [] unless all have."""
+    if any(run.command is None for run in runs):
+        return []
+    return [_driven(run, run.command) for run in runs if run.command is not None]
+
+
+def _driven(run: Run, command: Signal) -> Run:
+    m = run.motion
+    asked, told = (_at(signal, m.time) for signal in (command, run.tau))
+    motion = Driven(m.t0, m.ts, m.theta, m.thetad, m.thetadd, asked, told)
+    return replace(run, motion=motion, tau=command)
+
+
+def _at(signal: Signal, time: Array) -> Array:
+    own = signal.t0 + signal.ts * np.arange(len(signal.values))
+    return np.column_stack([np.interp(time, own, column) for column in signal.values.T])

@@ -1,0 +1,261 @@
+"""Which effect explains what repeats: one round of candidates after the other.
+
+A candidate counts when its Wald test, robust to errors that go together within a second, passes
+at 1 % of all candidates together, and when it also explains a trajectory that it was not fitted
+to. Effects that do nearly as well as the best one are its rivals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.calibrate import Calibrated
+from diagnosis.candidates import Bench
+from diagnosis.noise import pairs
+from diagnosis.regression import Columns, Gain, Regression
+
+Array = NDArray[np.float64]
+MOST, ROUNDS = 4, 8
+"""Most effects of a diagnosis; an effect may come again with another shape."""
+LEVEL = 0.01
+"""False alarms that all candidates together may raise."""
+PROMISING = 25.0
+"""Fall of the sum of squares below which a candidate is not looked at any further."""
+LEAST_SHARE, LEAST_FIRST = 0.12, 0.04
+"""Share of what repeats on its axis that an effect must explain on trajectories left out: of what
+is left in its round, and of what was there at first."""
+CONTENDER = 0.4
+"""Candidates with less than this share of the best fall on their axis are left at that."""
+SMALLEST = 0.0015
+"""Smallest effect that is worth naming, RMS relative to the torque's."""
+NEAR, CLOSE = 0.9, 0.7
+"""A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
+T_APART = 2.5
+"""t at which two effects' gains differ from second to second."""
+REFINE = 2
+
+
+@dataclass(frozen=True)
+class Scored:
+    """An effect on one axis (None: on the whole): its best shape, what it brings, its columns."""
+
+    id: str
+    axis: int | None
+    shape: dict[str, float]
+    gain: Gain
+    columns: Columns
+
+
+@dataclass(frozen=True)
+class Found:
+    """An effect with the axes on which it was found, and the effects that do nearly as well."""
+
+    id: str
+    parts: tuple[Scored, ...]
+    rivals: tuple[str, ...]
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Axes from 0; nothing where it acts on the whole."""
+        return tuple(part.axis for part in self.parts if part.axis is not None)
+
+
+@dataclass(frozen=True)
+class Round:
+    """What was tried in one round: totals over axes by effect, and what was chosen."""
+
+    tried: tuple[Found, ...]
+    shares: dict[str, float]
+    chosen: Found | None
+
+
+Say = Callable[[str], None]
+
+
+def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
+    """Rounds until nothing more is found."""
+    rounds: list[Round] = []
+    regression = bench.made.regression
+    first = repeating(bench.made, regression.residual)
+    while len(rounds) < ROUNDS:
+        say(f"effects, round {len(rounds) + 1}")
+        found = one_round(bench, regression, first)
+        rounds.append(found)
+        ids = {r.chosen.id for r in rounds if r.chosen}
+        if found.chosen is None or len(ids) > MOST:
+            break
+        regression = regression.extended([part.columns for part in found.chosen.parts])
+    return rounds
+
+
+def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
+    """Score all candidates beside the columns of a regression, and choose.
+
+    first (n,): what repeated before the first round.
+    """
+    energy = repeating(bench.made, regression.residual)
+    count = _count(bench)
+    passing: dict[str, list[Scored]] = {}
+    places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
+    for axis in places:
+        for scored in leaders(bench, regression, axis):
+            if scored.gain.p < LEVEL / count and scored.gain.outside > 0:
+                passing.setdefault(scored.id, []).append(scored)
+    shares = {
+        name: sum(s.gain.outside for s in parts) / max(_energy(energy, parts), 1e-300)
+        for name, parts in passing.items()
+    }
+    tried = sorted(
+        (Found(name, tuple(parts), ()) for name, parts in passing.items()),
+        key=_outside,
+        reverse=True,
+    )
+    chosen = None
+    for found in tried:
+        kept = tuple(part for part in found.parts if _large(bench, part, energy, first))
+        if kept:
+            winner = Found(found.id, kept, ())
+            axes = {part.axis for part in kept}
+            others = [f for f in tried if f.id != found.id and axes & {p.axis for p in f.parts}]
+            names = tuple(f.id for f in others if _is_rival(winner, f))
+            chosen = Found(found.id, kept, names)
+            break
+    return Round(tuple(tried), shares, chosen)
+
+
+def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
+    """Effects on an axis (None: on the whole) that come near the best one there."""
+    names = bench.whole if axis is None else list(bench.effects)
+    at = axis or 0
+    falls: dict[str, Array] = {}
+    for name in names:
+        grid = bench.grid(name, at)
+        first = grid[0][1]
+        stacked = np.hstack([columns.values for _, columns in grid])
+        falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
+    best = max((float(values.max()) for values in falls.values()), default=0.0)
+    found = []
+    for name, values in falls.items():
+        top = int(np.argmax(values))
+        if values[top] < max(PROMISING, CONTENDER * best):
+            continue
+        shape, columns = _refined(
+            bench, regression, name, at, *bench.grid(name, at)[top], values[top]
+        )
+        found.append(Scored(name, axis, shape, regression.gain(columns), columns))
+    return found
+
+
+def _refined(
+    bench: Bench,
+    regression: Regression,
+    name: str,
+    axis: int,
+    shape: dict[str, float],
+    columns: Columns,
+    fall: float,
+) -> tuple[dict[str, float], Columns]:
+    """Halve the distance to the grid's neighbours, one nonlinear parameter after the other."""
+    item = bench.effects.get(name)
+    for s in item.searched if item else ():
+        near = sorted(abs(g - shape[s.name]) for g in s.grid)[1]
+        for step in near * 0.5 ** np.arange(1, REFINE + 1):
+            for value in (shape[s.name] - step, shape[s.name] + step):
+                if not s.low <= value <= s.high:
+                    continue
+                trial = bench.columns(name, axis, {**shape, s.name: float(value)})
+                better, _ = regression.fall(trial)
+                if better > fall:
+                    shape, columns, fall = {**shape, s.name: float(value)}, trial, better
+    return shape, columns
+
+
+def repeating(made: Calibrated, residual: Array) -> Array:
+    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
+
+    Without repeats the excess over the noise that whitening assumed, an upper bound.
+    """
+    by_block = _by_block(made, residual)
+    n = made.base.n
+    total = np.zeros(n)
+    found = list(pairs(made.blocks))
+    for i in range(n):
+        rows = sum(len(values[i]) for values in by_block)
+        if found:
+            products = [by_block[a][i] @ by_block[b][i] for a, b in _same_rows(made, by_block)]
+            length = sum(len(by_block[a][i]) for a, _ in found)
+            total[i] = rows * sum(products) / max(length, 1)
+        else:
+            total[i] = sum(float(values[i] @ values[i]) for values in by_block)
+    return np.maximum(total, 0.0)
+
+
+def _same_rows(made: Calibrated, by_block: list[list[Array]]) -> list[tuple[int, int]]:
+    return [(a, b) for a, b in pairs(made.blocks) if len(by_block[a][0]) == len(by_block[b][0])]
+
+
+def _by_block(made: Calibrated, residual: Array) -> list[list[Array]]:
+    """Whitened residual of each block, of each axis."""
+    ends = np.cumsum([int(kept.sum()) for kept in made.kept])
+    by_axis = np.split(residual, made.base.n)
+    parts = [np.split(values, ends[:-1]) for values in by_axis]
+    return [[parts[i][k] for i in range(made.base.n)] for k in range(len(made.blocks))]
+
+
+def _count(bench: Bench) -> int:
+    shapes = sum(len(item.shapes) for item in bench.effects.values())
+    return bench.n * shapes + len(bench.whole)
+
+
+def _worth(bench: Bench, energy: Array, axis: int | None) -> bool:
+    """Whether what repeats on an axis could hold an effect that is large enough."""
+    rows = len(bench.made.regression.y) / bench.n
+    size = np.sqrt(energy / rows) * bench.made.noise.scale
+    large = size > SMALLEST * bench.made.torque_rms
+    return bool(large.any() if axis is None else large[axis])
+
+
+def _energy(energy: Array, parts: Sequence[Scored]) -> float:
+    axes = [part.axis for part in parts]
+    return float(energy.sum() if None in axes else sum(energy[a] for a in axes if a is not None))
+
+
+def _outside(found: Found) -> float:
+    return sum(part.gain.outside for part in found.parts)
+
+
+def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
+    """Whether an effect on an axis is large enough to be named."""
+    made = bench.made
+    axes = list(range(bench.n)) if part.axis is None else [part.axis]
+    rows = len(made.regression.y) / bench.n * len(axes)
+    noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
+    gained = max(part.gain.outside, 0.0)
+    return bool(
+        np.sqrt(gained / rows) * noise > SMALLEST * torque
+        and gained > LEAST_SHARE * energy[axes].sum()
+        and gained > LEAST_FIRST * first[axes].sum()
+    )
+
+
+def _is_rival(winner: Found, other: Found) -> bool:
+    """Whether another effect does nearly as well on the winner's axes."""
+    axes = {part.axis for part in winner.parts}
+    other = Found(other.id, tuple(p for p in other.parts if p.axis in axes), ())
+    gained, reached = _outside(winner), _outside(other)
+    if reached < CLOSE * gained:
+        return False
+    if reached >= NEAR * gained:
+        return True
+    apart = _clusters(winner) - _clusters(other)
+    apart = apart[apart != 0]
+    spread = apart.std(ddof=1) / np.sqrt(len(apart)) if len(apart) > 2 else np.inf
+    return bool(apart.mean() < T_APART * spread)
+
+
+def _clusters(found: Found) -> Array:
+    return np.asarray(sum(part.gain.by_cluster for part in found.parts))

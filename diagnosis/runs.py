@@ -1,0 +1,112 @@
+"""Logs as runs: passes grouped, rates and accelerations by central differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.base import Motion
+from diagnosis.blocks import Run, Signal
+from diagnosis.logs import Channel, Log, RunGroup
+from fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+FASTEST = 1e-3
+"""Model columns are evaluated no more often than this [s]; torques keep their own rate."""
+
+
+def runs_of(groups: Sequence[RunGroup], n: int) -> list[Run]:
+    """Runs of n axes; a log with breaks becomes several.
+
+    Raises LogError for another number of axes.
+    """
+    return [
+        run for group in groups for log in group.logs for run in _pieces(log, group.trajectory, n)
+    ]
+
+
+def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
+    angles, torques = log["theta"], log["tau_meas"]
+    for name, channel in (("theta", angles), ("tau_meas", torques)):
+        if channel.width != n:
+            raise LogError(f"{log.name}: {name} has {channel.width} axes, the model has {n}")
+    found = []
+    for start, end in _whole_stretches(angles):
+        part = _cut(angles, start, end)
+        step = max(1, round(FASTEST / part.ts))
+        thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
+        if len(thin.values) < 8:
+            continue
+        rates = log.channels.get("thetad")
+        found.append(
+            Run(
+                log.name,
+                trajectory,
+                _motion(thin, rates),
+                _thick(thin.valid)[1:-1],
+                _signal(torques, thin),
+                _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
+                log.shift,
+                _payload(log),
+                log.meta,
+            )
+        )
+    return found
+
+
+def _motion(theta: Signal, rates: Channel | None) -> Motion:
+    """Interior samples; rates from their own channel where there is one."""
+    th, ts = theta.values, theta.ts
+    time = theta.t0 + ts * np.arange(len(th))
+    if rates is None:
+        first = (th[2:] - th[:-2]) / (2 * ts)
+        second = (th[2:] - 2 * th[1:-1] + th[:-2]) / ts**2
+    else:
+        rate = np.column_stack([np.interp(time, rates.time, v) for v in rates.values.T])
+        first, second = rate[1:-1], (rate[2:] - rate[:-2]) / (2 * ts)
+    return Motion(theta.t0 + ts, ts, th[1:-1], first, second)
+
+
+def _thick(valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Samples whose neighbours are valid too."""
+    good = valid.copy()
+    good[1:] &= valid[:-1]
+    good[:-1] &= valid[1:]
+    return good
+
+
+def _whole_stretches(channel: Channel) -> list[tuple[int, int]]:
+    """Index ranges without a jump of the clock."""
+    edges = [0, *(index for index, _ in channel.breaks), len(channel.values)]
+    return [(a, b) for a, b in pairwise(edges) if b > a]
+
+
+def _cut(channel: Channel, start: int, end: int) -> Signal:
+    t0 = float(channel.time[start])
+    return Signal(t0, channel.ts, channel.values[start:end], channel.valid[start:end])
+
+
+def _signal(channel: Channel, beside: Signal) -> Signal:
+    """The stretch of a channel that lies beside angles without a jump of the clock."""
+    first = beside.t0 - channel.ts
+    last = beside.t0 + beside.ts * len(beside.values) + channel.ts
+    best: Signal | None = None
+    for start, end in _whole_stretches(channel):
+        part = _cut(channel, start, end)
+        a = max(0, int(np.floor((first - part.t0) / part.ts)))
+        b = min(len(part.values), int(np.ceil((last - part.t0) / part.ts)) + 1)
+        if b > a and (best is None or b - a > len(best.values)):
+            best = Signal(part.t0 + a * part.ts, part.ts, part.values[a:b], part.valid[a:b])
+    return best or _cut(channel, 0, len(channel.values))
+
+
+def _payload(log: Log) -> float:
+    if "payload" in log.channels:
+        return float(np.median(log["payload"].values))
+    try:
+        return float(log.meta.get("payload", "0").removesuffix("kg"))
+    except ValueError:
+        return 0.0

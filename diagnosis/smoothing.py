@@ -1,0 +1,42 @@
+"""One Hann window for everything, evaluated where it is wanted: at any instant, on any clock.
+
+Channels with clocks of their own are never resampled: each is averaged under the same window in
+continuous time, at the same instants.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+FILLED = 0.9
+"""Share of the window's weight that must lie on valid samples."""
+
+
+def hann_weights(
+    at: Array, t0: float, ts: float, valid: NDArray[np.bool_], window: float
+) -> tuple[csr_array, NDArray[np.bool_]]:
+    """Weights (instants, samples), rows of unit sum, and where the window is filled (instants,).
+
+    at: instants [s]; t0, ts, valid (samples,): clock of a channel; window: full length [s], at
+    least three samples are taken.
+    """
+    window = max(window, 4.0 * ts)
+    reach = int(np.ceil(window / 2 / ts))
+    centre = (at - t0) / ts
+    index = np.round(centre).astype(int)[:, None] + np.arange(-reach, reach + 1)
+    weight = np.cos(np.pi * np.clip((index - centre[:, None]) * ts / window, -0.5, 0.5)) ** 2
+    total = weight.sum(axis=1)
+    inside = (index >= 0) & (index < len(valid))
+    good = inside & valid[np.clip(index, 0, len(valid) - 1)]
+    weight = np.where(good, weight, 0.0)
+    kept = weight.sum(axis=1)
+    filled = kept > FILLED * total
+    weight /= np.maximum(kept, 1e-300)[:, None]
+    weight[~filled] = 0.0
+    rows = np.repeat(np.arange(len(at)), index.shape[1])
+    columns = np.clip(index, 0, len(valid) - 1).ravel()
+    matrix = csr_array((weight.ravel(), (rows, columns)), shape=(len(at), len(valid)))
+    return matrix, filled

@@ -1,0 +1,198 @@
+"""What a diagnosis says, as data: for the terminal, the report and `--json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+VERDICTS = ("named", "set", "changed", "unknown", "none", "cannot tell")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 95 % interval, in `unit`."""
+
+    value: float
+    ci95: tuple[float, float]
+    unit: str
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {"value": self.value, "ci95": [_finite(v) for v in self.ci95], "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that was found: axes count from 1 and are empty where it acts on the whole.
+
+    parameters: estimates by name, `name[axis]` where several axes have the effect and
+    `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
+    estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
+    gap that repeats on its axes, explained together with the other effects. confusion: what is
+    said when an effect of this size is put into the user's own model, motion and noise: shares
+    of trials, for it and for each rival as the truth.
+    """
+
+    id: str
+    title: str
+    axes: tuple[int, ...]
+    parameters: Mapping[str, Estimate]
+    parts: tuple[tuple[int, Mapping[str, Estimate]], ...] = ()
+    rivals: tuple[str, ...] = ()
+    experiment: str | None = None
+    share: float = math.nan
+    confusion: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "id": self.id,
+            "axes": list(self.axes),
+            "parameters": {name: e.data() for name, e in self.parameters.items()},
+            "rivals": list(self.rivals),
+            "experiment": self.experiment,
+            "share": _finite(self.share),
+            "confusion": {name: dict(row) for name, row in self.confusion.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A parameter of the model that is another than the machine file says."""
+
+    parameter: str
+    nominal: float
+    estimate: Estimate
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        e = self.estimate
+        ci = [_finite(v) for v in e.ci95]
+        return {
+            "parameter": self.parameter,
+            "from": self.nominal,
+            "to": e.value,
+            "ci95": ci,
+            "unit": e.unit,
+        }
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Difference between model and data [unit], RMS of each axis; floor: what does not repeat.
+
+    nominal: with the machine file's own parameters; before: with the model's parameters fitted;
+    after: with what was found. repeat: the part of `before` that repeats between passes.
+    locked: the same three on runs that nothing was fitted to. torque: RMS of the torque itself.
+    """
+
+    unit: str
+    torque: Array
+    nominal: Array
+    before: Array
+    after: Array
+    floor: Array
+    repeat: Array
+    repeat_after: Array
+    locked: Mapping[str, Array] = field(default_factory=dict)
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`: totals over the axes, of locked runs where there are any."""
+        shown = {"before": self.before, "after": self.after, "floor": self.floor, **self.locked}
+        rows = {**shown, "nominal": self.locked.get("nominal", self.nominal)}
+        per_axis = {
+            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()}
+            for i in range(len(self.before))
+        }
+        return {
+            "unit": self.unit,
+            **{name: _finite(rms(values)) for name, values in rows.items()},
+            "per_axis": per_axis,
+            "judged_on": "locked" if self.locked else "the same runs",
+        }
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """How one effect did in one round: best axes and shape, and what it gains.
+
+    gain: share of the repeating gap that it explains on trajectories it was not fitted to;
+    p_value: of its cluster-robust Wald test, corrected for the number of candidates.
+    """
+
+    round: int
+    id: str
+    axes: tuple[int, ...]
+    shape: Mapping[str, float]
+    gain: float
+    p_value: float
+    chosen: bool = False
+    rival: bool = False
+
+
+@dataclass(frozen=True)
+class Map:
+    """Repeating residual of an axis over one quantity, before and after [N m].
+
+    centre (bins,), before, after (bins,): means; spread (bins,): standard error of a mean.
+    """
+
+    axis: int
+    over: str
+    unit: str
+    centre: Array
+    before: Array
+    after: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
+
+    tracking: closed loop [urad] before and after, filled by the step that rebuilds it.
+    """
+
+    verdict: str
+    effects: tuple[Named, ...]
+    changed: tuple[Changed, ...]
+    gap: Gap
+    candidates: tuple[Candidate, ...] = ()
+    maps: tuple[Map, ...] = ()
+    notes: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
+    runs: tuple[str, ...] = ()
+    locked: tuple[str, ...] = ()
+    machine: str | None = None
+    shown: Mapping[str, Any] = field(default_factory=dict)
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "verdict": self.verdict,
+            "effects": [effect.data() for effect in self.effects],
+            "changed": [change.data() for change in self.changed],
+            "gap": self.gap.data(),
+            "machine": self.machine,
+            "notes": list(self.notes),
+            "findings": list(self.findings),
+            "runs": list(self.runs),
+            "locked": list(self.locked),
+            "shown": dict(self.shown),
+        }
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square; NaN entries do not count."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt((known**2).mean())) if known.size else math.nan
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,63 @@
+"""What changes while the machine runs: magnets and windings that warm up, offsets that creep."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+
+TIME = Shape("T", "s", 1.0, 1e5, 600.0, (20.0, 60.0, 200.0, 600.0, 2000.0), "thermal time constant")
+LONG = Experiment("random", {"duration": 50.0, "passes": 12.0})
+
+
+class ThermalDrift(Effect):
+    """(g_t (1 - exp(-t / T)) + g_w w) tau: warm magnets give less torque per current.
+
+    g_t counts the time since the start of the run; g_w the losses, w' = (tau^2 - w) / T.
+    """
+
+    id, title, acts_on = "thermal_drift", "thermal drift of the motor constant", "drive"
+    gains = (
+        Gain("g_t", "1", 0.01, -0.5, 0.5, "relative loss after a long time"),
+        Gain("g_w", "1/N2 m2", 1e-3, -0.05, 0.05, "relative loss per mean square of the torque"),
+    )
+    shapes = (TIME,)
+    states = (State("w", "N2 m2"),)
+    excites = "a run as long as the time constant, from cold"
+    confused_with = ("offset_drift", "drive_gain")
+    experiment = "random setpoints, the same trajectory many times over from a cold start"
+    spec = LONG
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.vertcat(s.tau * (1 - ca.exp(-s.time / shape["T"])), s.tau * state)
+
+    def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return (s.tau**2 - state) / shape["T"]
+
+    def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
+        """Exact for a torque that is square-mean constant over the step."""
+        tau2 = (before.tau**2 + before.tau * now.tau + now.tau**2) / 3
+        return tau2 + (state - tau2) * ca.exp(-Ts / shape["T"])
+
+
+class OffsetDrift(Effect):
+    """o_r t + o_t (1 - exp(-t / T)): a torque that creeps in."""
+
+    id, title, acts_on = "offset_drift", "drift of the offset", "torque"
+    gains = (
+        Gain("o_r", "N m/s", 1e-4, -0.1, 0.1, "steady creep"),
+        Gain("o_t", "N m", 0.01, -5.0, 5.0, "offset after a long time"),
+    )
+    shapes = (TIME,)
+    excites = "a run as long as the time constant"
+    confused_with = ("thermal_drift",)
+    experiment = "random setpoints, the same trajectory many times over from a cold start"
+    spec = LONG
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.vertcat(s.time, 1 - ca.exp(-s.time / shape["T"]))
+
+
+EFFECTS = (ThermalDrift(), OffsetDrift())

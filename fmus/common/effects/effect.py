@@ -1,0 +1,156 @@
+"""What an effect is: its parameters, states and torque columns, and how it is told from others.
+
+    tau_meas = Phi p + sum_j gain_j column_j
+
+holds for effects on the torque and for those of the drive. One object of a subclass of
+`Effect` is one effect; docs/decisions/0006-effects.md tells why it is cut this way.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import casadi as ca
+
+ActsOn = Literal["torque", "drive", "measurement", "mechanism"]
+Line = Literal["", "lag", "delay"]
+Expr = Any
+"""A casadi.SX; CasADi's operators are not typed."""
+Shapes = Mapping[str, Any]
+"""Value of every shape by name: floats, or casadi.SX where they are searched."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """A linear parameter [unit]; zero means that the effect is absent.
+
+    typical: a size worth noticing, also the scale below which it is not told from zero.
+    """
+
+    name: str
+    unit: str
+    typical: float
+    low: float = -math.inf
+    high: float = math.inf
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
+
+    start: first guess; grid: values to try; whole: only whole numbers make sense.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    grid: tuple[float, ...] = ()
+    description: str = ""
+    whole: bool = False
+
+
+@dataclass(frozen=True)
+class State:
+    """A quantity [unit] that an effect remembers."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What one axis does at one instant, each a scalar casadi.SX.
+
+    theta, thetad, thetadd: the joint [rad, ...]; tau: motor torque as the drive reports it
+    [N m]; taud: its rate [N m/s]; time: since the start of the run [s]; others: all axes of
+    the machine in order, this one too; empty for a single axis.
+    """
+
+    theta: Any
+    thetad: Any
+    thetadd: Any
+    tau: Any
+    taud: Any
+    time: Any
+    others: tuple[Signals, ...] = ()
+
+    def towards(self, now: Signals, share: float) -> Signals:
+        """The instant `share` (0..1) of the way to `now`, by straight lines."""
+        names = ("theta", "thetad", "thetadd", "tau", "taud", "time")
+        mixed = {k: (1 - share) * getattr(self, k) + share * getattr(now, k) for k in names}
+        pairs = zip(self.others, now.others, strict=True)
+        return replace(self, **mixed, others=tuple(a.towards(b, share) for a, b in pairs))
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A run of the reference room that shows an effect.
+
+    kind: random, triangle, multisine or chirp; parameters: others of that room, by name;
+    payload: (time [s], mass [kg]) schedule.
+    """
+
+    kind: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    payload: tuple[tuple[float, float], ...] = ()
+
+
+class Effect:
+    """One effect; a subclass sets the attributes and overrides what it needs.
+
+    acts_on   torque: the joint needs sum gain column more [N m]
+              drive: the drive reports sum gain column more than the joint gets [N m]
+              measurement: the encoder reads sum gain column more than the angle [rad]
+              mechanism: no columns, `mechanism` changes the model
+    line      how the plant delays a drive's torque exactly, where columns are a first order
+    feedforward  "" where the feedforward compensates it, else the reason why not
+    """
+
+    id: str
+    title: str
+    acts_on: ActsOn
+    gains: tuple[Gain, ...]
+    shapes: tuple[Shape, ...] = ()
+    states: tuple[State, ...] = ()
+    line: Line = ""
+    excites: str
+    confused_with: tuple[str, ...] = ()
+    experiment: str
+    spec: Experiment
+    feedforward: str = ""
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""
+        raise NotImplementedError(f"{self.id} has no columns")
+
+    def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        """d state / dt (n_states,); no thetadd in it."""
+        return ca.SX(0, 1)
+
+    def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
+        """The state (n_states,) at `now`, Ts [s] after `before`.
+
+        Override it where an exact form exists; this is one Runge-Kutta step of `rate`.
+        """
+        if not self.states:
+            return state
+        middle = before.towards(now, 0.5)
+        k1 = self.rate(before, state, shape)
+        k2 = self.rate(middle, state + Ts / 2 * k1, shape)
+        k3 = self.rate(middle, state + Ts / 2 * k2, shape)
+        k4 = self.rate(now, state + Ts * k3, shape)
+        return state + Ts / 6 * (k1 + 2 * (k2 + k3) + k4)
+
+    def start(self, theta: Any, shape: Shapes) -> Expr:
+        """The state (n_states,) at rest at theta."""
+        return ca.SX.zeros(len(self.states))
+
+    def mechanism(self, gravity: ca.SX, gains: Mapping[str, Any]) -> Expr:
+        """Gravity (3,) [m/s2] that the machine feels, for acts_on = "mechanism"."""
+        return gravity

@@ -1,0 +1,71 @@
+"""Torques that repeat with the angle: cogging beyond the model, ripple of the motor constant."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
+
+SWEEP = Experiment("triangle", {"speed": 0.1, "amplitude": 0.19})
+
+
+class CoggingHarmonic(Effect):
+    """a cos(order theta) + b sin(order theta): one harmonic that the model does not have."""
+
+    id, title, acts_on = "cogging_harmonic", "cogging harmonic", "torque"
+    gains = (
+        Gain("a", "N m", 0.004, -2.0, 2.0, "cosine amplitude"),
+        Gain("b", "N m", 0.004, -2.0, 2.0, "sine amplitude"),
+    )
+    shapes = (
+        Shape(
+            "order",
+            "1/rad",
+            low=1.0,
+            high=1500.0,
+            start=360.0,
+            # over 0.4 rad two orders are told apart when 2 pi / 0.4 = 16 lie between them
+            grid=tuple(float(k) for k in range(6, 721, 6) if k % 36 or k > 324),
+            description="multiple of the angle; the poles of the motor times a whole number",
+        ),
+    )
+    excites = "the whole stroke, slowly"
+    confused_with = ("torque_ripple", "cubic_stiffness", "quadratic_stiffness")
+    experiment = "slow triangle through the stroke: every angle at a steady speed"
+    spec = SWEEP
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        angle = shape["order"] * s.theta
+        return ca.vertcat(ca.cos(angle), ca.sin(angle))
+
+
+class TorqueRipple(Effect):
+    """(a cos(order theta) + b sin(order theta)) tau: the motor constant varies with the angle."""
+
+    id, title, acts_on = "torque_ripple", "torque ripple", "drive"
+    gains = (
+        Gain("a", "1", 0.005, -0.5, 0.5, "cosine amplitude, relative"),
+        Gain("b", "1", 0.005, -0.5, 0.5, "sine amplitude, relative"),
+    )
+    shapes = (
+        Shape(
+            "order",
+            "1/rad",
+            low=1.0,
+            high=1500.0,
+            start=36.0,
+            grid=(6.0, 12.0, 18.0, 24.0, 36.0, 54.0, 72.0, 108.0, 144.0, 180.0, 216.0, 432.0),
+            description="multiple of the angle",
+        ),
+    )
+    excites = "the same angles under different torques: another payload, another speed"
+    confused_with = ("cogging_harmonic", "drive_gain")
+    experiment = "the slow triangle with and without payload"
+    spec = Experiment("triangle", {"speed": 0.1, "amplitude": 0.19}, ((0.0, 0.0), (25.0, 1.0)))
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        angle = shape["order"] * s.theta
+        return ca.vertcat(s.tau * ca.cos(angle), s.tau * ca.sin(angle))
+
+
+EFFECTS = (CoggingHarmonic(), TorqueRipple())

@@ -1,0 +1,36 @@
+"""A second Dahl hysteresis beside the one of the actuator model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from fmus.common import actuator
+from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+
+
+class SecondHysteresis(Effect):
+    """c_2 z_2 with z_2' = (thetad - |thetad| z_2) / sigma_2.  [SH, Eq. (23)]"""
+
+    id, title, acts_on = "second_hysteresis", "second hysteresis", "torque"
+    gains = (Gain("c_2", "N m", 0.02, -5.0, 5.0, "height"),)
+    shapes = (Shape("sigma_2", "rad", 2e-3, 0.5, 0.05, (0.004, 0.008, 0.03, 0.06, 0.12), "width"),)
+    states = (State("z_2", "1"),)
+    excites = "reversals after long and after short ways"
+    confused_with = ("coulomb_friction", "stribeck_friction")
+    experiment = "slow triangles of several amplitudes"
+    spec = Experiment("triangle", {"speed": 0.05, "amplitude": 0.1})
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return state
+
+    def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return (s.thetad - ca.fabs(s.thetad) * state) / shape["sigma_2"]
+
+    def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
+        """Exact for a step of one sign, whatever the rate does meanwhile."""
+        return actuator.dahl(state, now.theta - before.theta, shape["sigma_2"])
+
+
+EFFECT = SecondHysteresis()

@@ -1,0 +1,61 @@
+"""A flexible mode: a mass that swings on the joint."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+
+
+FREQUENCIES = tuple(round(4.0 * 1.12**k, 3) for k in range(28))
+"""A mode is as wide as twice its damping: neighbours a tenth apart miss none."""
+
+
+class FlexibleMode(Effect):
+    """J_2 q'' with q'' = w^2 (theta - q) + 2 zeta w (thetad - q'), w = 2 pi f."""
+
+    id, title, acts_on = "flexible_mode", "flexible mode", "torque"
+    gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1.0, "inertia that swings"),)
+    shapes = (
+        Shape("f", "Hz", 1.0, 500.0, 20.0, FREQUENCIES, "mode"),
+        Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.02, 0.06, 0.2), "damping ratio"),
+    )
+    states = (State("q", "rad"), State("qd", "rad/s"))
+    excites = "accelerations about its frequency"
+    confused_with = ("drive_lag", "time_delay")
+    experiment = "chirp through its frequency"
+    spec = Experiment("chirp", {"f0": 1.0, "f1": 40.0, "amplitude": 0.002})
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        w = 2 * ca.pi * shape["f"]
+        return w**2 * (s.theta - state[0]) + 2 * shape["zeta"] * w * (s.thetad - state[1])
+
+    def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.vertcat(state[1], self.columns(s, state, shape))
+
+    def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
+        """Exact for an acceleration of the joint that changes linearly.
+
+        e = q - theta:  e'' + 2 zeta w e' + w^2 e = -(a + j t), solved by its particular
+        solution -(a + j t) / w^2 + 2 zeta j / w^3 and a decaying oscillation.
+        """
+        w, zeta = 2 * ca.pi * shape["f"], shape["zeta"]
+        jerk = (now.thetadd - before.thetadd) / Ts
+        settled = -before.thetadd / w**2 + 2 * zeta * jerk / w**3
+        drift = -jerk / w**2
+        e, ed = state[0] - before.theta - settled, state[1] - before.thetad - drift
+        wd = w * ca.sqrt(1 - zeta**2)
+        decay, c, sn = ca.exp(-zeta * w * Ts), ca.cos(wd * Ts), ca.sin(wd * Ts)
+        side = (ed + zeta * w * e) / wd
+        swing = decay * (e * c + side * sn)
+        rate = decay * (ed * c - (w**2 * e + zeta * w * ed) / wd * sn)
+        q = now.theta + settled + drift * Ts + swing
+        return ca.vertcat(q, now.thetad + drift + rate)
+
+    def start(self, theta: Any, shape: Shapes) -> Expr:
+        return ca.vertcat(theta, 0)
+
+
+EFFECT = FlexibleMode()

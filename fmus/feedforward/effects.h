@@ -1,0 +1,70 @@
+/* Torque of the effects along the wanted motion. Without effects all of this does nothing. */
+#ifndef FLEXHEX_FEEDFORWARD_EFFECTS_H
+#define FLEXHEX_FEEDFORWARD_EFFECTS_H
+
+#include <string.h>
+
+#ifdef FEEDFORWARD_N_EFFECT
+
+/* what the columns are evaluated at; all doubles, as the generated functions want it */
+typedef struct {
+  double theta[FEEDFORWARD_N], thetad[FEEDFORWARD_N], thetadd[FEEDFORWARD_N];
+  double tau[FEEDFORWARD_N], taud[FEEDFORWARD_N];
+  double time;
+} feedforward_instant;
+
+typedef struct {
+  feedforward_instant last;
+  double base[2][FEEDFORWARD_N];
+  double state[FEEDFORWARD_N_EFFECT_STATE];
+  double ticks;
+} feedforward_effects;
+
+/* Rate of the torque from this sample and the two before, none at the first two. */
+static void torque_rate(const feedforward_effects *e, const double *tau, double Ts, double *taud) {
+  for (int i = 0; i < FEEDFORWARD_N; ++i) {
+    const double rate = (3 * tau[i] - 4 * e->base[0][i] + e->base[1][i]) / (2 * Ts);
+    taud[i] = e->ticks > 1.0 ? rate : 0.0;
+  }
+}
+
+/* Adds to the model's torque what the effects ask for; the states go along the wanted motion. */
+static void add_effects(const feedforward_parameters *p, const feedforward_inputs *u,
+                        feedforward_effects *e, double tau[FEEDFORWARD_N]) {
+  feedforward_instant now;
+  memcpy(now.theta, u->x, sizeof now.theta);
+  memcpy(now.thetad, u->xd, sizeof now.thetad);
+  memcpy(now.thetadd, u->xdd, sizeof now.thetadd);
+  memcpy(now.tau, tau, sizeof now.tau);
+  torque_rate(e, tau, p->Ts, now.taud);
+  now.time = (e->ticks + 1.0) * p->Ts;
+  if (e->ticks == 0.0) {
+    feedforward_effect_start(now.theta, e->state);
+  } else {
+    feedforward_instant whole = now;
+    double state_next[FEEDFORWARD_N_EFFECT_STATE];
+    feedforward_with_effects(now.theta, e->state, u->p, whole.tau);
+    feedforward_effect_advance(e->last.theta, whole.theta, e->state, &p->Ts, state_next);
+    memcpy(e->state, state_next, sizeof state_next);
+  }
+  feedforward_with_effects(now.theta, e->state, u->p, tau);
+  memcpy(e->base[1], e->base[0], sizeof e->base[0]);
+  memcpy(e->base[0], now.tau, sizeof e->base[0]);
+  e->last = now;
+  memcpy(e->last.tau, tau, sizeof e->last.tau);
+  e->ticks += 1.0;
+}
+
+#else
+
+typedef struct {
+  double none;
+} feedforward_effects;
+
+static void add_effects(const feedforward_parameters *p, const feedforward_inputs *u,
+                        feedforward_effects *e, double tau[FEEDFORWARD_N]) {
+  (void)p, (void)u, (void)e, (void)tau;
+}
+
+#endif
+#endif

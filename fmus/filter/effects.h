@@ -1,0 +1,52 @@
+/* Columns of the effects at raw samples. Without effects all of this compiles to nothing. */
+#ifndef FLEXHEX_FILTER_EFFECTS_H
+#define FLEXHEX_FILTER_EFFECTS_H
+
+#include <string.h>
+
+#ifdef FILTER_N_EFFECT
+
+enum { N_EFFECT = FILTER_N_EFFECT };
+
+/* what the columns are evaluated at; all doubles, as the generated functions want it */
+typedef struct {
+  double theta[FILTER_N], thetad[FILTER_N], thetadd[FILTER_N];
+  double tau[FILTER_N], taud[FILTER_N];
+  double time;
+} filter_instant;
+
+typedef struct {
+  filter_instant last;
+  double state[FILTER_N_EFFECT_STATE];
+  double ticks;
+} filter_effects;
+
+/* Columns of the middle one of three samples (theta, then tau), whose neighbours tell its rates.
+   At the first tick all three are one sample, at the second the middle one is that sample still:
+   only then does time go on. */
+static void filter_effects_at(filter_effects *e, double Ts, const double *past, const double *now,
+                              const double *new, double *columns) {
+  filter_instant at;
+  double state_next[FILTER_N_EFFECT_STATE], unused[FILTER_N];
+  memcpy(at.theta, now, sizeof at.theta);
+  memcpy(at.tau, now + FILTER_N, sizeof at.tau);
+  filter_derivatives(past, now, new, &Ts, at.thetad, at.thetadd);
+  filter_derivatives(past + FILTER_N, now + FILTER_N, new + FILTER_N, &Ts, at.taud, unused);
+  at.time = e->ticks > 1.0 ? e->ticks * Ts : Ts;
+  if (e->ticks == 0.0) {
+    filter_effect_start(at.theta, e->state);
+  } else if (e->ticks > 1.0) {
+    filter_effect_advance(e->last.theta, at.theta, e->state, &Ts, state_next);
+    memcpy(e->state, state_next, sizeof state_next);
+  }
+  filter_effect_columns(at.theta, e->state, columns);
+  e->last = at;
+  e->ticks += 1.0;
+}
+
+#else
+
+enum { N_EFFECT = 0 };
+
+#endif
+#endif

@@ -1,0 +1,260 @@
+"""Admission: what every effect of the library must declare and obey, also one dropped in."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from fmugen.rooms import build_room, room_interface
+from fmugen.units import unit
+
+import fmus.common.effects as package
+from fmus.common.effects import Effect, Experiment, Gain, Signals, check, library
+from fmus.common.errors import MachineError
+from fmus.common.machine_file import load_machine
+from fmus.common.parameters import parameters
+from tests.compare import assert_close
+from tests.effects.machines import Array, machine_file, use, values
+from tests.rooms.loaded import CACHE, machine
+
+IDS = """
+    coulomb_friction stribeck_friction quadratic_drag cogging_harmonic torque_ripple
+    second_hysteresis quadratic_stiffness cubic_stiffness cable_force torque_constant_saturation
+    torque_saturation drive_lag time_delay drive_gain thermal_drift offset_drift
+    encoder_eccentricity flexible_mode cross_coupling gravity_tilt
+"""
+KINDS = ("random", "triangle", "multisine", "chirp")
+EFFECTS = list(library().values())
+STATEFUL = [effect for effect in EFFECTS if effect.states]
+each = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
+each_with_states = pytest.mark.parametrize("effect", STATEFUL, ids=lambda effect: effect.id)
+
+
+def axis(values: Any) -> Signals:
+    """Signals of one axis from six expressions: theta, thetad, thetadd, tau, taud, time."""
+    names = ("theta", "thetad", "thetadd", "tau", "taud", "time")
+    return Signals(**{name: values[k] for k, name in enumerate(names)})
+
+
+def motion(t: Array) -> Array:
+    """A smooth motion (samples, 6) with turns: the signals of `axis` over the time."""
+    a, w, v = 0.15, 7.0, 17.0
+    theta = a * np.sin(w * t) + 0.02 * np.cos(v * t)
+    thetad = a * w * np.cos(w * t) - 0.02 * v * np.sin(v * t)
+    thetadd = -a * w**2 * np.sin(w * t) - 0.02 * v**2 * np.cos(v * t)
+    tau, taud = 3 + 2 * np.cos(5 * t), -10 * np.sin(5 * t)
+    return np.stack([theta, thetad, thetadd, tau, taud, t], axis=1)
+
+
+def test_library_has_the_effects_that_the_diagnosis_counts_on() -> None:
+    assert set(IDS.split()) <= set(library())
+
+
+@each
+def test_effect_declares_units_and_bounds(effect: Effect) -> None:
+    for par in (*effect.gains, *effect.shapes):
+        unit(par.unit, par.name)
+        assert np.isfinite([par.low, par.high]).all(), f"{par.name} has no bounds"
+        assert par.low < par.high
+        assert par.description
+    for state in effect.states:
+        unit(state.unit, state.name)
+    for shape in effect.shapes:
+        assert shape.grid, f"{shape.name} has nothing to try"
+
+
+@each
+def test_effect_names_an_experiment_that_the_reference_can_run(effect: Effect) -> None:
+    spec, known = effect.spec, {v.name: v for v in room_interface("reference", machine()).variables}
+    assert spec.kind in KINDS
+    for name, value in spec.parameters.items():
+        assert known[name].min <= value <= known[name].max, name
+    times = [time for time, _ in spec.payload]
+    assert times == sorted(times)
+    assert len(times) <= known["payload_time"].count
+    assert all(0 <= mass <= known["payload_mass"].max for _, mass in spec.payload)
+
+
+@each
+def test_effect_has_bounded_columns(effect: Effect) -> None:
+    """Finite at rest, far out, at the ends of the shapes' ranges, and one for each gain."""
+    if effect.acts_on == "mechanism":
+        return
+    at, state = ca.SX.sym("at", 6), ca.SX.sym("state", len(effect.states))
+    far = np.array([[0] * 6, [1.5, 30, 1e4, 100, 1e5, 1e5], [-1.5, -30, -1e4, -100, -1e5, 1e5]])
+    for end in ("start", "low", "high"):
+        shape = {s.name: getattr(s, end) for s in effect.shapes}
+        signals = axis(ca.vertsplit(at))
+        signals = replace(signals, others=(signals,) * 6)
+        columns = ca.Function("columns", [at, state], [effect.columns(signals, state, shape)])
+        for row in far:
+            made = np.array(columns(row, np.ones(len(effect.states)))).ravel()
+            assert made.shape == (len(effect.gains),)
+            assert np.isfinite(made).all()
+
+
+@each
+def test_effect_accepts_shapes_that_are_searched(effect: Effect) -> None:
+    """The diagnosis differentiates columns by their shapes: symbols must do as well as numbers."""
+    if effect.acts_on == "mechanism":
+        return
+    at, state = ca.SX.sym("at", 6), ca.SX.sym("state", len(effect.states))
+    signals = replace(axis(ca.vertsplit(at)), others=(axis(ca.vertsplit(at)),) * 6)
+    shape = {s.name: ca.SX.sym(s.name) for s in effect.shapes}
+    start = [s.start for s in effect.shapes]
+    row, z = motion(np.array([0.3]))[0], 0.1 * np.ones(len(effect.states))
+    symbols = ca.vertcat(*shape.values()) if shape else ca.SX(0, 1)
+    symbolic = ca.Function("c", [at, state, symbols], [effect.columns(signals, state, shape)])
+    plain = effect.columns(signals, state, {s.name: s.start for s in effect.shapes})
+    numeric = ca.Function("c", [at, state], [plain])
+    assert_close(symbolic(row, z, start), numeric(row, z), rtol=1e-14, what=effect.id)
+
+
+@each_with_states
+def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
+    """One second of samples at 2 kHz against Runge-Kutta steps of a tenth.
+
+    The sampled form knows the motion at its samples alone: second order in Ts w, 2e-5 here.
+    """
+    shape, Ts, fine = {s.name: s.start for s in effect.shapes}, 5e-4, 10
+    shape |= {"T": 0.5} if "T" in shape else {}
+    before, now = ca.SX.sym("before", 6), ca.SX.sym("now", 6)
+    state = ca.SX.sym("state", len(effect.states))
+    then, there = axis(ca.vertsplit(before)), axis(ca.vertsplit(now))
+    advance = ca.Function(
+        "a", [before, now, state], [effect.advance(then, there, state, shape, Ts)]
+    )
+    rate = ca.Function("r", [now, state], [effect.rate(there, state, shape)])
+    t = np.arange(2001) * Ts
+    h, samples = Ts / fine, motion(t)
+    start = effect.start(ca.SX(samples[0, 0]), shape)
+    sampled = exact = np.array(ca.DM(start)).ravel()
+    largest = np.zeros_like(exact)
+    for k in range(len(t) - 1):
+        sampled = np.array(advance(samples[k], samples[k + 1], sampled)).ravel()
+        for m in range(fine):
+            at = t[k] + h * (m + np.array([0, 0.5, 1]))
+            first, middle, last = motion(at)
+            k1 = np.array(rate(first, exact)).ravel()
+            k2 = np.array(rate(middle, exact + h / 2 * k1)).ravel()
+            k3 = np.array(rate(middle, exact + h / 2 * k2)).ravel()
+            k4 = np.array(rate(last, exact + h * k3)).ravel()
+            exact = exact + h / 6 * (k1 + 2 * (k2 + k3) + k4)
+        largest = np.maximum(largest, np.abs(exact))
+        assert (np.abs(sampled - exact) <= 2e-4 * largest + 1e-6).all(), f"{t[k]:.4f} s"
+    assert (np.abs(exact - np.array(ca.DM(start)).ravel()) > 0).all(), "the state never moved"
+
+
+@each_with_states
+def test_effect_default_advance_agrees_with_the_exact_one(effect: Effect) -> None:
+    """The base class's step of Runge-Kutta: what an effect gets that gives its rate alone."""
+    shape = {s.name: s.start for s in effect.shapes}
+    a, b = motion(np.array([0.2, 0.2005]))
+    then, there = axis([ca.SX(v) for v in a]), axis([ca.SX(v) for v in b])
+    state = ca.SX(0.1 * np.ones(len(effect.states)))
+    exact = ca.DM(effect.advance(then, there, state, shape, 5e-4))
+    plain = ca.DM(Effect.advance(effect, then, there, state, shape, 5e-4))
+    assert_close(plain, exact, atol=1e-4 * float(np.abs(np.array(exact)).max()), what=effect.id)
+
+
+DROPPED_IN = '''
+"""A bump in the torque at one angle."""
+import casadi as ca
+from fmus.common.effects.effect import Effect, Experiment, Gain, Shape
+
+
+class TorqueBump(Effect):
+    """B exp(-((theta - theta_b) / 0.02)^2)."""
+
+    id, title, acts_on = "torque_bump", "bump at one angle", "torque"
+    gains = (Gain("B", "N m", 0.01, -1.0, 1.0, "height"),)
+    shapes = (Shape("theta_b", "rad", -0.5, 0.5, 0.1, (0.0, 0.1), "where"),)
+    excites = "slow motion through that angle"
+    experiment = "slow triangle"
+    spec = Experiment("triangle", {"speed": 0.05})
+
+    def columns(self, s, state, shape):
+        return ca.exp(-(((s.theta - shape["theta_b"]) / 0.02) ** 2))
+
+
+EFFECT = TorqueBump()
+'''
+
+
+@pytest.fixture
+def dropped_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder whose modules count as the library's."""
+    folder = tmp_path / "more"
+    folder.mkdir()
+    monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
+    library.cache_clear()
+    yield folder
+    for path in folder.glob("*.py"):
+        sys.modules.pop(f"{package.__name__}.{path.stem}", None)
+    monkeypatch.undo()
+    library.cache_clear()
+
+
+def test_user_adds_an_effect_by_one_file(dropped_in: Path, tmp_path: Path) -> None:
+    """From the file to FMUs that an importer accepts, with nothing else touched."""
+    from fmpy.validation import validate_fmu
+
+    (dropped_in / "bump.py").write_text(DROPPED_IN, encoding="utf-8")
+    assert "torque_bump" in library()
+    text = machine_file(tmp_path).read_text(encoding="utf-8")
+    text += (
+        '\n[[effects]]\nid = "torque_bump"\naxes = [2, 5]\n[effects.parameters]\n'
+        'B = { value = [0.02, 0.03], unit = "N m", source = "diagnosed" }\n'
+        'theta_b = { value = 0.1, unit = "rad", source = "assumed" }\n'
+    )
+    (tmp_path / "bumpy.toml").write_text(text, encoding="utf-8")
+    bumpy = load_machine(tmp_path / "bumpy.toml")
+    assert [p.name for p in parameters(bumpy)[162:]] == ["torque_bump.B[2]", "torque_bump.B[5]"]
+    for room in ("filter", "feedforward"):
+        assert not validate_fmu(str(build_room(room, bumpy, tmp_path, cache=CACHE)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ('id, title, acts_on = "coulomb_friction", "again", "torque"', "exists twice"),
+        ('id, title, acts_on = "torque_bump", "", "torque"', "sets no title"),
+    ],
+)
+def test_library_refuses_what_is_no_effect(dropped_in: Path, change: str, message: str) -> None:
+    first = 'id, title, acts_on = "torque_bump", "bump at one angle", "torque"'
+    assert first in DROPPED_IN
+    (dropped_in / "zz_bump.py").write_text(DROPPED_IN.replace(first, change), encoding="utf-8")
+    with pytest.raises(MachineError, match=message):
+        library()
+
+
+@pytest.mark.parametrize(
+    ("gain", "message"),
+    [
+        (Gain("B", "N m", 0.01, 0.5, 1.0), "low <= 0"),
+        (Gain("B", "N m", 2.0, 0.0, 1.0), "typical <= high"),
+    ],
+)
+def test_library_refuses_gains_that_cannot_be_absent(gain: Gain, message: str) -> None:
+    class Wrong(Effect):
+        id, title, acts_on = "wrong", "wrong", "torque"
+        gains = (gain,)
+        excites = experiment = "nothing"
+        spec = Experiment("random")
+
+    with pytest.raises(MachineError, match=message):
+        check(Wrong(), where="wrong")
+
+
+def test_use_of_an_effect_keeps_its_values() -> None:
+    for id, effect in library().items():
+        entry, sizes = use(id), values(effect)
+        assert entry.shape == {s.name: sizes[s.name] for s in effect.shapes}
+        assert [row[0] for row in entry.gains] == [sizes[g.name] for g in effect.gains]

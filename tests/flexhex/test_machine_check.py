@@ -1,0 +1,172 @@
+"""`flexhex check` and every build refuse what a later stage would: with file and field."""
+
+from __future__ import annotations
+
+import re
+from functools import reduce
+from pathlib import Path
+
+import pytest
+
+from flexhex.build import Builder
+from flexhex.cases import whole_moves
+from flexhex.check import check_file
+from flexhex.run import check_actuators
+from fmus.common.errors import MachineError
+from fmus.common.machine import Machine
+from tests.common.test_machine_file import Edit, replace
+from tests.conftest import MACHINE_FILE
+
+TRUTH = MACHINE_FILE.with_name("tflex-truth.toml")
+
+
+def chain(*edits: Edit) -> Edit:
+    """All edits, one after the other."""
+    return lambda text: reduce(lambda done, edit: edit(done), edits, text)
+
+
+CASES: dict[str, tuple[Edit, str]] = {
+    "amplitude beyond the stroke": (
+        replace("amplitude = { value = 0.19", "amplitude = { value = 0.6"),
+        r"reference\.amplitude is 0\.6 rad, must be within geometry\.stroke, 0\.523599 rad",
+    ),
+    "duration not whole": (
+        replace("duration = { value = 50.0", "duration = { value = 50.3"),
+        r"reference: duration is 50\.3 times period, must be a whole number: 50 s would be",
+    ),
+    "move longer than period": (
+        replace("period = { value = 1.0", "period = { value = 0.5"),
+        r"reference: move is 0\.6 s, longer than period, 0\.5 s",
+    ),
+    "period between base steps": (
+        replace("period = { value = 1.0", "period = { value = 0.7142857142857143"),
+        r"reference\.period is 2857\.14286 base steps, must be a whole number",
+    ),
+    "hold between base steps": (
+        chain(
+            replace("base = { value = 0.00025", "base = { value = 0.0003"),
+            replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0006"),
+            replace("period = { value = 1.0", "period = { value = 0.9"),
+            replace("duration = { value = 50.0", "duration = { value = 45.0"),
+        ),
+        r"timing\.base: the 2 s held before the first move are 6666\.66667 base steps",
+    ),
+    "crossover": (
+        replace("f_crossover = { value = 10.0", "f_crossover = { value = 400.0"),
+        r"control\.phase_margin = 0\.7854 rad at 400 Hz needs a lead of .*: change the margin",
+    ),
+    "margin": (
+        replace("phase_margin = { value = 0.785", "phase_margin = { value = 1.485"),
+        r"control\.phase_margin = 1\.485 rad at 10 Hz needs a lead",
+    ),
+    "slow feedforward": (
+        replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0075"),
+        r"timing\.feedforward, drive: in feedback\.fmu reference_delay starts at 76\.6",
+    ),
+    "sample times that do not meet": (
+        replace("feedforward = { value = 0.0005", "feedforward = { value = 0.00175"),
+        r"timing: path W -> N_E -> K: the age of a sample varies .* divide one another",
+    ),
+    "adaptation": (
+        replace("adaptation = { value = 0.03", "adaptation = { value = 30.0"),
+        r"timing: in estimator\.fmu Ts starts at 30 s, allowed 1e-06 to 10 s",
+    ),
+    "encoder step": (
+        replace("step = { value = 1e-08", "step = { value = 1.0"),
+        r"encoder\.step: in plant\.fmu theta_step starts at 1 rad, allowed 0 to 0\.1 rad",
+    ),
+    "current": (
+        replace("I_peak = { value = 9.0", "I_peak = { value = 9e9"),
+        r"drive\.K_t, drive\.I_peak: in feedback\.fmu tau_max starts at 2\.7e\+10 N m",
+    ),
+    "cogging": (
+        replace("[0.01383, 0.01674", "[1383.0, 0.01674"),
+        r"actuator: in plant\.fmu actuator\[5\] \(a\[1,1\]\) starts at 1383 N m, allowed",
+    ),
+    "hysteresis too sharp for the plant's step": (
+        replace("sigma = { value = 0.015", "sigma = { value = 1e-9"),
+        r"actuator\.sigma is 1e-09 rad, at least 0\.000228 rad are needed",
+    ),
+    "whole number with a point": (
+        replace("hann_points = 101", "hann_points = 101.0"),
+        r"control\.hann_points: wants a whole number without point or quotes, is 101\.0",
+    ),
+    "whole number in quotes": (
+        replace("n_harmonics = 9", 'n_harmonics = "9"'),
+        r"actuator\.n_harmonics: wants a whole number without point or quotes, is '9'",
+    ),
+}
+
+
+def written(folder: Path, edit: Edit) -> Path:
+    """A machine file of its own, edited."""
+    path = folder / "mine.toml"
+    path.write_text(edit(MACHINE_FILE.read_text(encoding="utf-8")), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_check_refuses_what_no_room_takes(case: str, tmp_path: Path) -> None:
+    edit, message = CASES[case]
+    path = written(tmp_path, edit)
+    complaints = check_file(path)
+    assert len(complaints) == 1, complaints
+    assert complaints[0].startswith(f"{path}: ")
+    assert complaints[0].count(str(path)) == 1
+    assert re.search(message, complaints[0]), complaints[0]
+    with pytest.raises(MachineError, match=message):
+        Builder(path, tmp_path / "out").fmus()
+    assert not (tmp_path / "out").exists(), "nothing is compiled before"
+
+
+@pytest.mark.parametrize("name", ["tflex.toml", "tflex-actuators.toml", "tflex-truth.toml"])
+def test_check_accepts_the_shipped_files(name: str) -> None:
+    assert check_file(MACHINE_FILE.with_name(name)) == []
+
+
+def test_check_of_a_truth_file_looks_at_its_machine_too(tmp_path: Path) -> None:
+    text = TRUTH.read_text(encoding="utf-8")
+    alone, paired = tmp_path / "wild-truth.toml", tmp_path / "mine-truth.toml"
+    alone.write_text(text, encoding="utf-8")
+    assert check_file(alone) == [
+        f"{alone}: a truth file without its machine file: name it <machine>-truth.toml"
+    ]
+    written(tmp_path, lambda t: t)
+    paired.write_text(text, encoding="utf-8")
+    assert check_file(paired) == []
+    paired.write_text(replace("rms = { value = 0.004", "rms = { value = -1")(text))
+    assert check_file(paired) == [f"{paired}: cogging.rms: -1.0 N m, must be at least 0 N m"]
+    assert check_file(tmp_path / "mine.toml") == check_file(paired), "a machine's truth counts"
+
+
+def test_truth_file_is_no_machine_file(tmp_path: Path) -> None:
+    with pytest.raises(MachineError, match=r"tflex-truth\.toml: a truth file: .* give the machine"):
+        Builder(TRUTH, tmp_path).fmus()
+
+
+def test_short_trajectories_hold_whole_periods(machine: Machine) -> None:
+    """The quick run's 8 s are none of 0.7 s: the reference would refuse them."""
+    brisk = machine.reference.model_copy(update={"period": 0.7})
+    assert whole_moves(machine, 8.0) == 8.0
+    found = whole_moves(machine.model_copy(update={"reference": brisk}), 8.0)
+    assert found == pytest.approx(8.4, abs=1e-9)
+
+
+ACTUATORS = MACHINE_FILE.with_name("tflex-actuators.toml").read_text(encoding="utf-8")
+
+
+def test_actuators_file_must_extend_its_machine(tmp_path: Path) -> None:
+    builder = Builder(written(tmp_path, lambda t: t), tmp_path / "out")
+    check_actuators(builder)  # none is there, none is wanted
+    path = tmp_path / "mine-actuators.toml"
+    path.write_text(ACTUATORS.replace("tflex.toml", "mine.toml"), encoding="utf-8")
+    check_actuators(builder)
+    (tmp_path / "tflex.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
+    for text, message in (
+        (ACTUATORS, r"mine-actuators\.toml: extends: wants 'mine\.toml', is 'tflex\.toml'"),
+        (MACHINE_FILE.read_text(encoding="utf-8"), r"extends: wants 'mine\.toml', is None"),
+        ('extends = "mine.toml"\n', r"has a platform: add `without_platform = true`"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(MachineError, match=message):
+            check_actuators(builder)
