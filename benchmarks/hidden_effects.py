@@ -17,7 +17,7 @@ import shutil
 import signal
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
@@ -35,17 +35,15 @@ OUT = Path("out") / "hidden"
 MACHINE_FILE = Path("machines") / "tflex.toml"
 SIDE_BY_SIDE = 8
 """Closed-loop cases integrated at one step."""
-Diagnose = Callable[[Sequence[Path], Sequence[Path], Path, Mapping[str, Any]], dict[str, Any]]
+Diagnose = Callable[[Sequence[Path], Sequence[Path], Path], dict[str, Any]]
 Task = tuple[str, int]
 """Kind of case (seed, closed, machine) and its number."""
 
 
-def diagnose(
-    paths: Sequence[Path], locked: Sequence[Path], machine_file: Path, options: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What `flexhex diagnose --json` prints, in this process."""
+def diagnose(paths: Sequence[Path], locked: Sequence[Path], machine_file: Path) -> dict[str, Any]:
+    """What `flexhex diagnose --json` prints, in this process, with the default options."""
     workflow: Any = importlib.import_module("diagnosis.workflow")
-    found: dict[str, Any] = workflow.diagnose_files(paths, locked, machine_file, options)
+    found: dict[str, Any] = workflow.diagnose_files(paths, locked, machine_file)
     return found
 
 
@@ -76,7 +74,7 @@ def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -
         # every ninth case as CSV: slower to read, the same numbers
         ending = "csv" if case.seed % 9 == 4 else "h5"
         written = generate(case, Path(first), Path(second), ending)
-        found = diagnose(written.paths, written.locked, MACHINE_FILE, {"seed": case.seed})
+        found = diagnose(written.paths, written.locked, MACHINE_FILE)
         judged = score(found, written.sealed)
         if keep is not None:
             shutil.copytree(first, keep / "logs" / str(case.seed), dirs_exist_ok=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -185,9 +185,7 @@ def test_study_hands_over_logs_alone(tmp_path: Path, monkeypatch: pytest.MonkeyP
     quick(monkeypatch)
     seen: list[Path] = []
 
-    def blind(
-        paths: Sequence[Path], locked: Sequence[Path], machine: Path, options: Mapping[str, Any]
-    ) -> Found:
+    def blind(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
         assert len(paths) == 4
         assert len(locked) == 2
         near = [p for path in paths for p in path.parent.rglob("*")]
