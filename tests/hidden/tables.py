@@ -61,6 +61,12 @@ def targets(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
         ("all pairs: wrong", "<= 2 %", share(*_count(of.get("pair", []), "wrong"))),
         ("changed parameter: right", "", share(*_count(of.get("changed", []), "right"))),
         ("changed parameter: wrong", "", share(*_count(of.get("changed", []), "wrong"))),
+        (
+            "machines: all effects found",
+            "",
+            share(*_count(of.get("machine", []), "alone", "set", "both", "right")),
+        ),
+        ("machines: wrong", "", share(*_count(of.get("machine", []), "wrong"))),
     ]
     return rows
 
@@ -95,7 +101,7 @@ def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
 def gaps(scores: Sequence[Score]) -> list[tuple[str, str]]:
     """Closed share of the explainable gap on locked runs, where something was added."""
     rows = []
-    for outcome in ("alone", "set", "both", "one", "wrong"):
+    for outcome in ("alone", "set", "both", "some", "wrong"):
         found = [s.closed_gap for s in scores if s.outcome == outcome and s.closed_gap is not None]
         if found:
             enough = share(sum(f >= 0.9 for f in found), len(found))
