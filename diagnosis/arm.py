@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -110,7 +111,8 @@ class RigidArmBase:
         Phi = ca.jacobian(tau, p)
         sparsity = Phi.sparsity()
         self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
-        entries = ca.vertcat(*Phi.nonzeros())  # type: ignore[misc]
+        nonzeros: Any = Phi.nonzeros()
+        entries = ca.vertcat(*nonzeros)
         moved = [theta, thetad, thetadd]
         (self._entries,) = native([ca.Function("native_arm", moved, [ca.cse(entries)])])
 
