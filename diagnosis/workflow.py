@@ -29,7 +29,7 @@ from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, kept_off, poor_axes, sentence, without
+from diagnosis.guard import POOR, believed, kept_off, poor_axes, sentence, without
 from diagnosis.maps import maps
 from diagnosis.rounds import Round, Scored, search
 from diagnosis.runs import runs_of
@@ -114,9 +114,10 @@ def _searched(
     bench = Bench(made, compiled(made.base.n, without=made.base.holds))
     rounds = search(bench, lambda text: progress(text, 2, 5))
     found = [r.chosen for r in rounds if r.chosen]
-    held = lasting(bench, found) if made.noise.repeats else joint(bench, found)
-    others = blocks(made.base, judged, spacing) if judged else []
     notes: list[str] = []
+    repeats = made.noise.repeats
+    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
+    others = blocks(made.base, judged, spacing) if judged else []
     poor = poor_axes(made, held.residual)
     if len(poor) == made.base.n:
         return _cannot_tell(
