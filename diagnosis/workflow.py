@@ -24,7 +24,7 @@ from diagnosis.answer import (
 )
 from diagnosis.base import Base
 from diagnosis.bases import base_of
-from diagnosis.blocks import Block, Run, blocks, spacing_for
+from diagnosis.blocks import JUDGED, Block, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, compiled
 from diagnosis.changed import changes
@@ -117,7 +117,7 @@ def _searched(
     notes: list[str] = []
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
-    others = blocks(made.base, judged, spacing) if judged else []
+    others = blocks(made.base, judged, spacing, JUDGED) if judged else []
     poor = poor_axes(made, held.residual)
     if len(poor) == made.base.n:
         return _cannot_tell(
