@@ -90,8 +90,9 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     for (k, name), value in zip(shaped, deviation[edges[-1] :], strict=True):
         spread[k][name] = float(value)
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
-    lists = (np.split(beta, edges[:-1]), np.split(deviation[: edges[-1]], edges[:-1]), spread)
-    return Joint(bench, _regrouped(effects, parts), *(tuple(part) for part in lists), q)
+    gains = tuple(np.split(beta, edges[:-1]))
+    deviations = tuple(np.split(deviation[: edges[-1]], edges[:-1]))
+    return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
 
 
 def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:

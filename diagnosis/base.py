@@ -32,7 +32,7 @@ class Motion:
     @property
     def time(self) -> Array:
         """Instants (samples,) [s]."""
-        return self.t0 + self.ts * np.arange(len(self.theta))
+        return np.asarray(self.t0 + self.ts * np.arange(len(self.theta)))
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,11 @@ class Calibrated:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
 
+    @property
+    def spacing(self) -> float:
+        """Time between two rows [s]."""
+        return float(np.median(np.diff(self.blocks[0].at)))
+
     @cached_property
     def torque_rms(self) -> Array:
         """RMS of the torque about its mean, of each axis (n,) [N m]."""
@@ -179,8 +184,8 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
         Bs.append(np.concatenate(parts, axis=2) * scale)
         ys.append(y)
         raws.append(raw)
-    parts = (tuple(ys), tuple(Bs), tuple(raws))
-    return Calibrated(base, tuple(blocks), fitted, known, scale, *parts, noise)
+    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
+    return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
 
 
 def _diagonal(values: Array) -> Array:

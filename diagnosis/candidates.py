@@ -193,7 +193,7 @@ class Bench:
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
-        found = []
+        found: list[Mapping[str, Array]] = []
         base, fitted = self.made.base, self.made.fitted
         for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
             columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
@@ -213,7 +213,12 @@ def _thinned(weights: csr_array, values: Array) -> Array:
 
 def _signals(n: int, symbol: ca.SX) -> Signals:
     """Signals of an axis in front of those of all axes."""
-    each = [Signals(*(symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL))) for i in range(n + 1)]
+    each = []
+    for i in range(n + 1):
+        theta, thetad, thetadd, tau, taud, time = (
+            symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL)
+        )
+        each.append(Signals(theta, thetad, thetadd, tau, taud, time))
     return replace(each[0], others=tuple(each[1:]))
 
 

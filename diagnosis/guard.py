@@ -25,9 +25,20 @@ def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
     return [int(i) for i in np.flatnonzero(left > POOR * made.torque_rms)]
 
 
-def kept_off(held: Joint, axes: Sequence[int]) -> Joint:
-    """The fit without effects on some axes."""
-    return _only(held, [part for part in held.parts if part.axis not in axes])
+def explained(held: Joint, notes: list[str]) -> tuple[Joint, tuple[int, ...]]:
+    """The fit without effects on axes that stay unexplained, and those axes (from 0).
+
+    Base models that should explain most by themselves have been judged before.
+    """
+    poor = [] if held.bench.made.base.complete else poor_axes(held.bench.made, held.residual)
+    if not poor:
+        return held, ()
+    listed = ", ".join(str(i + 1) for i in poor)
+    notes.append(
+        f"more than {POOR:.0%} of the torque of axis {listed} stays unexplained by all that was"
+        " found: nothing is named there"
+    )
+    return _only(held, [part for part in held.parts if part.axis not in poor]), tuple(poor)
 
 
 def without(held: Joint, part: Scored) -> Joint:
@@ -67,12 +78,3 @@ def _only(held: Joint, parts: Sequence[Scored]) -> Joint:
     kept = [tuple(p for p in e.parts if any(p is q for q in parts)) for e in held.effects]
     pairs = zip(held.effects, kept, strict=True)
     return joint(held.bench, [replace(effect, parts=own) for effect, own in pairs if own])
-
-
-def sentence(axes: Sequence[int]) -> str:
-    """What is said of such axes."""
-    listed = ", ".join(str(i + 1) for i in axes)
-    return (
-        f"more than {POOR:.0%} of the torque of axis {listed} stays unexplained, whatever is"
-        " added: nothing is named there"
-    )

@@ -34,6 +34,8 @@ class PathBase:
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    holds: frozenset[str] = frozenset()
+    complete = True
 
     def __init__(self, n: int, window: float, spacing: float, settle: float) -> None:
         self.n, self.window, self.spacing, self.settle = n, window, spacing, settle

@@ -192,7 +192,7 @@ class Regression:
         factor = count / max(1, count - 1)
         covariance = factor * A @ (scores.T @ scores) @ A
         wald = float(beta @ np.linalg.pinv(covariance) @ beta) / k
-        return covariance, float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
+        return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
 
     @cached_property
     def clusters(self) -> int:
@@ -215,7 +215,7 @@ class Regression:
             change[mine] = here @ beta
         fall = self.residual**2 - (self.residual - change) ** 2
         by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
-        return float(by_cluster.sum()), by_cluster
+        return float(by_cluster.sum()), np.asarray(by_cluster, dtype=float)
 
 
 def _safe(S: Array, own: Array) -> Array:

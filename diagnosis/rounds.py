@@ -260,7 +260,7 @@ def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
     rows = len(made.regression.y) / bench.n * len(axes)
     noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
-    return (
+    return bool(
         np.sqrt(gained / rows) * noise > SMALLEST * torque
         and gained > LEAST_SHARE * energy[axes].sum()
         and gained > LEAST_FIRST * first[axes].sum()

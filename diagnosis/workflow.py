@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +26,12 @@ from diagnosis.base import Base
 from diagnosis.bases import base_of
 from diagnosis.blocks import JUDGED, Block, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
-from diagnosis.candidates import Bench, compiled
+from diagnosis.candidates import Bench, Compiled, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, believed, kept_off, poor_axes, sentence, without
+from diagnosis.guard import POOR, believed, explained, poor_axes, without
 from diagnosis.maps import maps
+from diagnosis.path import PathBase, driven
 from diagnosis.rounds import Round, Scored, search
 from diagnosis.runs import runs_of
 from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Named
@@ -97,61 +98,113 @@ def diagnose(
             " another machine, another order or sign of the axes, or other units?"
         )
         return _cannot_tell(base, runs, text, findings, names)
-    return _searched(made, judged, spacing, options, progress, findings, names)
+    return _searched(made, runs, judged, options, progress, findings, names)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One place where model and data meet: what was found there, and what remains."""
+
+    held: Joint
+    rounds: tuple[Round, ...]
+    others: tuple[Block, ...]
+    named: tuple[Named, ...]
+    remains: tuple[int, ...]
+    notes: tuple[str, ...]
+    poor: tuple[int, ...]
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything was found or is left here."""
+        return bool(self.named or self.remains)
+
+
+def _side(
+    made: Calibrated,
+    effects: Sequence[Compiled],
+    judged: Sequence[Run],
+    say: Callable[[str], None],
+) -> _Side:
+    """Search, hold against the locked runs, and see what remains."""
+    bench = Bench(made, effects)
+    rounds = search(bench, say)
+    found = [r.chosen for r in rounds if r.chosen]
+    notes: list[str] = []
+    repeats = made.noise.repeats
+    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
+    held, poor = explained(held, notes)
+    others = blocks(made.base, judged, made.spacing, JUDGED) if judged else []
+    held = _not_worse(held, others, notes)
+    remains = _remains(held, notes)
+    named = tuple(_named(held, rounds))
+    return _Side(held, tuple(rounds), tuple(others), named, remains, tuple(notes), poor)
 
 
 def _searched(
     made: Calibrated,
+    runs: Sequence[Run],
     judged: Sequence[Run],
-    spacing: float,
     options: Options,
     progress: Progress,
     findings: tuple[str, ...],
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
-    progress("searching effects", 2, 5)
-    bench = Bench(made, compiled(made.base.n, without=made.base.holds))
-    rounds = search(bench, lambda text: progress(text, 2, 5))
-    found = [r.chosen for r in rounds if r.chosen]
-    notes: list[str] = []
-    repeats = made.noise.repeats
-    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
-    others = blocks(made.base, judged, spacing, JUDGED) if judged else []
-    poor = poor_axes(made, held.residual)
-    if len(poor) == made.base.n:
-        return _cannot_tell(
-            made.base, [b.run for b in made.blocks], sentence(poor), findings, names
-        )
-    if poor:
-        notes.append(sentence(poor))
-        held = kept_off(held, poor)
-    progress("judging on the locked runs", 3, 5)
-    held = _not_worse(held, others, notes)
-    gap = _gap(held, others)
-    named = _named(held, rounds)
+    n = made.base.n
+    library_here = compiled(n, without=made.base.holds)
+    sides = [_side(made, library_here, judged, lambda text: progress(text, 2, 5))]
+    if len(sides[0].poor) == n:
+        return _cannot_tell(made.base, runs, sides[0].notes[-1], findings, names)
+    progress("commanded against reported torque", 3, 5)
+    sides += _drives(made, runs, judged)
+    named = [effect for side in sides for effect in side.named]
+    main = sides[0] if sides[0].matters or not sides[-1].matters else sides[-1]
+    notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     extended = made.regression
-    if held.parts:
-        extended = extended.extended([part.columns for part in held.parts])
-    changed = changes(extended, made.known, made.base.directions())
-    verdict = _verdict(made, held, named, changed, notes)
-    if verdict == "unknown":
-        changed = []
+    if sides[0].held.parts:
+        extended = extended.extended([part.columns for part in sides[0].held.parts])
+    changed = _plausible(changes(extended, made.known, made.base.directions()), named)
+    verdict = _verdict(made, sides, named, changed, notes)
     progress("measuring confidence", 4, 5)
     if named and options.confidence:
-        named = [confusion(held, effect, options.confidence) for effect in named]
+        named = [
+            confusion(side.held, effect, options.confidence)
+            for side in sides
+            for effect in side.named
+        ]
     progress("done", 5, 5)
     return Diagnosis(
         verdict,
         tuple(named),
-        tuple(changed),
-        gap,
-        _tried(rounds, held),
-        maps(held),
+        () if verdict == "unknown" else tuple(changed),
+        _gap(main.held, main.others),
+        _tried(main.rounds),
+        maps(main.held),
         tuple(notes),
         findings,
         *names,
     )
+
+
+def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[_Side]:
+    """The same between commanded and reported torque, where logs have both."""
+    ours, base = driven(runs), made.base
+    if not ours:
+        return []
+    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    blocked = blocks(path, ours, made.spacing)
+    there = calibrate(path, blocked)
+    known = {name: e for name, e in library().items() if e.acts_on == "drive"}
+    side = _side(there, compiled(base.n, known), driven(judged), lambda text: None)
+    where = "between commanded and reported torque: "
+    return [replace(side, notes=tuple(where + note for note in side.notes))]
+
+
+def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:
+    """Changes that no effect found on the same axis could have taken part in."""
+    axes = {axis for effect in named for axis in effect.axes}
+    own = tuple(f"[{axis}" for axis in axes)
+    return [c for c in changed if not any(mark in c.parameter for mark in own)]
 
 
 def diagnose_files(
@@ -217,31 +270,39 @@ def _gap(held: Joint, others: Sequence[Block]) -> Gap:
             "before": axis_rms(others, plain),
             "after": axis_rms(others, full),
         }
-    rows = (axis_rms(made.blocks, values) for values in (nominal, without, held.residual))
-    return Gap("N m", made.torque_rms, *rows, floor, before, after, judged)
+    one, two, three = (axis_rms(made.blocks, v) for v in (nominal, without, held.residual))
+    return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
-def _verdict(
-    made: Calibrated,
-    held: Joint,
-    named: Sequence[Named],
-    changed: Sequence[Changed],
-    notes: list[str],
-) -> str:
+def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
+    """Axes on which something repeats that nothing explains."""
+    made = held.bench.made
+    if not made.noise.repeats:
+        return ()
     remains, certain = repeat_rms(made, held.residual)
     gap = (remains > GAP * made.torque_rms) & (certain > CERTAIN)
-    if made.noise.repeats and gap.any():
+    if gap.any():
         axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
         size = float(remains[gap].max())
         notes.append(
             f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
         )
+    return tuple(int(i) for i in np.flatnonzero(gap))
+
+
+def _verdict(
+    made: Calibrated,
+    sides: Sequence[_Side],
+    named: Sequence[Named],
+    changed: Sequence[Changed],
+    notes: list[str],
+) -> str:
     if named:
         return "set" if any(effect.rivals for effect in named) else "named"
     if not made.noise.repeats:
         notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
         return "changed" if changed else "cannot tell"
-    if gap.any():
+    if any(side.remains for side in sides):
         return "unknown"
     return "changed" if changed else "none"
 
@@ -316,7 +377,7 @@ def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Esti
     return flat
 
 
-def _tried(rounds: Sequence[Round], held: Joint) -> tuple[Candidate, ...]:
+def _tried(rounds: Sequence[Round]) -> tuple[Candidate, ...]:
     """How the candidates of all rounds did, best first."""
     made = []
     for number, r in enumerate(rounds, start=1):

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from flexhex.commands import compare_command, study_command
+from flexhex.diagnose import Greedy, diagnose_command
 from fmus.common.errors import FlexhexError
 
 app = typer.Typer(
@@ -160,6 +161,7 @@ def found_machine(path: Path) -> Path:
 
 app.command("compare")(compare_command)
 app.command("study")(study_command)
+app.command("diagnose", cls=Greedy)(diagnose_command)
 
 
 def command() -> str:

@@ -16,7 +16,7 @@ class Part:
     """A section: its title, a sentence, a table, plots by the id of their place.
 
     timed: the x axes of the plots are time; zooming into one zooms all of the page. words:
-    the table holds no figures to align.
+    the table holds no figures to align. small: plots stand side by side where there is room.
     """
 
     title: str
@@ -26,6 +26,7 @@ class Part:
     figures: Mapping[str, Figure] = field(default_factory=dict)
     timed: bool = False
     words: bool = False
+    small: bool = False
 
 
 def write_page(path: Path, title: str, subtitle: str, parts: Sequence[Part]) -> Path:

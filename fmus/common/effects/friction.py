@@ -13,7 +13,7 @@ SMOOTHING = Shape(
     high=0.1,
     start=0.002,
     grid=(5e-4, 0.002, 0.01),
-    description="rate within which the sign turns over",
+    description="rate within which the sign turns over; needs F Ts / (J v0) < 2.8",
 )
 SLOW = Experiment("triangle", {"speed": 0.05, "amplitude": 0.19})
 

@@ -1,0 +1,83 @@
+"""Reference trajectories as files: what a machine is to follow, ready for its controller.
+
+CSV as for logs: `# key: value` lines, a row of names, a row of units, then time and r[1..n].
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.logs import Options
+from diagnosis.logs.clock import clock_of
+from diagnosis.logs.raw import Raw, Table
+from diagnosis.logs.read import READERS
+from diagnosis.logs.units import factor
+from fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Angles r (samples, n) [rad] every ts [s]; meta: kind and parameters, passes, payloads."""
+
+    name: str
+    ts: float
+    r: Array
+    meta: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def time(self) -> Array:
+        """Instants (samples,) [s]."""
+        return np.round(self.ts * np.arange(len(self.r)), 9)
+
+
+def write_trajectory(trajectory: Trajectory, path: Path) -> Path:
+    """Write a trajectory as CSV; angles are given to 1e-10 rad."""
+    n = trajectory.r.shape[1]
+    lines = [f"# {key}: {value}" for key, value in trajectory.meta.items()]
+    lines.append(",".join(["time", *(f"r[{i}]" for i in range(1, n + 1))]))
+    lines.append(",".join(["s", *["rad"] * n]))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    table = np.column_stack([trajectory.time, trajectory.r])
+    formats = ["%.10g", *["%.10f"] * n]
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        np.savetxt(file, table, formats, ",", header="\n".join(lines), comments="")
+    return path
+
+
+def read_trajectory(path: str | Path) -> Trajectory:
+    """Read r, or the angles where no r was logged, from a trajectory or a log of any kind."""
+    path = Path(path)
+    if not path.is_file():
+        raise LogError(f"{path}: no such file")
+    if path.suffix.lower() not in READERS:
+        raise LogError(f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5)")
+    module, function = READERS[path.suffix.lower()]
+    reader = getattr(importlib.import_module(f"diagnosis.logs.{module}"), function)
+    try:
+        raw: Raw = reader(path, Options())
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read ({error})") from None
+    table, name = _source(path, raw)
+    time = table.time * factor(table.where, "time", table.unit)
+    values = table.values[name] * factor(table.where, name, table.units[name])
+    channel = clock_of(table.where, time, table.joins).channel(values)
+    if not (channel.valid.all() and np.isfinite(channel.values).all()):
+        raise LogError(f"{path}: {name} has gaps: a trajectory must be whole")
+    meta = {str(key): str(value) for key, value in raw.meta.items()}
+    return Trajectory(path.stem, channel.ts, channel.values, meta)
+
+
+def _source(path: Path, raw: Raw) -> tuple[Table, str]:
+    for name in ("r", "theta"):
+        for table in raw.tables:
+            if name in table.values:
+                return table, name
+    raise LogError(f"{path}: no channels r[1], r[2] ...: name them so")

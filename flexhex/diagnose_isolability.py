@@ -1,0 +1,82 @@
+"""Which effects planned trajectories could show: table, heat map, JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from diagnosis.isolability import ALIKE, Isolability
+from flexhex.diagnose_plots import heat
+from flexhex.diagnose_view import say, table
+from flexhex.diagnose_words import listed, number, title, where
+from flexhex.page import Part, write_page
+
+HEADINGS = ("effect", "where", "found from [N m]", "cannot be told from")
+MOST_NAMES = 4
+
+
+def rows(found: Isolability) -> list[tuple[str, ...]]:
+    """An effect a row: where, smallest torque RMS, what it cannot be told from."""
+    made: list[tuple[str, ...]] = []
+    for k, name in enumerate(found.effects):
+        rivals = [label(found, j) for j in found.rivals(k)]
+        more = [f"{len(rivals) - MOST_NAMES} more"] if len(rivals) > MOST_NAMES else []
+        names = listed([*rivals[:MOST_NAMES], *more])
+        smallest = float(found.smallest[k])
+        least = number(smallest, 2) if math.isfinite(smallest) else "never"
+        made.append((title(name), where(found.axes[k], short=True), least, names or "–"))
+    return made
+
+
+def label(found: Isolability, k: int) -> str:
+    """An effect; with its axis where it stands in the matrix more than once."""
+    name = title(found.effects[k])
+    if found.effects.count(found.effects[k]) == 1:
+        return name
+    return f"{name}, {where(found.axes[k], short=True)}"
+
+
+def verdict(found: Isolability) -> str:
+    """How many effects stand alone."""
+    count = len(found.effects)
+    alone = [k for k in range(count) if not found.rivals(k) and math.isfinite(found.smallest[k])]
+    unseen = sum(not math.isfinite(v) for v in found.smallest)
+    text = f"{len(alone)} of {count} effects could be named alone"
+    if len(alone) + unseen < count:
+        text += f", {count - len(alone) - unseen} only in a set"
+    return text + (f", {unseen} would never be found." if unseen else ".")
+
+
+def print_isolability(found: Isolability, page: Path) -> None:
+    """The answer in a line, the table, where the page is."""
+    out = Console()
+    say(out, verdict(found), "bold")
+    out.print(table("What these trajectories could show", HEADINGS, rows(found)))
+    say(out, f"report   {page}")
+
+
+def isolability_json(found: Isolability, page: Path) -> str:
+    """The matrix for a program."""
+    data = {**found.data(), "sentence": verdict(found), "report": str(page)}
+    return json.dumps(data, indent=2, allow_nan=False)
+
+
+def write_isolability(found: Isolability, trajectories: Sequence[str], path: Path) -> Path:
+    """The page: heat map and table."""
+    names = [label(found, k) for k in range(len(found.effects))]
+    share = np.fmax(found.share, found.share.T)
+    drawn = {"matrix": heat("", names, names, share)}
+    text = (
+        f"{verdict(found)} A cell is the share of one effect that another could take"
+        f" over [%]. From {100 * ALIKE:.0f} % on these trajectories cannot tell the two apart."
+    )
+    parts = [
+        Part("Which effects could be told apart", text, figures=drawn),
+        Part("Smallest effects", "", HEADINGS, rows(found), words=True),
+    ]
+    return write_page(path, "What these trajectories could show", ", ".join(trajectories), parts)

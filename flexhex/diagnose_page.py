@@ -1,0 +1,186 @@
+"""A diagnosis as one offline page: verdict, evidence, what to do next."""
+
+from __future__ import annotations
+
+import hashlib
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnose_plots import (
+    candidate_bars,
+    gap_bars,
+    heat,
+    residual_map,
+    spectrum_map,
+    tracking_lines,
+)
+from flexhex.diagnose_view import (
+    CHANGED,
+    EFFECTS,
+    GAP,
+    changed_rows,
+    effect_rows,
+    gap_rows,
+    gap_title,
+    judged,
+    remarks,
+    shown_lines,
+)
+from flexhex.diagnose_words import Asked, next_steps, title, verdict
+from flexhex.page import Part, write_page
+from flexhex.plots import Figure
+
+Array = NDArray[np.float64]
+FREQUENCY = "frequency"
+"""What a map is over that is a spectrum."""
+SHARES = "Share of trials [%]: what was put in (rows) and what was then said (columns)."
+
+
+def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
+    """The page; files: the runs and locked runs, listed with their hashes."""
+    parts = [
+        Part("Verdict", _verdict(found)),
+        *_effects(found),
+        *_gap(found),
+        *_tracking(found.shown),
+        *_next(found, asked),
+        *_candidates(found),
+        *_confusion(found.effects),
+        *_maps(found.maps),
+        *_remarks(found, files),
+    ]
+    command = shlex.join(asked.words)
+    return write_page(path, "What the model lacks", command, parts)
+
+
+def _verdict(found: Diagnosis) -> str:
+    planned = [f"{e.experiment} is the experiment that can." for e in found.effects if e.experiment]
+    return " ".join([verdict(found), *planned])
+
+
+def _effects(found: Diagnosis) -> list[Part]:
+    parts = []
+    if found.effects:
+        text = "± and ranges are 95 % intervals. Explains: of what repeats, on runs not fitted to."
+        rows = effect_rows(found)
+        parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
+    if found.changed:
+        text = "Parameters of the model that are not what the machine file says."
+        parts.append(Part("Changed parameters", text, CHANGED, changed_rows(found)))
+    return parts
+
+
+def _gap(found: Diagnosis) -> list[Part]:
+    gap = found.gap
+    if not np.isfinite(gap.before).any():
+        return []
+    values = judged(gap)
+    drawn = gap_bars("Gap", gap.unit, values["before"], values["after"], values["floor"])
+    text = "The floor is what does not repeat between passes: no model can go below it."
+    return [Part(gap_title(gap), text, GAP, gap_rows(gap), {"gap": drawn})]
+
+
+def _tracking(shown: Mapping[str, Any]) -> list[Part]:
+    figures: dict[str, Figure] = {}
+    titles = {"rebuilt": "Rebuilt simulation against the runs", "tracking": "Tracking error"}
+    for key, name in titles.items():
+        values = shown.get(key)
+        if isinstance(values, Mapping) and values.get("per_axis"):
+            axes = {side: _by_axis(values["per_axis"], side) for side in ("before", "after")}
+            floor = _by_axis(values["per_axis"], "floor")
+            unit = str(values.get("unit", ""))
+            figures[key] = gap_bars(name, unit, axes["before"], axes["after"], floor)
+        if key == "tracking" and isinstance(values, Mapping) and values.get("trace"):
+            figures["loop"] = tracking_lines(values["trace"], str(values.get("unit", "")))
+    lines = shown_lines(shown)
+    if not lines:
+        return []
+    return [Part("Rebuilt and run", " ".join(f"{line}." for line in lines), figures=figures)]
+
+
+def _by_axis(per_axis: Mapping[str, Mapping[str, Any]], side: str) -> Array:
+    ordered = [per_axis[key] for key in sorted(per_axis, key=int)]
+    values = [row.get(side) for row in ordered]
+    return np.array([np.nan if v is None else float(v) for v in values])
+
+
+def _next(found: Diagnosis, asked: Asked) -> list[Part]:
+    steps = next_steps(found, asked)
+    return [Part("What to do next", "", ("", "command"), steps, words=True)] if steps else []
+
+
+def _candidates(found: Diagnosis) -> list[Part]:
+    if not found.candidates:
+        return []
+    numbers = sorted({c.round for c in found.candidates})
+    drawn = {
+        f"round{k}": candidate_bars(k, [c for c in found.candidates if c.round == k])
+        for k in numbers
+    }
+    text = (
+        "What each effect explains of what repeats, on trajectories it was not fitted to. A rival"
+        " does so nearly as well as the named one. Each round looks at what the one before left."
+    )
+    return [Part("Candidates", text, figures=drawn)]
+
+
+def _confusion(effects: Sequence[Named]) -> list[Part]:
+    drawn = {}
+    for k, effect in enumerate(effects):
+        if effect.confusion:
+            said = sorted({name for row in effect.confusion.values() for name in row}, key=_last)
+            truth = list(effect.confusion)
+            values = [[effect.confusion[t].get(s, 0.0) for s in said] for t in truth]
+            rows, columns = [title(t) for t in truth], [title(s) for s in said]
+            place = f"confusion{k}"
+            drawn[place] = heat(title(effect.id), rows, columns, np.array(values))
+    if not drawn:
+        return []
+    text = f"Each effect was put into this model, with these motions and this noise. {SHARES}"
+    return [Part("How sure is that?", text, figures=drawn)]
+
+
+def _last(name: str) -> tuple[bool, str]:
+    """Sets, unknown and none stand behind the effects."""
+    return name in ("set", "changed", "unknown", "none", "cannot tell"), name
+
+
+def _maps(maps: Sequence[Map]) -> list[Part]:
+    parts: list[Part] = []
+    for axis in sorted({m.axis for m in maps if m.over != FREQUENCY}):
+        mine = [m for m in maps if m.axis == axis and m.over != FREQUENCY]
+        drawn = {f"map{axis}-{k}": residual_map(m) for k, m in enumerate(mine)}
+        text = "Mean of the repeating residual; the band is two standard errors wide to each side."
+        first = text if not parts else ""
+        parts.append(Part(f"Residual of axis {axis}", first, figures=drawn, small=True))
+    spectra = {f"spectrum{m.axis}": spectrum_map(m) for m in maps if m.over == FREQUENCY}
+    if spectra:
+        parts.append(Part("Spectrum of the residual", figures=spectra, small=True))
+    return parts
+
+
+def _remarks(found: Diagnosis, files: Sequence[Path]) -> list[Part]:
+    parts = []
+    if notes := remarks(found):
+        parts.append(Part("Notes", "", ("",), [(note,) for note in notes], words=True))
+    rows = [(text,) for text in found.findings]
+    text = "" if rows else "Nothing was wrong with the runs."
+    parts.append(Part("What the runs had", text, ("",), rows, words=True))
+    locked = set(found.locked)
+    listed = [(str(p), "locked" if str(p) in locked else "run", digest(p)) for p in files]
+    parts.append(Part("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
+    return parts
+
+
+def digest(path: Path) -> str:
+    """First half of a file's SHA-256, read in blocks; a dash where there is no file."""
+    if not path.is_file():
+        return "–"
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:32]

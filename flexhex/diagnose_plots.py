@@ -1,0 +1,210 @@
+"""Figures of a diagnosis: gaps with their floor, gains of candidates, maps, heat tables."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.verdict import Candidate, Map
+from flexhex.diagnose_words import title, where
+from flexhex.plots import Figure, figure, trace
+
+Array = NDArray[np.float64]
+BEFORE, AFTER, FLOOR, OTHER = "#d1731d", "#1f6fb2", "#333", "#b5b5b5"
+DARK, LIGHT = (16, 78, 139), (255, 255, 255)
+MOST_BARS = 10
+"""Candidates of a round that are drawn."""
+TOP = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"size": 12}}
+MARGIN = {"l": 60, "r": 15, "t": 75, "b": 50}
+"""The legend stands above the plot, so that a narrow screen has room beside it."""
+SMALL = 8
+"""Columns of a heat table up to which they have names and all cells figures; else numbers."""
+TOLD = 0.5
+"""Cells from here on hold figures in a large table."""
+FAINT, FAINTEST = 0.04, 0.005
+"""Cells below this stay white in a large table, in a small one."""
+
+
+def gap_bars(
+    name: str, unit: str, before: Array, after: Array, floor: Array | None = None
+) -> Figure:
+    """Before and after of each axis side by side, a black line where the floor is."""
+    axes = [f"axis {i + 1}" for i in range(len(before))]
+    bars: list[dict[str, Any]] = [
+        {"type": "bar", "x": axes, "y": rounded(v), "name": text, "marker": {"color": colour}}
+        for v, text, colour in ((before, "before", BEFORE), (after, "after", AFTER))
+    ]
+    if floor is not None and np.isfinite(floor).any():
+        wide = max(10, int(220 / len(axes)))
+        mark = {"symbol": "line-ew", "size": wide, "line": {"width": 2.5, "color": FLOOR}}
+        line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
+        bars.append({**line, "name": "floor: does not repeat"})
+    layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
+    return figure(name, "", f"RMS [{unit}]", bars, yaxis={"rangemode": "tozero"}, **layout)
+
+
+def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
+    """What each candidate of a round explains, best on top: chosen, rivals, others."""
+    best = sorted(candidates, key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
+    kinds = [
+        ("named", AFTER, [c for c in best if c.chosen]),
+        ("rival", BEFORE, [c for c in best if c.rival and not c.chosen]),
+        ("other", OTHER, [c for c in best if not (c.rival or c.chosen)]),
+    ]
+    bars = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "y": [label(c) for c in kind],
+            "x": [float(f"{100 * max(c.gain, 0.0):.4g}") for c in kind],
+            "hovertext": [f"p = {c.p_value:.2g}" for c in kind],
+            "name": text,
+            "marker": {"color": colour},
+        }
+        for text, colour, kind in kinds
+        if kind
+    ]
+    order = {"categoryorder": "array", "categoryarray": [label(c) for c in best]}
+    return figure(
+        f"Round {number}",
+        "explains of what repeats [%]",
+        "",
+        bars,
+        yaxis={**order, "automargin": True, "title": {"text": ""}, "tickfont": {"size": 11}},
+        xaxis={"range": [0, 100]},
+        legend={**TOP, "traceorder": "normal"},
+        margin=MARGIN,
+        height=165 + 30 * len(best),
+        showlegend=True,
+        barmode="stack",
+    )
+
+
+def label(c: Candidate) -> str:
+    """`Coulomb friction, axis 3`; a long title goes on in a second line."""
+    lines = textwrap.wrap(title(c.id), 24)
+    place = where(c.axes, short=True).replace(" ", "\N{NO-BREAK SPACE}")
+    if c.axes:
+        lines[-1:] = textwrap.wrap(f"{lines[-1]}, {place}", 24)
+    return "<br>".join(lines)
+
+
+def residual_map(m: Map) -> Figure:
+    """Mean residual over a quantity, before with a band of two standard errors, and after."""
+    band = _band(m.centre, m.before - 2 * m.spread, m.before + 2 * m.spread)
+    lines = [
+        band,
+        trace(m.centre, m.before, "before", BEFORE, mode="lines+markers", marker={"size": 4}),
+        trace(m.centre, m.after, "after", AFTER, mode="lines+markers", marker={"size": 4}),
+    ]
+    small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
+    name = f"over {m.over}"
+    return figure(name, f"{m.over} [{m.unit}]", "[N m]", lines, xaxis={"nticks": 6}, **small)
+
+
+def spectrum_map(m: Map) -> Figure:
+    """Residual over frequency, both axes logarithmic."""
+    lines = [trace(m.centre, m.before, "before", BEFORE), trace(m.centre, m.after, "after", AFTER)]
+    logs: dict[str, Any] = {
+        "xaxis": {"type": "log"},
+        "yaxis": {"type": "log", "exponentformat": "power"},
+    }
+    small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
+    return figure(f"axis {m.axis}", f"frequency [{m.unit}]", "N m/√Hz", lines, **logs, **small)
+
+
+def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:
+    quiet = {"showlegend": False, "hoverinfo": "skip", "mode": "lines", "line": {"width": 0}}
+    around = {"x": rounded(np.r_[x, x[::-1]]), "y": rounded(np.r_[low, high[::-1]])}
+    return {**around, "fill": "toself", "fillcolor": "rgba(209,115,29,0.18)", **quiet}
+
+
+def tracking_lines(trace_data: Mapping[str, Sequence[float]], unit: str) -> Figure:
+    """Tracking error of the closed loop over time."""
+    t = np.asarray(trace_data["time"], dtype=np.float64)
+    lines = [
+        trace(t, np.asarray(trace_data[name], dtype=np.float64), name, colour)
+        for name, colour in (("before", BEFORE), ("after", AFTER))
+        if name in trace_data
+    ]
+    layout = {"legend": TOP, "margin": MARGIN, "yaxis": {"rangemode": "tozero"}}
+    return figure("Closed loop over time", "time [s]", f"error [{unit}]", lines, **layout)
+
+
+def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) -> Figure:
+    """A table of shares 0..1 as colours; figures [%] in the cells where there is room."""
+    shapes, notes = [], []
+    small = len(columns) <= SMALL
+    for (i, j), value in np.ndenumerate(values):
+        if not math.isfinite(value) or value < (FAINTEST if small else FAINT):
+            continue
+        shapes.append(
+            {
+                "type": "rect",
+                **{"x0": j - 0.5, "x1": j + 0.5, "y0": i - 0.5, "y1": i + 0.5},
+                "line": {"width": 1, "color": "white"},
+                "fillcolor": shade(value),
+                "layer": "below",
+            }
+        )
+        if small or (value >= TOLD and i != j):
+            shown = f"{100 * value:.0f}"
+            colour = "white" if value > 0.55 else "#222"
+            font = {"size": 12 if small else 9, "color": colour}
+            notes.append({"x": j, "y": i, "text": shown, "showarrow": False, "font": font})
+    # what the pointer shows; the colours themselves are shapes: plotly-basic has no heat maps
+    places = list(np.ndindex(values.shape))
+    numbers = [str(j + 1) for j in range(len(columns))]
+    labels = rows if small else [f"{row}  {i}" for i, row in enumerate(rows, start=1)]
+    hover = [f"{rows[i]} / {columns[j]}: {values[i, j]:.2g}" for i, j in places]
+    dots = {
+        "x": [j for _, j in places],
+        "y": [i for i, _ in places],
+        "mode": "markers",
+        "marker": {"size": 16, "opacity": 0},
+        "hovertext": hover,
+        "hoverinfo": "text",
+        "showlegend": False,
+    }
+    return figure(
+        name,
+        "",
+        "",
+        [dots],
+        shapes=shapes,
+        annotations=notes,
+        xaxis=_ticks(columns if small else numbers, {"tickangle": -45 if small else 0}),
+        yaxis=_ticks(labels, {"range": [len(rows) - 0.5, -0.5]}),
+        height=130 + max(18, min(30, 700 // len(rows))) * len(rows),
+        margin={**MARGIN, "t": 40},
+    )
+
+
+def _ticks(names: Sequence[str], more: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "tickvals": list(range(len(names))),
+        "ticktext": list(names),
+        "range": [-0.5, len(names) - 0.5],
+        "automargin": True,
+        "showgrid": False,
+        "title": {"text": ""},
+        "tickfont": {"size": 12 if len(names) <= SMALL else 10},
+        **more,
+    }
+
+
+def shade(value: float) -> str:
+    """White at 0, dark blue at 1."""
+    share = min(max(value, 0.0), 1.0)
+    parts = [round(a + share * (b - a)) for a, b in zip(LIGHT, DARK, strict=True)]
+    return f"rgb({parts[0]},{parts[1]},{parts[2]})"
+
+
+def rounded(values: Array) -> list[float | None]:
+    """Five digits; a figure that is no number leaves a gap."""
+    return [float(f"{v:.5g}") if math.isfinite(v) else None for v in values]

@@ -1,0 +1,235 @@
+"""A diagnosis in the terminal and as JSON: the verdict first, then what it rests on."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from diagnosis.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnose_words import (
+    Asked,
+    listed,
+    measured,
+    next_steps,
+    number,
+    percent,
+    title,
+    verdict,
+    where,
+)
+
+STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
+WORSE = 1.02
+"""Growth of a gap from which on it counts as worse."""
+MOST_FINDINGS = 10
+"""Findings that the terminal shows; the report has all."""
+EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")
+CHANGED = ("parameter", "machine file", "runs", "95 %", "unit")
+GAP = ("axis", "torque", "before", "after", "floor", "closed")
+Rows = list[tuple[str, ...]]
+
+
+def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) -> None:
+    """Verdict, effects, rivals, parameters, gap, notes, findings, what to do next."""
+    out = out or Console()
+    say(out, verdict(found), STYLES.get(found.verdict, "bold"))
+    if found.effects:
+        out.print(table("Effects that the model lacks", EFFECTS, effect_rows(found)))
+    for text in rivalry(found):
+        say(out, text)
+    if found.changed:
+        rows = changed_rows(found)
+        out.print(table("Parameters that are not what the machine file says", CHANGED, rows))
+    if np.isfinite(found.gap.before).any():
+        out.print(table(gap_title(found.gap), GAP, gap_rows(found.gap), total=True))
+    for text in (*shown_lines(found.shown), *remarks(found)):
+        say(out, text)
+    _print_findings(out, found.findings)
+    _print_steps(out, found, asked)
+
+
+def print_applied(found: Diagnosis, report: Path, asked: Asked) -> None:
+    """What was written, after the summary was shown already."""
+    out = Console()
+    for text in shown_lines(found.shown):
+        say(out, text)
+    if found.machine:
+        say(out, f"machine  {found.machine}")
+    _print_steps(out, found, asked)
+    say(out, f"report   {report}")
+
+
+def say(out: Console, text: str, style: str | None = None) -> None:
+    """A line that is text alone, however long."""
+    out.print(text, style=style, markup=False, highlight=False, soft_wrap=style is None)
+
+
+def effect_rows(found: Diagnosis) -> Rows:
+    """A row for each parameter; effect, place and share stand in its first one."""
+    rows: Rows = []
+    for e in found.effects:
+        first = (title(e.id) + (" *" if e.rivals else ""), where(e.axes, short=True))
+        share = percent(e.share)
+        for name, estimate in e.parameters.items():
+            text, unit = measured(estimate), estimate.unit
+            value = text.removesuffix(f" {unit}") if unit != "1" else text
+            rows.append((*first, name, value, unit, share))
+            first, share = ("", ""), ""
+        if not e.parameters:
+            rows.append((*first, "", "", "", share))
+    return rows
+
+
+def rivalry(found: Diagnosis) -> list[str]:
+    """The footnote of each effect that has rivals."""
+    lines = []
+    for e in found.effects:
+        if e.rivals:
+            others = listed([title(name) for name in e.rivals], "or")
+            line = f"* these runs cannot tell {title(e.id)} from {others}"
+            if e.experiment:
+                line += f"; the experiment that can: {e.experiment}"
+            lines.append(line)
+    return lines
+
+
+def changed_rows(found: Diagnosis) -> Rows:
+    """From what to what."""
+    rows: Rows = []
+    for c in found.changed:
+        e = c.estimate
+        interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
+        rows.append((c.parameter, number(c.nominal, 4), number(e.value, 4), interval, e.unit))
+    return rows
+
+
+def judged(gap: Gap) -> Mapping[str, np.ndarray[Any, Any]]:
+    """before, after, floor (n,) on the locked runs where there are any."""
+    own = {"before": gap.before, "after": gap.after, "floor": gap.floor}
+    return {**own, **{name: gap.locked[name] for name in own if name in gap.locked}}
+
+
+def gap_title(gap: Gap) -> str:
+    """What the table of the gap is judged on."""
+    on = "locked runs" if gap.locked else "runs that it was fitted to"
+    return f"Gap, RMS [{gap.unit}], {on}"
+
+
+def closed(before: float, after: float, floor: float) -> str:
+    """Part of the gap above the floor, in energy, that is gone; "" where there was none."""
+    above = before**2 - floor**2
+    if not (math.isfinite(above) and math.isfinite(after)) or above <= 0.02 * before**2:
+        return ""
+    share = (before**2 - max(after, floor) ** 2) / above
+    return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
+
+
+def gap_rows(gap: Gap) -> Rows:
+    """A row for each axis, then all of them together."""
+    values = judged(gap)
+    before, after, floor = values["before"], values["after"], values["floor"]
+    lines = [("torque", gap.torque), ("before", before), ("after", after), ("floor", floor)]
+    rows: Rows = []
+    for i in range(len(before)):
+        part = closed(float(before[i]), float(after[i]), float(floor[i]))
+        rows.append((str(i + 1), *(number(float(v[i])) for _, v in lines), part))
+    if len(rows) > 1:
+        part = closed(rms(before), rms(after), rms(floor))
+        rows.append(("all", *(number(rms(v)) for _, v in lines), part))
+    return rows
+
+
+def shown_lines(shown: Mapping[str, Any]) -> list[str]:
+    """The rebuilt simulation and the closed loop in a line each, where they were run."""
+    names = {"rebuilt": "Rebuilt simulation, gap", "tracking": "Closed loop, tracking error"}
+    lines = []
+    for key, text in names.items():
+        if isinstance(figures := shown.get(key), Mapping):
+            unit = figures.get("unit", "")
+            line = f"{text}: {_value(figures, 'before')} {unit} before, "
+            line += f"{_value(figures, 'after')} {unit} after"
+            if figures.get("floor") is not None:
+                line += f", {_value(figures, 'floor')} {unit} is what does not repeat"
+            lines.append(line)
+    return lines
+
+
+def _value(figures: Mapping[str, Any], name: str) -> str:
+    value = figures.get(name)
+    return "–" if value is None else number(float(value))
+
+
+def remarks(found: Diagnosis) -> tuple[str, ...]:
+    """Notes that the verdict has not said already."""
+    return found.notes[1:] if found.verdict == "cannot tell" else found.notes
+
+
+def _print_findings(out: Console, findings: Sequence[str]) -> None:
+    if not findings:
+        return
+    out.print("\n[bold]What the runs had[/]")
+    for text in findings[:MOST_FINDINGS]:
+        say(out, f"  {text}")
+    if len(findings) > MOST_FINDINGS:
+        say(out, f"  and {len(findings) - MOST_FINDINGS} more in the report")
+
+
+def _print_steps(out: Console, found: Diagnosis, asked: Asked) -> None:
+    steps = next_steps(found, asked)
+    if steps:
+        out.print("\n[bold]What to do next[/]")
+    for text, words in steps:
+        say(out, f"  {text}")
+        if words:
+            say(out, f"    {words}")
+
+
+def table(
+    heading: str, names: Sequence[str], rows: Sequence[Sequence[str]], total: bool = False
+) -> Table:
+    """A table of texts; columns of words stand left. total: a line before the last row."""
+    made = Table(title=escape(heading), box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    words = ("effect", "where", "parameter", "unit", "axis", "cannot be told from")
+    for name in names:
+        left = name in words
+        made.add_column(name, justify="left" if left else "right", overflow="fold")
+    for k, row in enumerate(rows):
+        last = total and len(rows) > 1 and k == len(rows) - 2
+        made.add_row(*(escape(cell) for cell in row), end_section=last)
+    return made
+
+
+def diagnosis_json(found: Diagnosis, report: Path) -> str:
+    """Everything for a program; a figure that is no number is null."""
+    data = {**found.data(), "sentence": verdict(found), "report": str(report)}
+    return json.dumps(plain(data), indent=2, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """Arrays as lists, numbers that are none as None: what JSON can hold."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(v) for key, v in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def best_of(effect: Named) -> str:
+    """How the effect that would be added is called in a question."""
+    text = f"{title(effect.id)} on {where(effect.axes)}"
+    if effect.rivals:
+        text += f" (the best of {1 + len(effect.rivals)} that cannot be told apart)"
+    return text

@@ -1,0 +1,260 @@
+"""A diagnosis in sentences, for an engineer at the machine."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from diagnosis.verdict import Diagnosis, Estimate, Gap, Named, rms
+from fmus.common.effects import library
+
+APPLICABLE = ("named", "set", "changed")
+"""Verdicts with something to add to the machine file."""
+COUNTED = ("harmonic", "lag", "delay", "force", "mode", "hysteresis", "base", "ring", "limit")
+"""Last words of titles that want an article."""
+SEVERAL = 3
+"""Axes up to which each has its own figure in a sentence."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The command as it was typed, word by word, for the suggestion of the next one."""
+
+    words: tuple[str, ...]
+    base: str = "hexapod"
+
+    def again(self, *more: str, runs: Sequence[str] = ()) -> str:
+        """The same command with more runs and more words at its end."""
+        at = self.words.index("diagnose") + 1 if "diagnose" in self.words else len(self.words)
+        return shlex.join([*self.words[:at], *runs, *self.words[at:], *more])
+
+
+@cache
+def title(effect: str) -> str:
+    """Title of an effect of the library; its id where there is none of that name."""
+    return library()[effect].title if effect in library() else effect.replace("_", " ")
+
+
+def phrase(effect: str) -> str:
+    """Its title with an article where one is wanted: `a flexible mode`, `Coulomb friction`."""
+    text = title(effect)
+    head = text.split(" of ")[0].split(" with ")[0]
+    counted = head.endswith(COUNTED) or head == "error"
+    return f"{'an' if text[0] in 'aeiou' else 'a'} {text}" if counted else text
+
+
+def where(axes: Sequence[int], short: bool = False) -> str:
+    """`axis 3`, `axes 2 and 5`, `the machine as a whole`."""
+    if not axes:
+        return "whole" if short else "the machine as a whole"
+    if len(axes) == 1:
+        return f"axis {axes[0]}"
+    return f"axes {listed([str(a) for a in axes])}"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def capital(text: str) -> str:
+    """The first letter in capitals, the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Significant digits without an exponent where that is readable."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    place = digits - 1 - math.floor(math.log10(abs(value)))
+    if not -4 <= place - digits < 5:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(place, 0)}f}"
+
+
+def measured(e: Estimate) -> str:
+    """`0.050 ± 0.003 N m`: the digits are those of the interval; unit 1 is left out."""
+    unit = "" if e.unit in ("1", "") else f" {e.unit}"
+    low, high = e.ci95
+    half = 0.5 * (high - low)
+    if not math.isfinite(half) or half <= 0:
+        return number(e.value) + unit
+    lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
+    place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")
+    if place > 5 or place < -3 or lopsided:
+        text = number(e.value)
+        return f"{text}{unit} ({number(low)} to {number(high)}{unit})"
+    digits = max(place, 0)
+    return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
+
+
+def sizes(effect: Named) -> str:
+    """Its size for a sentence: a value, one for each of a few axes, or the length of a pair."""
+    known = [g.name for g in library()[effect.id].gains] if effect.id in library() else []
+    gains = {
+        name: [e for n, e in effect.parameters.items() if n.split("[")[0] == name] for name in known
+    }
+    found = {name: values for name, values in gains.items() if values}
+    if len(found) == 2 and all(len(values) == 1 for values in found.values()):
+        (first,), (second,) = found.values()
+        if first.unit == second.unit:
+            unit = "" if first.unit == "1" else f" {first.unit}"
+            return f" of {number(math.hypot(first.value, second.value))}{unit}"
+    if len(found) != 1:
+        return ""
+    (same,) = found.values()
+    if len(same) > SEVERAL:
+        values = sorted(abs(e.value) for e in same)
+        return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"
+    return f" of {listed([measured(e) for e in same])}"
+
+
+def percent(share: float) -> str:
+    """A share as a whole percentage; never 100 % unless it is."""
+    if not math.isfinite(share):
+        return "–"
+    whole = round(100 * share)
+    return f"{99 if whole == 100 and share < 0.9995 else whole} %"
+
+
+def explained(gap: Gap) -> float:
+    """Share of what repeats, in energy, that is explained by all that was found; NaN: unknown."""
+    before, after = rms(gap.repeat), rms(gap.repeat_after)
+    return 1 - (after / before) ** 2 if before > 0 else math.nan
+
+
+def verdict(found: Diagnosis) -> str:
+    """The answer in one or two plain sentences."""
+    return SENTENCES[found.verdict](found)
+
+
+def _named(found: Diagnosis) -> str:
+    share = explained(found.gap)
+    if len(found.effects) == 1:
+        (effect,) = found.effects
+        share = effect.share if math.isfinite(effect.share) else share
+        verb = "have" if len(effect.axes) > 1 else "has"
+        text = f"{capital(where(effect.axes))} {verb} {phrase(effect.id)}{sizes(effect)}"
+        text += " that the model lacks"
+    else:
+        parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
+        text = f"The model lacks {len(parts)} effects: {listed(parts)}"
+    if math.isfinite(share):
+        subject = "it explains" if len(found.effects) == 1 else "together they explain"
+        text += f"; {subject} {percent(share)} of what repeats"
+    return text + "." + (f" {_other_values(found)}" if found.changed else "")
+
+
+def _set(found: Diagnosis) -> str:
+    sentences = []
+    for e in (e for e in found.effects if e.rivals):
+        names = listed([phrase(name) for name in (e.id, *e.rivals)], "or")
+        verb = "lack" if len(e.axes) > 1 else "lacks"
+        one = "either" if len(e.rivals) == 1 else "one of these:"
+        text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs cannot tell which."
+        sentences.append(text)
+    sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
+    if sure:
+        sentences.append(f"Certain is {listed(sure)}.")
+    if found.changed:
+        sentences.append(_other_values(found))
+    return " ".join(sentences)
+
+
+def _changed(found: Diagnosis) -> str:
+    return f"No effect is missing. {_other_values(found)}"
+
+
+def _other_values(found: Diagnosis) -> str:
+    parts = []
+    for c in found.changed[:SEVERAL]:
+        unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
+        parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
+    more = len(found.changed) - SEVERAL
+    if more > 0:
+        parts.append(f"{more} more parameter{'s' if more > 1 else ''} changed")
+    return f"Other than the machine file says: {'; '.join(parts)}."
+
+
+def _unknown(found: Diagnosis) -> str:
+    gap = found.gap
+    left = gap.repeat_after
+    worst = [i + 1 for i, v in enumerate(left) if v > 0.5 * np.nanmax(left, initial=0.0)]
+    on = "on all axes" if len(worst) == len(left) > 1 else f"on {where(worst)}"
+    text = f"Something repeats {on} that no effect of the library explains"
+    there = np.array(worst, dtype=int) - 1
+    size, torque = rms(left[there]), rms(gap.torque[there])
+    if math.isfinite(size):
+        text += f": {number(size)} {gap.unit} RMS, {number(100 * size / torque, 2)} % of the torque"
+    parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
+    if parts:
+        text += f". Found was {listed(parts)}, but over half is left"
+    return text + "."
+
+
+def _none(found: Diagnosis) -> str:
+    gap = found.gap
+    size = f" ({number(rms(gap.before))} {gap.unit} RMS, of which {number(rms(gap.floor))} does not"
+    return (
+        "Nothing is missing: the model explains these runs down to what does not repeat"
+        f"{size} repeat)."
+    )
+
+
+def _cannot(found: Diagnosis) -> str:
+    why = f" {capital(found.notes[0]).rstrip('.')}." if found.notes else ""
+    return f"These runs cannot tell whether the model lacks anything.{why}"
+
+
+SENTENCES = {
+    "named": _named,
+    "set": _set,
+    "changed": _changed,
+    "unknown": _unknown,
+    "none": _none,
+    "cannot tell": _cannot,
+}
+
+
+def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
+    """What to do next: a sentence and the command for it, "" where there is none."""
+    steps = [step for e in found.effects for step in _separate(e, asked)]
+    something = bool(found.effects or found.changed)
+    if found.machine:
+        steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
+    elif found.verdict in APPLICABLE and asked.base == "hexapod":
+        what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
+        steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
+    if something and not found.locked:
+        text = "Judge it on another trajectory that nothing was fitted to:"
+        steps.append((text, asked.again("--locked", "OTHER_RUN")))
+    if found.verdict == "unknown":
+        text = "Look at the residual maps in the report; write an effect for what they show"
+        steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
+    if found.verdict == "none":
+        text = "To learn what a planned experiment could find at all:"
+        steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
+    if found.verdict == "cannot tell":
+        text = "Measure two trajectories, each at least twice, every axis through its whole range"
+        steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
+    return steps
+
+
+def _separate(effect: Named, asked: Asked) -> list[tuple[str, str]]:
+    if not effect.rivals:
+        return []
+    names = listed([title(name) for name in (effect.id, *effect.rivals)])
+    plan = library()[effect.id].experiment if effect.id in library() else "another experiment"
+    if effect.experiment is None:
+        return [(f"To tell {names} apart, measure: {plan}.", "")]
+    text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
+    return [(text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]

@@ -1,0 +1,161 @@
+"""Invented diagnoses, one for each verdict: what the views are tested with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Map, Named
+
+N = 6
+FLOOR = np.full(N, 0.009)
+TORQUE = np.array([2.1, 2.0, 1.9, 2.2, 2.0, 2.1])
+QUANTITIES = (
+    ("angle", "rad", 0.19),
+    ("velocity", "rad/s", 1.2),
+    ("acceleration", "rad/s2", 7.9),
+    ("torque", "N m", 4.5),
+    ("time", "s", 50.0),
+    ("payload", "kg", 1.0),
+)
+
+
+def estimate(value: float, half: float, unit: str = "N m") -> Estimate:
+    """A value with a symmetric interval."""
+    return Estimate(value, (value - half, value + half), unit)
+
+
+def gap(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Gap:
+    """A gap of `size` [N m] above the floor on one axis (from 1) or on all, `left` of it after."""
+    shown = np.array([axis is None or i == axis - 1 for i in range(N)], dtype=float)
+    repeat, repeat_after = size * shown, left * shown
+    before, after = np.hypot(FLOOR, repeat), np.hypot(FLOOR, repeat_after)
+    locked = {"nominal": before * 1.2, "before": before, "after": after * 1.05, "floor": FLOOR}
+    return Gap("N m", TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked)
+
+
+def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
+    """Coulomb friction of 0.05 N m, a little more from axis to axis."""
+    if len(axes) == 1:
+        parameters = {"F_c": estimate(0.05, 0.0031)}
+    else:
+        parameters = {f"F_c[{a}]": estimate(0.05 + 0.01 * k, 0.0031) for k, a in enumerate(axes)}
+    parameters["v0"] = Estimate(0.002, (math.nan, math.nan), "rad/s")
+    said = {
+        "coulomb_friction": {"coulomb_friction": 0.94, "set": 0.05, "none": 0.01},
+        "stribeck_friction": {"stribeck_friction": 0.81, "coulomb_friction": 0.04, "set": 0.15},
+    }
+    return Named("coulomb_friction", "Coulomb friction", axes, parameters, (), None, 0.93, said)
+
+
+def cogging() -> Named:
+    """A cogging harmonic on axis 5: two gains and an order."""
+    parameters = {
+        "a": estimate(0.0121, 0.0008),
+        "b": estimate(-0.0045, 0.0009),
+        "order": estimate(29.02, 0.05, "1/rad"),
+    }
+    return Named("cogging_harmonic", "cogging harmonic", (5,), parameters, share=0.88)
+
+
+def candidates() -> tuple[Candidate, ...]:
+    """Two rounds: friction before all others, then nothing worth naming."""
+    first = [("coulomb_friction", 0.93), ("stribeck_friction", 0.71), ("second_hysteresis", 0.66)]
+    first += [("quadratic_drag", 0.21), ("time_delay", 0.04), ("torque_constant_saturation", 0.02)]
+    made = [
+        Candidate(1, name, (3,), {}, gain, 1e-12, chosen=k == 0, rival=k == 2)
+        for k, (name, gain) in enumerate(first)
+    ]
+    made += [Candidate(2, "cubic_stiffness", (1,), {}, 0.03, 0.2)]
+    made += [Candidate(2, "cross_coupling", (2, 4), {}, -0.01, 0.6)]
+    return tuple(made)
+
+
+def maps(axes: tuple[int, ...] = (3,)) -> tuple[Map, ...]:
+    """Residuals over all quantities, and the spectrum, of some axes."""
+    made, random = [], np.random.default_rng(1)
+    for axis in axes:
+        for over, unit, size in QUANTITIES:
+            x = np.linspace(-size, size, 24) if over != "time" else np.linspace(0, size, 24)
+            before = 0.05 * np.tanh(20 * x / size) if over == "velocity" else 0.004 * np.cos(3 * x)
+            noise = 0.001 * random.standard_normal(24)
+            made.append(Map(axis, over, unit, x, before + noise, noise, np.full(24, 0.0015)))
+        f = np.geomspace(0.1, 200, 200)
+        low = 0.02 / (1 + f) + 2e-4 * random.random(200)
+        made.append(Map(axis, "frequency", "Hz", f, low, low / (1 + 9 / (1 + f)), 0 * f))
+    return tuple(made)
+
+
+def shown() -> dict[str, object]:
+    """Rebuilt simulation and closed loop."""
+    axes = {
+        str(i + 1): {"before": 24.0 + i, "after": 8.0 + 0.2 * i, "floor": 5.0} for i in range(N)
+    }
+    t = np.linspace(0, 10, 400)
+    lines = {"time": t.tolist(), "before": (30 + np.sin(t)).tolist(), "after": (9 + 0 * t).tolist()}
+    torque = {str(i + 1): {"before": 0.05, "after": 0.01, "floor": 0.009} for i in range(N)}
+    return {
+        "tracking": {
+            "unit": "µrad",
+            **{"before": 26.4, "after": 8.5, "floor": 5.0},
+            "per_axis": axes,
+            "trace": lines,
+        },
+        "rebuilt": {"unit": "N m", "before": 0.051, "after": 0.0102, "per_axis": torque},
+    }
+
+
+FINDINGS = (
+    "run1.csv: tau_meas: 14 samples clipped at 4.5 N m: not used",
+    "run2.csv: theta converted from deg to rad",
+)
+BASIC = Diagnosis(
+    "named",
+    (coulomb(),),
+    (),
+    gap(left=0.012),
+    candidates(),
+    maps(),
+    ("The shape v0 is not determined by these runs: its start value was kept.",),
+    FINDINGS,
+    ("run1.csv", "run2.csv"),
+    ("run9.csv",),
+)
+PAYLOAD = Changed("end_effector.m", 3.2, estimate(3.71, 0.1, "kg"))
+NAMED = replace(BASIC, machine="out/diagnose/tflex-coulomb.toml", shown=shown())
+PAIR = replace(BASIC, effects=(coulomb((2, 4)), cogging()), changed=(PAYLOAD,), locked=())
+SET = replace(
+    BASIC,
+    verdict="set",
+    effects=(
+        replace(
+            coulomb(),
+            rivals=("stribeck_friction", "second_hysteresis"),
+            experiment="out/diagnose/next-coulomb_friction.csv",
+        ),
+    ),
+)
+CHANGED = replace(BASIC, verdict="changed", effects=(), changed=(PAYLOAD,), maps=())
+UNKNOWN = replace(BASIC, verdict="unknown", effects=(), gap=gap(4, 0.031, 0.029), maps=maps((4,)))
+NONE = replace(BASIC, verdict="none", effects=(), gap=gap(size=0.0), candidates=(), maps=())
+CANNOT = Diagnosis(
+    "cannot tell",
+    (),
+    (),
+    Gap("N m", TORQUE, *(np.full(N, np.nan) for _ in range(6))),
+    notes=("no trajectory was run twice, so what repeats is not known",),
+    findings=FINDINGS,
+    runs=("run1.csv",),
+)
+EXAMPLES = {
+    "named": NAMED,
+    "named, not applied": BASIC,
+    "pair": PAIR,
+    "set": SET,
+    "changed": CHANGED,
+    "unknown": UNKNOWN,
+    "none": NONE,
+    "cannot tell": CANNOT,
+}

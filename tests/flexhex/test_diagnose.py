@@ -1,0 +1,264 @@
+"""The command `diagnose`: exit codes, who is asked, what stands on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import flexhex.diagnose as command
+from diagnosis.isolability import Isolability
+from diagnosis.options import Options
+from diagnosis.verdict import Diagnosis
+from fmus.common.errors import LogError, UsageError
+from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NONE, SET, UNKNOWN
+
+ADDED = "out/extended.toml"
+
+
+class Workflow:
+    """Stands for diagnosis.workflow: gives one diagnosis, adds what the user agrees to."""
+
+    def __init__(self, found: Diagnosis) -> None:
+        self.found: Diagnosis | Exception = found
+        self.seen: dict[str, Any] = {}
+
+    def diagnose(
+        self,
+        paths: list[Path],
+        locked: list[Path],
+        machine_file: Path | None,
+        options: Options,
+        progress: Callable[[str, int, int], None],
+    ) -> Diagnosis:
+        """As the real one is called."""
+        self.seen = {"paths": paths, "locked": locked, "machine": machine_file, "options": options}
+        progress("reading the runs", 1, 2)
+        progress("reading the runs", 2, 2)
+        progress("fitting", 0, 0)
+        if isinstance(self.found, Exception):
+            raise self.found
+        agreed = options.agree(self.found)
+        self.seen["agreed"] = agreed
+        return replace(self.found, machine=ADDED) if agreed else self.found
+
+
+@pytest.fixture
+def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
+    """A workflow that names Coulomb friction."""
+    made, module = Workflow(BASIC), ModuleType("diagnosis.workflow")
+    module.diagnose = made.diagnose  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "diagnosis.workflow", module)
+    return made
+
+
+@pytest.fixture
+def app() -> typer.Typer:
+    """The command as `flexhex.cli` registers it."""
+    made = typer.Typer()
+    made.command("diagnose", cls=command.Greedy)(command.diagnose_command)
+    made.callback()(lambda: None)
+    return made
+
+
+@pytest.fixture
+def call(app: typer.Typer, tmp_path: Path) -> Callable[..., Any]:
+    """Calls the command with a folder of its own."""
+
+    def called(*words: str, answer: str | None = None) -> Any:
+        given = ["diagnose", *words, "--out", str(tmp_path)]
+        return CliRunner().invoke(app, given, input=answer)
+
+    return called
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_exit_code_is_0_only_without_gap_or_with_what_was_added(
+    name: str, workflow: Workflow, call: Callable[..., Any], tmp_path: Path
+) -> None:
+    workflow.found = EXAMPLES[name]
+    done = call("run1.csv")
+    good = EXAMPLES[name].verdict == "none" or EXAMPLES[name].machine is not None
+    assert done.exit_code == (0 if good else 1), done.output
+    assert (tmp_path / "diagnosis.html").is_file()
+
+
+def test_apply_adds_without_asking(workflow: Workflow, call: Callable[..., Any]) -> None:
+    done = call("run1.csv", "--apply")
+    assert (done.exit_code, workflow.seen["agreed"]) == (0, True)
+    assert "copy of the machine file and build it?" not in done.output
+
+
+@pytest.mark.parametrize("found", [NONE, UNKNOWN, CANNOT], ids=lambda f: f.verdict)
+def test_apply_adds_nothing_where_nothing_was_named(
+    found: Diagnosis, workflow: Workflow, call: Callable[..., Any]
+) -> None:
+    workflow.found = found
+    call("run1.csv", "--apply")
+    assert workflow.seen["agreed"] is False
+
+
+@pytest.mark.parametrize("more", [[], ["--json"]])
+def test_nobody_is_asked_without_terminal_or_with_json(
+    more: list[str],
+    workflow: Workflow,
+    call: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(command, "interactive", lambda: bool(more))
+    done = call("run1.csv", *more, answer="y\n")
+    assert (done.exit_code, workflow.seen["agreed"]) == (1, False)
+    assert "build it?" not in done.output
+
+
+@pytest.mark.parametrize(("answer", "code"), [("y\n", 0), ("n\n", 1), ("\n", 1)])
+def test_in_a_terminal_the_user_decides(
+    answer: str,
+    code: int,
+    workflow: Workflow,
+    call: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(command, "interactive", lambda: True)
+    done = call("run1.csv", answer=answer)
+    assert (done.exit_code, workflow.seen["agreed"]) == (code, code == 0)
+    question = "Add Coulomb friction on axis 3 to a copy of the machine file and build it?"
+    assert question in done.stderr
+    assert done.stdout.count("Axis 3 has Coulomb friction") == 1, "said once, before the question"
+    assert (f"machine  {ADDED}" in done.stdout) is (code == 0)
+
+
+def test_question_says_that_rivals_are_as_good(
+    workflow: Workflow, call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    workflow.found = SET
+    monkeypatch.setattr(command, "interactive", lambda: True)
+    assert "(the best of 3 that cannot be told apart)" in call("run1.csv", answer="n\n").stderr
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_json_is_all_that_stands_on_stdout(
+    name: str, workflow: Workflow, call: Callable[..., Any]
+) -> None:
+    workflow.found = EXAMPLES[name]
+    done = call("run1.csv", "--json")
+    found = json.loads(done.stdout, parse_constant=lambda text: pytest.fail(f"{text} in JSON"))
+    assert found["verdict"] == EXAMPLES[name].verdict
+    assert [e["id"] for e in found["effects"]] == [e.id for e in EXAMPLES[name].effects]
+    assert found["gap"]["unit"] == "N m"
+    assert Path(found["report"]).is_file()
+    assert "reading the runs" in done.stderr
+
+
+def test_locked_takes_all_words_to_the_next_option(
+    workflow: Workflow, call: Callable[..., Any]
+) -> None:
+    call("a.csv", "b.csv", "--locked", "c.csv", "d.csv", "--base", "axis", "--locked", "e.csv")
+    assert [p.name for p in workflow.seen["paths"]] == ["a.csv", "b.csv"]
+    assert [p.name for p in workflow.seen["locked"]] == ["c.csv", "d.csv", "e.csv"]
+    assert workflow.seen["options"].base == "axis"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--locked", "a", "b"], ["--locked", "a", "--locked", "b"]),
+        (["--locked=a", "b"], ["--locked=a", "b"]),
+        (["r", "--locked", "a", "--json"], ["r", "--locked", "a", "--json"]),
+        (["--locked", "a", "--", "b"], ["--locked", "a", "--", "b"]),
+    ],
+)
+def test_greedy_words_are_repeated(words: list[str], expected: list[str]) -> None:
+    assert command.repeated(words) == expected
+
+
+def test_base_decides_on_the_machine_file(workflow: Workflow, call: Callable[..., Any]) -> None:
+    call("a.csv")
+    assert workflow.seen["machine"].name == "tflex.toml"
+    call("a.csv", "--base", "axis")
+    assert workflow.seen["machine"] is None
+    call("a.csv", "--base", "axis", "--machine", "my.toml")
+    assert workflow.seen["machine"] == Path("my.toml")
+
+
+def test_options_of_logs_arrive(workflow: Workflow, call: Callable[..., Any]) -> None:
+    call("a.csv", "--torque-constant", "3.0,3.1", "--unit", "theta=deg", "--rename", "q=1=theta")
+    logs = workflow.seen["options"].logs
+    assert logs.torque_constant == (3.0, 3.1)
+    assert (logs.units, logs.rename) == ({"theta": "deg"}, {"q=1": "theta"})
+    call("a.csv", "--torque-constant", "3.0")
+    assert workflow.seen["options"].logs.torque_constant == 3.0
+
+
+MISTAKES = {
+    "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, schunk"),
+    "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run and as"),
+    "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
+    "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
+    "not a number": (["a.csv", "--torque-constant", "nan"], "must be positive"),
+    "unit": (["a.csv", "--unit", "deg"], "--unit deg: write NAME=VALUE"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_wrong_option_is_a_usage_error(
+    mistake: str, workflow: Workflow, call: Callable[..., Any]
+) -> None:
+    words, message = MISTAKES[mistake]
+    error = call(*words).exception
+    assert isinstance(error, UsageError), error
+    with pytest.raises(UsageError, match=message):
+        raise error
+    assert workflow.seen == {}, "nothing was started"
+
+
+def test_bad_input_says_nothing_on_stdout(workflow: Workflow, call: Callable[..., Any]) -> None:
+    workflow.found = LogError("a.csv: no such file")
+    done = call("a.csv", "--json")
+    assert isinstance(done.exception, LogError)
+    assert (done.exception.exit_code, done.stdout) == (3, "")
+
+
+def matrix() -> Isolability:
+    """Three effects: the first two alike, the last never found."""
+    share = np.array([[1.0, 0.95, 0.1], [0.4, 1.0, 0.2], [0.1, 0.2, 1.0]])
+    ids = ("coulomb_friction", "stribeck_friction", "gravity_tilt")
+    return Isolability(ids, ((3,), (3,), ()), share, np.array([0.002, 0.0031, np.nan]))
+
+
+def test_isolability_is_shown_and_written(
+    call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    import diagnosis.isolability as module
+
+    seen: list[Any] = []
+
+    def isolability(*words: Any) -> Isolability:
+        seen.extend(words)
+        return matrix()
+
+    monkeypatch.setattr(module, "isolability", isolability, raising=False)
+    done = call("a.csv", "b.csv", "--isolability")
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in seen[0]] == ["a.csv", "b.csv"]
+    assert "0 of 3 effects could be named alone, 2 only in a set, 1 would never" in done.stdout
+    page = (tmp_path / "isolability.html").read_text(encoding="utf-8")
+    assert 'id="matrix"' in page
+    found = json.loads(call("a.csv", "--isolability", "--json").stdout)
+    assert found["share"] == matrix().share.tolist()
+    assert found["smallest"]["values"] == [0.002, 0.0031, None]
+
+
+def test_effects_are_alike_when_either_takes_over_the_other() -> None:
+    found = matrix()
+    assert (found.rivals(0), found.rivals(1), found.rivals(2)) == ([1], [0], [])
+    assert found.rivals(0, alike=0.96) == []

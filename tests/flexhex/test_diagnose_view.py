@@ -1,0 +1,285 @@
+"""What a diagnosis says: sentences, tables, page; every verdict reads well and needs no network."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
+from flexhex.diagnose_page import write_diagnosis
+from flexhex.diagnose_plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
+from flexhex.diagnose_view import closed, diagnosis_json, gap_rows, print_diagnosis
+from flexhex.diagnose_words import Asked, listed, measured, next_steps, number, phrase, verdict
+from fmus.common.effects import library
+from tests.flexhex.diagnoses import (
+    BASIC,
+    CANNOT,
+    CHANGED,
+    EXAMPLES,
+    NAMED,
+    NONE,
+    PAIR,
+    SET,
+    UNKNOWN,
+    coulomb,
+    estimate,
+    gap,
+)
+
+ASKED = Asked(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+SENTENCES = {
+    "named": "Axis 3 has Coulomb friction of 0.050 ± 0.003 N m that the model lacks; it explains"
+    " 93 % of what repeats.",
+    "pair": "The model lacks 2 effects: Coulomb friction on axes 2 and 4 and a cogging harmonic on"
+    " axis 5; together they explain 94 % of what repeats. Other than the machine file says:"
+    " end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
+    "set": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second hysteresis;"
+    " these runs cannot tell which.",
+    "changed": "No effect is missing. Other than the machine file says: end_effector.m is"
+    " 3.71 ± 0.10 kg, not 3.20 kg.",
+    "unknown": "Something repeats on axis 4 that no effect of the library explains: 0.0290 N m RMS,"
+    " 1.3 % of the torque.",
+    "none": "Nothing is missing: the model explains these runs down to what does not repeat"
+    " (0.00900 N m RMS, of which 0.00900 does not repeat).",
+    "cannot tell": "These runs cannot tell whether the model lacks anything. No trajectory was run"
+    " twice, so what repeats is not known.",
+}
+
+
+def shown(found: Diagnosis, width: int = 80) -> str:
+    """What the terminal shows."""
+    out = Console(file=io.StringIO(), width=width)
+    print_diagnosis(found, ASKED, out)
+    text = out.file.getvalue()  # type: ignore[attr-defined]
+    assert isinstance(text, str)
+    return text
+
+
+@pytest.mark.parametrize("name", SENTENCES)
+def test_verdict_is_one_plain_sentence(name: str) -> None:
+    assert verdict(EXAMPLES[name]) == SENTENCES[name]
+
+
+def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
+    assert {found.verdict for found in EXAMPLES.values()} == set(VERDICTS)
+    for found in EXAMPLES.values():
+        text = " ".join(shown(found).split())
+        assert text.startswith(verdict(found)), text[:200]
+
+
+def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
+    few = verdict(replace(BASIC, effects=(coulomb((2, 4)),)))
+    assert "Axes 2 and 4 have Coulomb friction of 0.050 ± 0.003 N m and 0.060 ± 0.003 N m" in few
+    many = verdict(replace(BASIC, effects=(coulomb((1, 2, 4, 5)),)))
+    assert "of 0.0500 to 0.0800 N m that" in many
+
+
+def test_amplitudes_of_sine_and_cosine_are_one_size() -> None:
+    """hypot(3, 4) = 5; other units, as those of a drift's two gains, are no pair."""
+    pair = {"a": estimate(0.03, 0.001), "b": estimate(-0.04, 0.001)}
+    found = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), pair),))
+    assert "Axis 1 has a cogging harmonic of 0.0500 N m that" in verdict(found)
+    other = {"g_t": estimate(0.03, 0.001, "1"), "g_w": estimate(0.1, 0.01, "1/N2 m2")}
+    found = replace(BASIC, effects=(Named("thermal_drift", "", (1,), other),))
+    assert "Axis 1 has thermal drift of the motor constant that" in verdict(found)
+
+
+def test_effect_on_the_whole_machine_and_one_from_nowhere_have_sentences() -> None:
+    tilt = {"tilt_x": estimate(0.003, 0.0004, "rad"), "tilt_y": estimate(0.004, 0.0004, "rad")}
+    found = replace(BASIC, effects=(Named("gravity_tilt", "", (), tilt, share=0.8),))
+    assert verdict(found).startswith("The machine as a whole has a tilted base of 0.00500 rad that")
+    found = replace(BASIC, effects=(Named("my_own_effect", "", (2,), {}),))
+    assert verdict(found).startswith("Axis 2 has my own effect that the model lacks")
+
+
+def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:
+    articles = {name for name in library() if phrase(name).startswith(("a ", "an "))}
+    assert {"flexible_mode", "cable_force", "drive_lag", "gravity_tilt", "drive_gain"} <= articles
+    assert not articles & {"coulomb_friction", "quadratic_drag", "cubic_stiffness"}
+    assert phrase("encoder_eccentricity") == "an eccentric encoder ring"
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "unit", "text"),
+    [
+        (0.05, 0.0031, "N m", "0.050 ± 0.003 N m"),
+        (0.05, 0.0014, "N m", "0.0500 ± 0.0014 N m"),
+        (3.71, 0.1, "kg", "3.71 ± 0.10 kg"),
+        (36.2, 12.0, "1/rad", "36 ± 12 1/rad"),
+        (0.02, 0.002, "1", "0.020 ± 0.002"),
+        (2e-7, 3e-8, "rad", "2.00e-07 rad (1.70e-07 to 2.30e-07 rad)"),
+        (0.5, math.nan, "s", "0.500 s"),
+    ],
+)
+def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, text: str) -> None:
+    assert measured(estimate(value, half, unit)) == text
+
+
+def test_lopsided_interval_is_given_by_its_ends() -> None:
+    assert measured(Estimate(0.05, (0.04, 0.09), "N m")) == "0.0500 N m (0.0400 to 0.0900 N m)"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.0, "0"), (0.0090, "0.00900"), (1234.5, "1234"), (math.nan, "–"), (3e-9, "3.00e-09")],
+)
+def test_number_has_significant_digits(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_words_are_listed() -> None:
+    assert [listed([]), listed(["a"]), listed(["a", "b"]), listed(["a", "b", "c"], "or")] == [
+        "",
+        "a",
+        "a and b",
+        "a, b or c",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "floor", "text"),
+    [
+        (0.05, 0.01, 0.01, "100 %"),
+        (0.05, 0.005, 0.01, "100 %"),
+        (0.05, 0.03, 0.01, "67 %"),
+        (0.05, 0.05, 0.01, "0 %"),
+        (0.05, 0.06, 0.01, "1.20 × before"),
+        (0.01, 0.01, 0.01, ""),
+        (math.nan, 0.01, 0.01, ""),
+    ],
+)
+def test_closed_gap_is_measured_above_the_floor(
+    before: float, after: float, floor: float, text: str
+) -> None:
+    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24."""
+    assert closed(before, after, floor) == text
+
+
+def test_gap_is_that_of_the_locked_runs_where_there_are_any() -> None:
+    both = gap(left=0.02)
+    own = replace(both, locked={})
+    third = 2
+    assert gap_rows(own)[third][3] == number(float(both.after[third]))
+    assert gap_rows(both)[third][3] == number(1.05 * float(both.after[third]))
+    assert len(gap_rows(both)) == 7, "six axes and all of them"
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_terminal_of_80_columns_cuts_nothing(name: str) -> None:
+    text = shown(EXAMPLES[name])
+    assert "…" not in text
+    tables = [line for line in text.splitlines() if "─" in line]
+    assert all(len(line) <= 80 for line in tables)
+
+
+def test_terminal_holds_findings_notes_and_what_was_run() -> None:
+    text = shown(NAMED, 200)
+    for words in (*NAMED.findings, *NAMED.notes, "Rebuilt simulation, gap: 0.0510 N m before"):
+        assert words in text
+    assert "Closed loop, tracking error: 26.4 µrad before, 8.50 µrad after" in text
+    many = replace(NAMED, findings=tuple(f"finding {k}" for k in range(14)))
+    assert "finding 9\n" in shown(many)
+    assert "finding 10\n" not in shown(many)
+    assert "and 4 more in the report" in shown(many)
+    assert shown(CANNOT).count("no trajectory was run twice") == 0, "the verdict has said it"
+
+
+def test_next_steps_are_commands_that_can_be_typed() -> None:
+    assert next_steps(NAMED, ASKED)[0][1] == f"flexhex run -m {NAMED.machine}"
+    again = "flexhex diagnose 'run 1.csv' --locked run9.csv --apply"
+    assert next_steps(BASIC, ASKED) == [
+        ("Add what was found to a copy of the machine file:", again)
+    ]
+    separate, best = next_steps(SET, ASKED)
+    assert separate[1].startswith("flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv' --locked run9")
+    assert "next-coulomb_friction.csv" in separate[0]
+    assert best[0].startswith("Or add the best of them")
+    assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
+    assert "--isolability" in next_steps(NONE, ASKED)[0][1]
+    assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
+
+
+def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
+    single = replace(ASKED, base="axis")
+    assert all("--apply" not in words for _, words in next_steps(CHANGED, single))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_json_holds_no_figure_that_is_none(name: str) -> None:
+    odd = replace(EXAMPLES[name], shown={"a": np.array([1.0, np.nan]), "b": np.float64(2.0)})
+    data = json.loads(diagnosis_json(odd, Path("p.html")), parse_constant=pytest.fail)
+    assert data["shown"] == {"a": [1.0, None], "b": 2.0}
+    assert data["sentence"] == verdict(odd)
+
+
+def page(found: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
+    """The page and its figures."""
+    (folder / "run1.csv").write_text("x", encoding="utf-8")
+    path = write_diagnosis(found, ASKED, [folder / "run1.csv", Path("gone.csv")], folder / "p.html")
+    text = path.read_text(encoding="utf-8")
+    drawn = re.search(r"^const figures = (.*);$", text, re.M)
+    assert drawn
+    return text, json.loads(drawn[1])
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -> None:
+    text, figures = page(EXAMPLES[name], tmp_path)
+    assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=|<link", text)
+    assert verdict(EXAMPLES[name]).split(";")[0] in text
+    assert re.findall(r'class="plot" id="([\w-]+)"', text) == list(figures)
+    assert "2d711642b726b04401627ca9fbac32f5" in text, "SHA-256 of the run"
+
+
+def test_page_draws_what_there_is(tmp_path: Path) -> None:
+    _, figures = page(NAMED, tmp_path)
+    expected = {"gap", "rebuilt", "tracking", "loop", "round1", "round2", "confusion0", "spectrum3"}
+    assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
+    assert set(page(CANNOT, tmp_path)[1]) == set()
+
+
+def test_page_takes_text_as_text(tmp_path: Path) -> None:
+    odd = replace(NAMED, notes=("</script><b>",), findings=("<i>",))
+    text, _ = page(odd, tmp_path)
+    assert "&lt;/script&gt;&lt;b&gt;" in text
+    assert "<i>" not in text
+
+
+def test_bars_of_the_gap_are_its_figures() -> None:
+    before, after, floor = np.array([1.0, 2.0]), np.array([0.5, np.nan]), np.array([0.1, 0.1])
+    first, second, line = gap_bars("", "N m", before, after, floor)["data"]
+    assert (first["y"], second["y"], line["y"]) == ([1.0, 2.0], [0.5, None], [0.1, 0.1])
+    assert len(gap_bars("", "N m", before, after)["data"]) == 2
+
+
+def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
+    first = [c for c in BASIC.candidates if c.round == 1]
+    many = first + [replace(first[-1], id=f"effect_{k}", gain=0.001 * k) for k in range(9)]
+    drawn = candidate_bars(1, many)
+    bars = {bar["name"]: bar for bar in drawn["data"]}
+    assert bars["named"]["x"] == [93.0]
+    assert bars["rival"]["y"][0].startswith("second hysteresis,<br>axis")
+    assert sum(len(bar["x"]) for bar in drawn["data"]) == MOST_BARS
+    assert drawn["layout"]["yaxis"]["categoryarray"][-1] == bars["named"]["y"][0], "best on top"
+
+
+def test_heat_table_colours_and_figures_are_the_shares() -> None:
+    drawn = heat("", ["a", "b"], ["a", "b"], np.array([[1.0, 0.25], [0.0, math.nan]]))["layout"]
+    cells = {(s["x0"] + 0.5, s["y0"] + 0.5): s["fillcolor"] for s in drawn["shapes"]}
+    assert cells == {(0, 0): shade(1.0), (1, 0): shade(0.25)}
+    assert [note["text"] for note in drawn["annotations"]] == ["100", "25"]
+    assert shade(0.0) == "rgb(255,255,255)"
+    large = np.full((20, 20), 0.3) + 0.7 * np.eye(20)
+    large[2, 5] = 0.92
+    names = [f"effect {k}" for k in range(20)]
+    notes = heat("", names, names, large)["layout"]["annotations"]
+    assert [(n["x"], n["y"], n["text"]) for n in notes] == [(5, 2, "92")]
