@@ -154,7 +154,8 @@ def _searched(
     library_here = compiled(n, without=made.base.holds)
     sides = [_side(made, library_here, judged, lambda text: progress(text, 2, 5))]
     if len(sides[0].poor) == n:
-        return _cannot_tell(made.base, runs, sides[0].notes[-1], findings, names)
+        why = "; ".join(sides[0].notes)
+        return _cannot_tell(made.base, runs, why, findings, names)
     progress("commanded against reported torque", 3, 5)
     sides += _drives(made, runs, judged)
     named = [effect for side in sides for effect in side.named]
