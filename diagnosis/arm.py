@@ -20,7 +20,7 @@ from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
+from diagnosis.base import DELAY, Known, Motion
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
@@ -96,6 +96,7 @@ class RigidArmBase:
     settle = 0.0
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    delay = DELAY
     holds: frozenset[str] = frozenset()
     complete = False
 

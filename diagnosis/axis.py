@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
+from diagnosis.base import DELAY, Known, Motion
 
 Array = NDArray[np.float64]
 TERMS = (
@@ -33,6 +33,7 @@ class AxisBase:
     """n axes of unknown mass, sampled every ts [s]; see `diagnosis.base.Base`."""
 
     settle = 0.2
+    delay = DELAY
     holds = frozenset({"viscous_friction"})
     complete = False
     curved: tuple[Known, ...] = ()

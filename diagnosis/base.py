@@ -52,6 +52,10 @@ class Known:
     axis: int | None = None
 
 
+DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
+"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
+
+
 class Base(Protocol):
     """A machine's own model for the diagnosis."""
 
@@ -69,6 +73,8 @@ class Base(Protocol):
     """Time between two rows [s]."""
     settle: float
     """What is left out at the start of a run [s]."""
+    delay: Known
+    """Delay of all reported torques together [s]."""
     holds: frozenset[str]
     """Ids of effects that the base model has terms for already: no candidates."""
     complete: bool

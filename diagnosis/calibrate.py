@@ -19,10 +19,8 @@ from diagnosis.noise import Noise, measured, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
-LOOSE = 5.0
+LOOSE = 2.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
-DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
-"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
 STEPS = 2
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
 """Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
@@ -159,7 +157,7 @@ def _moved(made: Calibrated) -> Fitted:
 
 def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> Calibrated:
     """Columns and torque about given nonlinear values."""
-    known = (*base.linear, *base.curved, *base.widths, DELAY)
+    known = (*base.linear, *base.curved, *base.widths, base.delay)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])

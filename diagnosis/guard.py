@@ -25,25 +25,16 @@ def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
     return [int(i) for i in np.flatnonzero(left > POOR * made.torque_rms)]
 
 
-def explained(held: Joint, notes: list[str]) -> tuple[Joint, tuple[int, ...]]:
-    """The fit without effects on axes that stay unexplained, and those axes (from 0).
-
-    Base models that should explain most by themselves have been judged before.
-    """
-    poor = [] if held.bench.made.base.complete else poor_axes(held.bench.made, held.residual)
-    if not poor:
-        return held, ()
-    listed = ", ".join(str(i + 1) for i in poor)
-    notes.append(
-        f"more than {POOR:.0%} of the torque of axis {listed} stays unexplained by all that was"
-        " found: nothing is named there"
-    )
-    return _only(held, [part for part in held.parts if part.axis not in poor]), tuple(poor)
+def kept_off(held: Joint, axes: Sequence[int]) -> Joint:
+    """The fit without effects on some axes."""
+    return only(held, [part for part in held.parts if part.axis not in axes])
 
 
-def without(held: Joint, part: Scored) -> Joint:
-    """The fit without an effect on one axis."""
-    return _only(held, [other for other in held.parts if other is not part])
+def only(held: Joint, parts: Sequence[Scored]) -> Joint:
+    """The fit with some of its parts alone."""
+    kept = [tuple(p for p in e.parts if any(p is q for q in parts)) for e in held.effects]
+    pairs = zip(held.effects, kept, strict=True)
+    return joint(held.bench, [replace(effect, parts=own) for effect, own in pairs if own])
 
 
 def believed(held: Joint, notes: list[str]) -> Joint:
@@ -65,16 +56,23 @@ def believed(held: Joint, notes: list[str]) -> Joint:
     for part in held.parts:
         axes = slice(None) if part.axis is None else [part.axis]
         left = (axis_rms(blocks, held.residual)[axes] ** 2).sum()
-        plain = (axis_rms(blocks, without(held, part).residual)[axes] ** 2).sum()
+        plain = (axis_rms(blocks, _without(held, part).residual)[axes] ** 2).sum()
         if plain < SURE * left:
-            rest = without(held, part)
+            rest = _without(held, part)
             if part.id not in {other.id for other in rest.parts}:
                 notes.append(f"{part.id} would fit, but may be noise: no trajectory was run twice")
             return believed(rest, notes)
     return held
 
 
-def _only(held: Joint, parts: Sequence[Scored]) -> Joint:
-    kept = [tuple(p for p in e.parts if any(p is q for q in parts)) for e in held.effects]
-    pairs = zip(held.effects, kept, strict=True)
-    return joint(held.bench, [replace(effect, parts=own) for effect, own in pairs if own])
+def _without(held: Joint, part: Scored) -> Joint:
+    return only(held, [other for other in held.parts if other is not part])
+
+
+def sentence(axes: Sequence[int]) -> str:
+    """What is said of such axes."""
+    listed = ", ".join(str(i + 1) for i in axes)
+    return (
+        f"more than {POOR:.0%} of the torque of axis {listed} stays unexplained by all that"
+        " was found: nothing is named there"
+    )

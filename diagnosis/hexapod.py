@@ -17,7 +17,7 @@ from fmugen.scan import scans
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
+from diagnosis.base import DELAY, Known, Motion
 from fmus.common import actuator
 from fmus.common.dynamics import loads, project
 from fmus.common.machine import Machine
@@ -48,6 +48,7 @@ class HexapodBase:
     """Base model of a machine with or without its platform; see `diagnosis.base.Base`."""
 
     window, spacing, settle = 0.0105, 0.005, 1.0
+    delay = DELAY
     holds = frozenset({"viscous_friction"})
     complete = True
 

@@ -82,7 +82,7 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     """Rounds until nothing more is found."""
     rounds: list[Round] = []
     regression = bench.made.regression
-    first = repeating(bench.made, regression.residual)
+    first = unexplained(bench.made, regression)
     while len(rounds) < ROUNDS:
         say(f"effects, round {len(rounds) + 1}")
         found = one_round(bench, regression, first)
@@ -99,7 +99,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
 
     first (n,): what repeated before the first round.
     """
-    energy = repeating(bench.made, regression.residual)
+    energy = unexplained(bench.made, regression)
     count = _count(bench)
     passing: dict[str, list[Scored]] = {}
     places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
@@ -197,6 +197,11 @@ def _refined(
                 if better > fall:
                     shape, columns, fall = {**shape, s.name: float(value)}, trial, better
     return shape, columns
+
+
+def unexplained(made: Calibrated, regression: Regression) -> Array:
+    """What repeats (n,), and by how much the parameters had to leave their tolerances for it."""
+    return repeating(made, regression.residual) + regression.strain
 
 
 def repeating(made: Calibrated, residual: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,27 +14,27 @@ from diagnosis import logs
 from diagnosis.answer import (
     CERTAIN,
     GAP,
+    Elsewhere,
     Joint,
     axis_rms,
-    elsewhere,
     joint,
     lasting,
     repeat_rms,
-    shares,
 )
 from diagnosis.base import Base
 from diagnosis.bases import base_of
-from diagnosis.blocks import JUDGED, Block, Run, blocks, spacing_for
+from diagnosis.blocks import JUDGED, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, Compiled, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, believed, explained, poor_axes, without
+from diagnosis.guard import POOR, believed, kept_off, only, poor_axes, sentence
 from diagnosis.maps import maps
-from diagnosis.path import PathBase, driven
-from diagnosis.rounds import Round, Scored, search
+from diagnosis.naming import named_of, tried_of
+from diagnosis.path import PathBase, common_lag, driven
+from diagnosis.rounds import Round, search
 from diagnosis.runs import runs_of
-from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Named
+from diagnosis.verdict import Changed, Diagnosis, Gap, Named
 from fmus.common.effects import library
 from fmus.common.errors import LogError
 
@@ -107,11 +107,10 @@ class _Side:
 
     held: Joint
     rounds: tuple[Round, ...]
-    others: tuple[Block, ...]
+    others: Elsewhere | None
     named: tuple[Named, ...]
     remains: tuple[int, ...]
     notes: tuple[str, ...]
-    poor: tuple[int, ...]
 
     @property
     def matters(self) -> bool:
@@ -132,12 +131,16 @@ def _side(
     notes: list[str] = []
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
-    held, poor = explained(held, notes)
-    others = blocks(made.base, judged, made.spacing, JUDGED) if judged else []
-    held = _not_worse(held, others, notes)
+    poor = poor_axes(made, held.residual)
+    if poor:
+        held = kept_off(held, poor)
+        notes.append(sentence(poor))
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
+        held = _not_worse(held, others, notes)
     remains = _remains(held, notes)
-    named = tuple(_named(held, rounds))
-    return _Side(held, tuple(rounds), tuple(others), named, remains, tuple(notes), poor)
+    return _Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
 
 
 def _searched(
@@ -151,9 +154,10 @@ def _searched(
 ) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
     n = made.base.n
-    library_here = compiled(n, without=made.base.holds)
-    sides = [_side(made, library_here, judged, lambda text: progress(text, 2, 5))]
-    if len(sides[0].poor) == n:
+    known = compiled(n, without=made.base.holds)
+    sides = [_side(made, known, judged, lambda text: progress(text, 2, 5))]
+    poor = poor_axes(made, sides[0].held.residual)
+    if len(poor) == n:
         why = "; ".join(sides[0].notes)
         return _cannot_tell(made.base, runs, why, findings, names)
     progress("commanded against reported torque", 3, 5)
@@ -179,7 +183,7 @@ def _searched(
         tuple(named),
         () if verdict == "unknown" else tuple(changed),
         _gap(main.held, main.others),
-        _tried(main.rounds),
+        tried_of(main.rounds),
         maps(main.held),
         tuple(notes),
         findings,
@@ -189,14 +193,15 @@ def _searched(
 
 def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[_Side]:
     """The same between commanded and reported torque, where logs have both."""
-    ours, base = driven(runs), made.base
+    lag, base = common_lag(runs), made.base
+    ours = driven(runs, lag)
     if not ours:
         return []
     path = PathBase(base.n, base.window, made.spacing, base.settle)
     blocked = blocks(path, ours, made.spacing)
     there = calibrate(path, blocked)
     known = {name: e for name, e in library().items() if e.acts_on == "drive"}
-    side = _side(there, compiled(base.n, known), driven(judged), lambda text: None)
+    side = _side(there, compiled(base.n, known), driven(judged, lag), lambda text: None)
     where = "between commanded and reported torque: "
     return [replace(side, notes=tuple(where + note for note in side.notes))]
 
@@ -235,43 +240,40 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     return ""
 
 
-def _not_worse(held: Joint, others: Sequence[Block], notes: list[str]) -> Joint:
+def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
     """Withdraw effects, axis by axis, that make the locked runs worse."""
-    while held.parts and others:
-        there, _, with_all = elsewhere(held, others)
-        worst: tuple[float, Scored] | None = None
-        for part in held.parts:
-            _, _, with_rest = elsewhere(without(held, part), others)
-            axes = [part.axis] if part.axis is not None else list(range(there.base.n))
-            better = axis_rms(others, with_rest)[axes], axis_rms(others, with_all)[axes]
-            fall = float((better[0] ** 2).sum() - (better[1] ** 2).sum())
-            if fall <= 0 and (worst is None or fall < worst[0]):
-                worst = fall, part
-        if worst is None:
+    kept = held.parts
+    while kept:
+        whole = others.squares(kept)
+        falls = []
+        for part in kept:
+            rest = others.squares([p for p in kept if p is not part])
+            axes = slice(None) if part.axis is None else part.axis
+            falls.append(float(np.sum(rest[axes] - whole[axes])))
+        worst = int(np.argmin(falls))
+        if falls[worst] > 0:
             break
-        axis = worst[1].axis
-        where = "" if axis is None else f" on axis {axis + 1}"
-        notes.append(f"{worst[1].id}{where} was withdrawn: it makes the locked runs worse")
-        held = without(held, worst[1])
-    return held
+        part = kept.pop(worst)
+        where = "" if part.axis is None else f" on axis {part.axis + 1}"
+        notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
+    return held if len(kept) == len(held.parts) else only(held, kept)
 
 
-def _gap(held: Joint, others: Sequence[Block]) -> Gap:
+def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     made = held.bench.made
-    without = made.residual(made.regression.q)
-    nominal = made.residual(np.zeros(len(made.known)))
-    before, _ = repeat_rms(made, without)
+    plain, bare = made.regression.q, np.zeros(len(made.known))
+    before, _ = repeat_rms(made, made.residual(plain))
     after, _ = repeat_rms(made, held.residual)
     floor = made.noise.floor if made.noise.repeats else np.full(made.base.n, np.nan)
     judged: dict[str, Array] = {}
-    if others:
-        there, plain, full = elsewhere(held, others)
+    if others is not None:
         judged = {
-            "nominal": axis_rms(others, there.residual(np.zeros(len(made.known)))),
-            "before": axis_rms(others, plain),
-            "after": axis_rms(others, full),
+            "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
+            "before": axis_rms(others.blocks, others.residual((), (), plain)),
+            "after": axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q)),
         }
-    one, two, three = (axis_rms(made.blocks, v) for v in (nominal, without, held.residual))
+    listed = (made.residual(bare), made.residual(plain), held.residual)
+    one, two, three = (axis_rms(made.blocks, values) for values in listed)
     return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
@@ -306,91 +308,6 @@ def _verdict(
     if any(side.remains for side in sides):
         return "unknown"
     return "changed" if changed else "none"
-
-
-def _named(held: Joint, rounds: Sequence[Round]) -> list[Named]:
-    rivals = _rivals(rounds)
-    share = dict(zip([e.id for e in held.effects], shares(held), strict=True))
-    grouped: dict[str, list[int]] = {}
-    for k, part in enumerate(held.parts):
-        grouped.setdefault(part.id, []).append(k)
-    known = library()
-    made = []
-    for name, places in grouped.items():
-        parts = [(_axis(held.parts[k]), _estimates(held, k)) for k in places]
-        axes = tuple(sorted({axis for axis, _ in parts if axis}))
-        others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
-        made.append(
-            Named(
-                name,
-                known[name].title,
-                axes,
-                _flat(parts),
-                tuple(parts),
-                others,
-                known[name].experiment if others else None,
-                share[name],
-            )
-        )
-    return made
-
-
-def _rivals(rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
-    """Rivals of each effect in the round in which it gained most."""
-    most: dict[str, tuple[float, tuple[str, ...]]] = {}
-    for found in (r.chosen for r in rounds if r.chosen):
-        gained = sum(part.gain.outside for part in found.parts)
-        if gained > most.get(found.id, (0.0, ()))[0]:
-            most[found.id] = gained, found.rivals
-    return {name: rivals for name, (_, rivals) in most.items()}
-
-
-def _axis(part: Scored) -> int:
-    return 0 if part.axis is None else part.axis + 1
-
-
-def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
-    """Gains, then shapes, of one part."""
-    part, effect = held.parts[k], library()[held.parts[k].id]
-    found = {}
-    for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
-        found[gain.name] = _estimate(float(value), float(std), gain.unit)
-    for shape in effect.shapes:
-        std = held.shape_deviation[k].get(shape.name, 0.0)
-        found[shape.name] = _estimate(part.shape[shape.name], std, shape.unit)
-    return found
-
-
-def _estimate(value: float, std: float, unit: str) -> Estimate:
-    return Estimate(value, (value - 1.96 * std, value + 1.96 * std), unit)
-
-
-def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:
-    several = len({axis for axis, _ in parts}) > 1
-    flat: dict[str, Estimate] = {}
-    for axis, estimates in parts:
-        for name, estimate in estimates.items():
-            key = f"{name}[{axis}]" if several else name
-            count, unique = 2, key
-            while unique in flat:
-                unique, count = f"{key}#{count}", count + 1
-            flat[unique] = estimate
-    return flat
-
-
-def _tried(rounds: Sequence[Round]) -> tuple[Candidate, ...]:
-    """How the candidates of all rounds did, best first."""
-    made = []
-    for number, r in enumerate(rounds, start=1):
-        for f in r.tried[:8]:
-            chosen = r.chosen is not None and r.chosen.id == f.id
-            rival = r.chosen is not None and f.id in r.chosen.rivals
-            best = f.parts[0]
-            p = max(part.gain.p for part in f.parts)
-            axes = tuple(axis + 1 for axis in f.axes)
-            row = (number, f.id, axes, dict(best.shape), r.shares[f.id], p, chosen, rival)
-            made.append(Candidate(*row))
-    return tuple(made)
 
 
 def _cannot_tell(

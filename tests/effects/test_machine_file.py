@@ -22,7 +22,7 @@ id = "coulomb_friction"
 axes = [3, 5]
 [effects.parameters]
 F_c = { value = [0.05, 0.04], unit = "N m", source = "diagnosed", ci95 = [0.04, 0.06] }
-v0 = { value = 0.002, unit = "rad/s", source = "assumed", note = "as found" }
+s_0 = { value = 0.002, unit = "rad", source = "assumed", note = "as found" }
 """
 AGAIN = ENTRY.replace("[3, 5]", "[3, 4]")
 TILT = """
@@ -61,15 +61,15 @@ WRONG = {
     ),
     "shape out of bounds": (
         ENTRY.replace("value = 0.002", "value = 2.0"),
-        r"effects\.1: parameters\.v0: 2\.0 rad/s, must be at most 0\.1 rad/s",
+        r"effects\.1: parameters\.s_0: 2\.0 rad, must be at most 0\.006 rad",
     ),
     "missing": (
-        ENTRY.replace("v0 = ", "#"),
-        r"effects\.1: parameters\.v0: is missing; coulomb_friction has F_c, v0",
+        ENTRY.replace("s_0 = ", "#"),
+        r"effects\.1: parameters\.s_0: is missing; coulomb_friction has F_c, s_0",
     ),
     "too many": (
         ENTRY + 'D = { value = 1.0, unit = "1", source = "assumed" }\n',
-        r"effects\.1: parameters\.D: coulomb_friction has only F_c, v0",
+        r"effects\.1: parameters\.D: coulomb_friction has only F_c, s_0",
     ),
     "a value for each axis": (ENTRY.replace("[0.05, 0.04]", "[0.05]"), r"F_c: wants 2 entries"),
     "no parameters": (
