@@ -24,6 +24,9 @@ TERMS = (
     ("g_s", "N m"),
     ("g_c", "N m"),
 )
+WINDOW = 0.025
+"""Smoothing window [s]: the noise of an encoder of a few urad, differentiated twice, must not look
+like a part of the inertia that lags behind; modes up to some 40 Hz stay visible."""
 
 
 class AxisBase:
@@ -38,8 +41,8 @@ class AxisBase:
 
     def __init__(self, n: int, ts: float) -> None:
         self.n = n
-        self.window = max(0.0105, 8 * ts)
-        self.spacing = max(0.005, 2 * ts)
+        self.window = max(WINDOW, 8 * ts)
+        self.spacing = max(WINDOW / 4, 2 * ts)
         self.linear = tuple(
             Known(f"{name}[{i + 1}]", unit, 0.0, np.inf, name, i)
             for i in range(n)

@@ -58,7 +58,7 @@ def changes(
     Lambda[:n][steady] = LOOSE**2
     free: list[Direction] = []
     listed = _directions(known, extra, nb)
-    for _ in range(MOST):
+    for _ in range(min(MOST, len(listed))):
         level = _cost(G, b, Lambda, free)
         falls = [level - _cost(G, b, Lambda, [*free, d]) for d in listed]
         scores = [f - EACH * (d.U.shape[1] - 1) for f, d in zip(falls, listed, strict=True)]

@@ -23,12 +23,12 @@ from diagnosis.answer import (
 )
 from diagnosis.base import Base
 from diagnosis.bases import base_of
-from diagnosis.blocks import Run, blocks, spacing_for
+from diagnosis.blocks import JUDGED, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
 from diagnosis.candidates import Bench, Compiled, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, kept_off, only, poor_axes, sentence
+from diagnosis.guard import POOR, believed, kept_off, only, poor_axes, sentence
 from diagnosis.maps import maps
 from diagnosis.naming import named_of, tried_of
 from diagnosis.path import PathBase, common_lag, driven
@@ -128,14 +128,16 @@ def _side(
     bench = Bench(made, effects)
     rounds = search(bench, say)
     found = [r.chosen for r in rounds if r.chosen]
-    held = lasting(bench, found) if made.noise.repeats else joint(bench, found)
+    notes: list[str] = []
+    repeats = made.noise.repeats
+    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
     poor = poor_axes(made, held.residual)
     if poor:
         held = kept_off(held, poor)
-    notes = [sentence(poor)] if poor else []
+        notes.append(sentence(poor))
     others = None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing))
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
         held = _not_worse(held, others, notes)
     remains = _remains(held, notes)
     return _Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
@@ -156,7 +158,8 @@ def _searched(
     sides = [_side(made, known, judged, lambda text: progress(text, 2, 5))]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
-        return _cannot_tell(made.base, runs, sentence(poor), findings, names)
+        why = "; ".join(sides[0].notes)
+        return _cannot_tell(made.base, runs, why, findings, names)
     progress("commanded against reported torque", 3, 5)
     sides += _drives(made, runs, judged)
     named = [effect for side in sides for effect in side.named]
