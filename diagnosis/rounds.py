@@ -17,6 +17,7 @@ from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.noise import pairs
 from diagnosis.regression import Columns, Gain, Regression
+from fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 MOST, ROUNDS = 4, 8
@@ -38,7 +39,11 @@ T_APART = 2.5
 """t at which two effects' gains differ from second to second."""
 TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
-REFINE = 2
+REFINE, STARTS = 3, 3
+"""Halvings of the grid's distances, from so many points of it."""
+MINOR = 0.15
+"""An axis joins an effect's others when it gains this share of the best one; what is left of it
+comes again in the next round."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +125,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
     large = [
         Found(found.id, kept, ())
         for found in tried
-        if (kept := tuple(p for p in found.parts if _large(bench, p, energy, first)))
+        if (kept := _major([p for p in found.parts if _large(bench, p, energy, first)]))
     ]
     chosen = None
     if large:
@@ -130,6 +135,13 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
         names = tuple(f.id for f in others if _is_rival(winner, f))
         chosen = Found(winner.id, winner.parts, names)
     return Round(tuple(tried), shares, chosen)
+
+
+def _major(parts: Sequence[Scored]) -> tuple[Scored, ...]:
+    """Parts that are not dwarfed by another: what a strong effect does to the fit of the base
+    model shows on all axes."""
+    most = max((part.gain.outside for part in parts), default=0.0)
+    return tuple(part for part in parts if part.gain.outside >= MINOR * most)
 
 
 def _ties(large: Sequence[Found]) -> list[Found]:
@@ -168,35 +180,58 @@ def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scor
         top = int(np.argmax(values))
         if values[top] < max(PROMISING, CONTENDER * best):
             continue
-        shape, columns = _refined(
-            bench, regression, name, at, *bench.grid(name, at)[top], values[top]
-        )
+        shape, columns = _refined(bench, regression, name, at, values)
         found.append(Scored(name, axis, shape, regression.gain(columns), columns))
     return found
 
 
 def _refined(
+    bench: Bench, regression: Regression, name: str, axis: int, falls: Array
+) -> tuple[dict[str, float], Columns]:
+    """The best shape near the grid: searched from the best point for each of the last shape.
+
+    A sharp maximum may hide beside a blunt one of the grid: a mode that rings for long is missed
+    by all but its neighbours.
+    """
+    grid, item = bench.grid(name, axis), bench.effects.get(name)
+    searched = item.searched if item else []
+    if not searched:
+        return grid[int(np.argmax(falls))]
+    groups: dict[float, int] = {}
+    for k, (shape, _) in enumerate(grid):
+        value = shape[searched[-1].name] if len(searched) > 1 else 0.0
+        if value not in groups or falls[k] > falls[groups[value]]:
+            groups[value] = k
+    starts = sorted(groups.values(), key=lambda k: -falls[k])[:STARTS]
+    best = [
+        _climbed(bench, regression, (name, axis), searched, (*grid[k], float(falls[k])))
+        for k in starts
+    ]
+    shape, columns, _ = max(best, key=lambda found: found[2])
+    return shape, columns
+
+
+def _climbed(
     bench: Bench,
     regression: Regression,
-    name: str,
-    axis: int,
-    shape: dict[str, float],
-    columns: Columns,
-    fall: float,
-) -> tuple[dict[str, float], Columns]:
-    """Halve the distance to the grid's neighbours, one nonlinear parameter after the other."""
-    item = bench.effects.get(name)
-    for s in item.searched if item else ():
-        near = sorted(abs(g - shape[s.name]) for g in s.grid)[1]
-        for step in near * 0.5 ** np.arange(1, REFINE + 1):
-            for value in (shape[s.name] - step, shape[s.name] + step):
+    place: tuple[str, int],
+    searched: Sequence[Shape],
+    start: tuple[dict[str, float], Columns, float],
+) -> tuple[dict[str, float], Columns, float]:
+    """Uphill from a point of the grid, with half the distance to its neighbours each time."""
+    shape, columns, fall = start
+    steps = {s.name: sorted(abs(g - shape[s.name]) for g in s.grid)[1] for s in searched}
+    for level in range(1, REFINE + 1):
+        for s in searched:
+            centre = shape[s.name]
+            for value in (centre - steps[s.name] / 2**level, centre + steps[s.name] / 2**level):
                 if not s.low <= value <= s.high:
                     continue
-                trial = bench.columns(name, axis, {**shape, s.name: float(value)})
+                trial = bench.columns(*place, {**shape, s.name: float(value)})
                 better, _ = regression.fall(trial)
                 if better > fall:
                     shape, columns, fall = {**shape, s.name: float(value)}, trial, better
-    return shape, columns
+    return shape, columns, fall
 
 
 def unexplained(made: Calibrated, regression: Regression) -> Array:

@@ -8,8 +8,8 @@ import casadi as ca
 
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
 
-FREQUENCIES = tuple(round(4.0 * 1.12**k, 3) for k in range(28))
-"""A mode is as wide as twice its damping: neighbours a tenth apart miss none."""
+FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(47))
+"""A mode is as wide as twice its damping; finer steps are the search's."""
 
 
 class FlexibleMode(Effect):
