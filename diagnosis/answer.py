@@ -234,7 +234,8 @@ class Elsewhere:
     def __init__(self, bench: Bench, blocks: Sequence[Block]) -> None:
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
-        self.there = about(ours.base, blocks, ours.fitted, ours.noise)
+        names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
+        self.there = about(ours.base, blocks, ours.fitted, ours.noise, names)
         self._bench = Bench(self.there, list(bench.effects.values()))
         self._thin: dict[int, list[Array]] = {}
 

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from diagnosis.base import Base, Known
 from diagnosis.blocks import Block, torque_at
-from diagnosis.noise import Noise, measured, settled, whiten
+from diagnosis.noise import Noise, measured, rings, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
 LOOSE = 2.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
+HISTORY = 0.3
+"""One standard deviation of a hysteresis' state at the start of a trajectory."""
 STEPS = 2
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
 """Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
@@ -87,18 +89,22 @@ class Calibrated:
             span = block.at[-1] - block.at[0] + 1e-9
             part = (STRETCHES * (block.at[kept] - block.at[0]) / span).astype(int)
             fold.append(np.full(len(second), number) if len(order) > 1 else part)
-        n = self.base.n
+        n, count = self.base.n, len(np.concatenate(cluster))
         _, dense = np.unique(np.concatenate(cluster), return_inverse=True)
-        axis = np.repeat(np.arange(n), len(dense))
-        return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n))
+        axis = np.repeat(np.arange(n), count)
+        twins = np.concatenate([count * i + self._partners() for i in range(n)])
+        return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n), twins)
 
-    @property
-    def _cluster(self) -> float:
-        """Length of a cluster [s]."""
-        spans = {block.run.trajectory: block.at[-1] - block.at[0] for block in self.blocks}
-        return float(
-            np.clip(sum(spans.values()) / CLUSTERS, LEAST_CLUSTER * self.base.window, CLUSTER)
-        )
+    def _partners(self) -> NDArray[np.int64]:
+        """Row of the next pass at the same instant, of the rows of one axis."""
+        starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])
+        partner = np.arange(starts[-1])
+        for ring in rings(self.blocks):
+            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
+                both = self.kept[a] & self.kept[b]
+                place = [np.cumsum(self.kept[k]) - 1 + starts[k] for k in (a, b)]
+                partner[place[0][both]] = place[1][both]
+        return partner
 
     @cached_property
     def regression(self) -> Regression:
@@ -151,13 +157,29 @@ def _moved(made: Calibrated) -> Fitted:
     widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
     p = np.array([k.nominal for k in base.linear]) + step[:n_p]
     gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
-    delay = float(np.clip(now.delay + step[-1], -0.005, 0.005))
+    delay = float(np.clip(now.delay + step[n_p + n_c + len(nominal)], -0.005, 0.005))
     return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay)
 
 
-def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> Calibrated:
-    """Columns and torque about given nonlinear values."""
-    known = (*base.linear, *base.curved, *base.widths, base.delay)
+def about(
+    base: Base,
+    blocks: Sequence[Block],
+    fitted: Fitted,
+    noise: Noise,
+    trajectories: Sequence[str] | None = None,
+) -> Calibrated:
+    """Columns and torque about given nonlinear values.
+
+    trajectories: those of the fit, when the blocks are others; their history is not these's.
+    """
+    names = list(dict.fromkeys(block.run.trajectory for block in blocks))
+    listed = names if trajectories is None else list(trajectories)
+    histories = [
+        Known(f"z_0[{i + 1}] of {name}", "1", 0.0, HISTORY, "history", i)
+        for name in listed
+        for i in range(len(base.curved))
+    ]
+    known = (*base.linear, *base.curved, *base.widths, base.delay, *histories)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -174,6 +196,9 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        for name in listed if len(base.curved) else ():
+            own = trajectories is None and name == block.run.trajectory
+            parts.append(_history(block, fitted) if own else np.zeros_like(curve))
         y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
             p0, block.run.payload
         )
@@ -184,6 +209,13 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
         raws.append(raw)
     y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
     return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+
+
+def _history(block: Block, fitted: Fitted) -> Array:
+    """What the unknown state before the run leaves behind, forgotten on the way (m, n, n)."""
+    theta = block.run.motion.theta
+    travel = np.cumsum(np.abs(np.diff(theta, axis=0, prepend=theta[:1])), axis=0)
+    return _diagonal(block.smooth(fitted.gains * np.exp(-travel / fitted.widths)))
 
 
 def _diagonal(values: Array) -> Array:

@@ -24,6 +24,8 @@ FALL = 14.0
 EACH = 4.0
 """The same for every further direction that is freed together."""
 MOST = 6
+NO_PARAMETER = ("delay", "history")
+"""Groups of columns that are no parameters of the machine."""
 CORRELATED = 3.0
 """Rows that count as one, for what the noise model does not know."""
 
@@ -89,14 +91,15 @@ def _directions(known: tuple[Known, ...], extra: Mapping[str, Array], nb: int) -
     found, n = [], len(known)
     scale = np.array([LOOSE * k.tolerance for k in known])
     for j, k in enumerate(known):
-        if k.group == "delay" or not 0 < k.tolerance < np.inf:
+        if k.group in NO_PARAMETER or not 0 < k.tolerance < np.inf:
             continue
         U = np.zeros((nb, 1))
         U[j] = 1.0
         found.append(Direction(k.name, U, (j,)))
     groups: dict[str, list[int]] = {}
     for j, k in enumerate(known):
-        groups.setdefault(k.group, []).append(j)
+        if k.group not in NO_PARAMETER:
+            groups.setdefault(k.group, []).append(j)
     for name, members in groups.items():
         if len(members) > 1:
             U = np.zeros((nb, 1))
@@ -104,6 +107,7 @@ def _directions(known: tuple[Known, ...], extra: Mapping[str, Array], nb: int) -
             found.append(Direction(name, U, (members[0],)))
     for name, vector in extra.items():
         U = np.zeros((nb, 1))
+        vector = np.pad(vector, (0, n - len(vector)))
         U[:n, 0] = np.where(np.isfinite(scale) & (scale > 0), vector / scale, 0.0)
         largest = [j for j in range(n) if known[j].name == name]
         U /= np.linalg.norm(U)

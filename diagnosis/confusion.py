@@ -60,16 +60,16 @@ class _Solver:
         self.regression = regression
         self.parts = {}
         for name, (columns, k) in stacks.items():
-            rows, C = regression.layout.rows(columns.axis), columns.values
-            cross = regression.B[rows].T @ C
+            C = columns.values
+            twin, cross, _ = regression.products(columns.axis, C)
             solved = regression.solve(cross)
             inverses = []
             for at in range(0, C.shape[1], k):
                 part = slice(at, at + k)
-                own = C[:, part].T @ C[:, part]
+                own = twin[:, part].T @ C[:, part]
                 S = own - cross[:, part].T @ solved[:, part] + 1e-9 * np.diag(np.diag(own))
-                inverses.append(np.linalg.pinv(S))
-            self.parts[name] = (rows, C, solved, inverses, k)
+                inverses.append(np.linalg.pinv((S + S.T) / 2))
+            self.parts[name] = (regression.layout.rows(columns.axis), twin, inverses, k)
 
     def row(self, truth: str, columns: Columns, size: float, trials: int) -> dict[str, float]:
         """Shares of trials by what is said."""
@@ -81,7 +81,7 @@ class _Solver:
         torque *= size / np.maximum(np.sqrt((torque**2).sum(axis=0)), 1e-300)
         y = rng.standard_normal((len(regression.y), trials))
         y[regression.layout.rows(columns.axis)] += torque
-        y -= regression.B @ regression.solve(regression.B.T @ y)
+        y -= regression.B @ regression.solve(regression.twin.T @ y)
         falls = {name: self._falls(name, y) for name in self.parts}
         for t in range(trials):
             best = max(falls, key=lambda name: falls[name][t])
@@ -96,8 +96,8 @@ class _Solver:
         return {key: round(value, 3) for key, value in said.items()}
 
     def _falls(self, name: str, residual: Array) -> Array:
-        rows, C, _, inverses, k = self.parts[name]
-        c = C.T @ residual[rows]
+        rows, twin, inverses, k = self.parts[name]
+        c = twin.T @ residual[rows]
         falls = [
             np.einsum("kt,kl,lt->t", c[k * j : k * (j + 1)], inverse, c[k * j : k * (j + 1)])
             for j, inverse in enumerate(inverses)

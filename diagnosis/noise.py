@@ -39,6 +39,13 @@ def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
             yield k - 1, k
 
 
+def rings(blocks: Sequence[Block]) -> list[list[int]]:
+    """Passes of each trajectory that was run more than once, as places in `blocks`."""
+    names = [block.run.trajectory for block in blocks]
+    groups = [[k for k, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
+    return [group for group in groups if len(group) > 1]
+
+
 def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     """Noise from residuals (m, n) [N m] of each block."""
     found = list(pairs(blocks))

@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import f as f_distribution
 
 Array = NDArray[np.float64]
@@ -18,15 +17,17 @@ ABSORBED = 1e-5
 
 @dataclass(frozen=True)
 class Layout:
-    """Where rows come from, axis by axis: axis, fold, cluster (R,).
+    """Where rows come from, axis by axis: axis, fold, cluster, partner (R,).
 
     fold: trajectories (or stretches of the only one) that arbitrate in turn; cluster: about a
     second of one trajectory, all axes and passes of it, within which errors go together.
+    partner: the same axis and instant of another pass, or the row itself where there is none.
     """
 
     axis: Index
     fold: Index
     cluster: Index
+    partner: Index
 
     @property
     def folds(self) -> Index:
@@ -39,6 +40,12 @@ class Layout:
             return slice(None)
         bounds = np.searchsorted(self.axis, [axis, axis + 1])
         return slice(int(bounds[0]), int(bounds[1]))
+
+    def twin(self, values: Array, axis: int | None = None) -> Array:
+        """Rows (R, ...) or those of an axis (R_i, ...) as the other pass has them."""
+        rows = self.rows(axis)
+        first = rows.start or 0
+        return np.asarray(values[self.partner[rows] - first])
 
 
 @dataclass(frozen=True)
@@ -70,6 +77,10 @@ class Gain:
 class Regression:
     """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,).
 
+    Products of rows are taken between passes: what does not repeat, in torque or motion, drops
+    out of them. (A disturbance moves the joints too; within one pass the feedback's answer to
+    it would be taken for dynamics of the machine.) The sum of squares that is fitted is thus
+    the one that repeats. Without repeats a row is its own partner: ordinary least squares.
     known: Gram matrices where they have been computed already.
     """
 
@@ -80,62 +91,64 @@ class Regression:
     known: list[tuple[Array, Array]] | None = None
 
     @cached_property
+    def twin(self) -> Array:
+        """B of the other pass (R, nb)."""
+        return self.layout.twin(self.B)
+
+    @cached_property
     def grams(self) -> list[tuple[Array, Array]]:
-        """(B^T B, B^T y) of each fold."""
+        """(B^T B, B^T y) between passes, of each fold."""
         if self.known is not None:
             return self.known
         made = []
         for fold in self.layout.folds:
             mine = self.layout.fold == fold
-            B = self.B[mine]
-            made.append((B.T @ B, B.T @ self.y[mine]))
+            twin = self.twin[mine]
+            G = twin.T @ self.B[mine]
+            made.append(((G + G.T) / 2, twin.T @ self.y[mine]))
         return made
 
     @cached_property
-    def _total(self) -> tuple[Array, Array]:
-        G, b = np.diag(self.prior), np.zeros(len(self.prior))
-        for part, rhs in self.grams:
-            G, b = G + part, b + rhs
-        return G, b
-
-    @cached_property
-    def _factor(self) -> tuple[Array, bool]:
-        G, _ = self._total
-        jitter = 1e-11 * np.diag(np.maximum(np.diag(G), 1e-300))
-        factor: tuple[Array, bool] = cho_factor(G + jitter)
-        return factor
+    def _inverse(self) -> Array:
+        """(B^T B + prior)^-1, made safe where noise left less than the prior itself."""
+        G = np.diag(self.prior)
+        for part, _ in self.grams:
+            G = G + part
+        size = np.sqrt(np.maximum(np.diag(G), 1e-12))
+        known = self.prior > 0
+        least = np.where(known, 0.5 * self.prior / size**2, 1e-10)
+        values, vectors = np.linalg.eigh(G / np.outer(size, size))
+        floors = (vectors**2 * least[:, None]).sum(axis=0)
+        kept = vectors / size[:, None]
+        return np.asarray((kept / np.maximum(values, floors)) @ kept.T)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
-        return np.asarray(cho_solve(self._factor, rhs))
+        return np.asarray(self._inverse @ rhs)
 
     @cached_property
     def q(self) -> Array:
         """Estimate (nb,)."""
-        return self.solve(self._total[1])
+        return self.solve(np.sum([rhs for _, rhs in self.grams], axis=0))
 
     @cached_property
     def residual(self) -> Array:
         """y - B q (R,)."""
         return np.asarray(self.y - self.B @ self.q)
 
-    def extended(self, columns: list[Columns], prior: Array | None = None) -> Regression:
-        """With further columns, free unless they have a prior."""
+    def extended(self, columns: list[Columns]) -> Regression:
+        """With further columns, free of any prior."""
         C = np.hstack([self._spread(c) for c in columns])
-        more = np.zeros(C.shape[1]) if prior is None else prior
+        twin = self.layout.twin(C)
         grams = []
         for (G, b), fold in zip(self.grams, self.layout.folds, strict=True):
             mine = self.layout.fold == fold
-            own = C[mine]
-            cross = self.B[mine].T @ own
-            grams.append(
-                (
-                    np.block([[G, cross], [cross.T, own.T @ own]]),
-                    np.concatenate([b, own.T @ self.y[mine]]),
-                )
-            )
-        B = np.hstack([self.B, C])
-        return Regression(self.y, B, np.concatenate([self.prior, more]), self.layout, grams)
+            own, cross = twin[mine].T @ C[mine], self.twin[mine].T @ C[mine]
+            own = (own + own.T) / 2
+            whole = np.block([[G, cross], [cross.T, own]])
+            grams.append((whole, np.concatenate([b, twin[mine].T @ self.y[mine]])))
+        prior = np.concatenate([self.prior, np.zeros(C.shape[1])])
+        return Regression(self.y, np.hstack([self.B, C]), prior, self.layout, grams)
 
     def _spread(self, columns: Columns) -> Array:
         if columns.axis is None:
@@ -144,53 +157,58 @@ class Regression:
         full[self.layout.rows(columns.axis)] = columns.values
         return full
 
+    def products(self, axis: int | None, C: Array) -> tuple[Array, Array, Array]:
+        """(C between passes, B^T C (nb, k), C^T residual (k,)) for columns on an axis."""
+        rows, twin = self.layout.rows(axis), self.layout.twin(C, axis)
+        return twin, self.twin[rows].T @ C, twin.T @ self.residual[rows]
+
     def falls(self, axis: int | None, C: Array, k: int) -> Array:
         """Falls of the sum of squares for candidates of k neighbouring columns each."""
-        rows = self.layout.rows(axis)
-        cross = self.B[rows].T @ C
+        twin, cross, c = self.products(axis, C)
         solved = self.solve(cross)
-        c = C.T @ self.residual[rows]
         found = []
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
-            own = C[:, part].T @ C[:, part]
+            own = twin[:, part].T @ C[:, part]
             S = _safe(own - cross[:, part].T @ solved[:, part], own)
             found.append(c[part] @ np.linalg.solve(S, c[part]))
         return np.array(found)
 
     def fall(self, columns: Columns) -> tuple[float, Array]:
         """Fall of the sum of squares by columns fitted beside the base, and their gains (k,)."""
-        rows, C = self.layout.rows(columns.axis), columns.values
-        cross = self.B[rows].T @ C
-        own = C.T @ C
-        S = _safe(own - cross.T @ self.solve(cross), own)
-        c = C.T @ self.residual[rows]
-        beta = np.linalg.solve(S, c)
+        C = columns.values
+        twin, cross, c = self.products(columns.axis, C)
+        own = twin.T @ C
+        beta = np.linalg.solve(_safe(own - cross.T @ self.solve(cross), own), c)
         return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
         """Everything about candidate columns."""
         rows, C = self.layout.rows(columns.axis), columns.values
         inside, beta = self.fall(columns)
-        cross = self.B[rows].T @ C
+        twin, cross, _ = self.products(columns.axis, C)
         moved = self.solve(cross)
         clean = -self.B @ moved
         clean[rows] += C
         ideas = -np.sqrt(self.prior)[:, None] * moved
-        own = C.T @ C
+        own = twin.T @ C
         A = np.asarray(np.linalg.pinv(_safe(own - cross.T @ moved, own)))
-        covariance, p = self._wald(clean, ideas, A, beta)
-        outside, by_cluster = self._outside(clean, ideas, own)
+        other = self.layout.twin(clean)
+        covariance, p = self._wald(clean, other, ideas, A, beta)
+        outside, by_cluster = self._outside(clean, other, ideas, own)
         return Gain(inside, outside, by_cluster, p, beta, covariance)
 
-    def _wald(self, clean: Array, ideas: Array, A: Array, beta: Array) -> tuple[Array, float]:
+    def _wald(
+        self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array
+    ) -> tuple[Array, float]:
         """Cluster-robust covariance of beta and the p-value of all of it being zero.
 
         clean (R, k), ideas (nb, k): columns without what the base explains, in the rows and in
-        what is known of the parameters; A (k, k): inverse of their Gram matrix.
+        what is known of the parameters; other: clean of the other pass; A (k, k): inverse of
+        their Gram matrix.
         """
         k, count = len(beta), self.clusters
-        weighted = clean * (self.residual - clean @ beta)[:, None]
+        weighted = other * (self.residual - clean @ beta)[:, None]
         scores = np.column_stack(
             [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
         )
@@ -209,25 +227,27 @@ class Regression:
         """Largest number of a cluster, plus one."""
         return int(self.layout.cluster.max()) + 1
 
-    def _outside(self, clean: Array, ideas: Array, before: Array) -> tuple[float, Array]:
+    def _outside(
+        self, clean: Array, other: Array, ideas: Array, before: Array
+    ) -> tuple[float, Array]:
         """Sum of squares without minus with the columns, by gains fitted to the other folds.
 
-        clean (R, k), ideas (nb, k): see `_wald`. The base model is that of all folds: fitted to
-        one of them alone it would extrapolate worse than any effect. The last cluster holds by
-        how much less the columns strain what is known of the parameters.
+        The base model is that of all folds: fitted to one of them alone it would extrapolate
+        worse than any effect. The last cluster holds by how much less the columns strain what is
+        known of the parameters.
         """
         change = np.zeros(len(self.y))
         strained = -np.sqrt(self.prior) * self.q
-        own = clean.T @ clean + ideas.T @ ideas
-        target = clean.T @ self.residual + ideas.T @ strained
+        own = other.T @ clean + ideas.T @ ideas
+        target = other.T @ self.residual + ideas.T @ strained
         for fold in self.layout.folds:
             mine = np.flatnonzero(self.layout.fold == fold)
-            here = clean[mine]
-            S = _safe(own - here.T @ here, before)
-            beta = np.linalg.solve(S, target - here.T @ self.residual[mine])
-            change[mine] = here @ beta
+            S = _safe(own - other[mine].T @ clean[mine], before)
+            beta = np.linalg.solve(S, target - other[mine].T @ self.residual[mine])
+            change[mine] = clean[mine] @ beta
         beta = np.linalg.solve(_safe(own, before), target)
-        fall = self.residual**2 - (self.residual - change) ** 2
+        after = self.residual - change
+        fall = self.layout.twin(self.residual) * self.residual - self.layout.twin(after) * after
         by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
         relief = float((strained**2).sum() - ((strained - ideas @ beta) ** 2).sum())
         found = np.append(by_cluster, relief)
@@ -239,6 +259,6 @@ def _safe(S: Array, own: Array) -> Array:
 
     own: of the columns before; a column of which less than ABSORBED is left counts as gone.
     """
-    size = np.maximum(np.diag(own), 1e-300)
+    S, size = (S + S.T) / 2, np.maximum(np.diag(own), 1e-300)
     left = np.diag(S) / size
     return np.asarray(S + np.diag(np.where(left > ABSORBED, 1e-9, 1e9) * size))

@@ -242,33 +242,11 @@ def unexplained(made: Calibrated, regression: Regression) -> Array:
 def repeating(made: Calibrated, residual: Array) -> Array:
     """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
 
-    Without repeats the excess over the noise that whitening assumed, an upper bound.
+    Without repeats the sum of all squares, an upper bound.
     """
-    by_block = _by_block(made, residual)
-    n = made.base.n
-    total = np.zeros(n)
-    found = list(pairs(made.blocks))
-    for i in range(n):
-        rows = sum(len(values[i]) for values in by_block)
-        if found:
-            products = [by_block[a][i] @ by_block[b][i] for a, b in _same_rows(made, by_block)]
-            length = sum(len(by_block[a][i]) for a, _ in found)
-            total[i] = rows * sum(products) / max(length, 1)
-        else:
-            total[i] = sum(float(values[i] @ values[i]) for values in by_block)
-    return np.maximum(total, 0.0)
-
-
-def _same_rows(made: Calibrated, by_block: list[list[Array]]) -> list[tuple[int, int]]:
-    return [(a, b) for a, b in pairs(made.blocks) if len(by_block[a][0]) == len(by_block[b][0])]
-
-
-def _by_block(made: Calibrated, residual: Array) -> list[list[Array]]:
-    """Whitened residual of each block, of each axis."""
-    ends = np.cumsum([int(kept.sum()) for kept in made.kept])
-    by_axis = np.split(residual, made.base.n)
-    parts = [np.split(values, ends[:-1]) for values in by_axis]
-    return [[parts[i][k] for i in range(made.base.n)] for k in range(len(made.blocks))]
+    products = made.layout.twin(residual) * residual
+    total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
+    return np.maximum(np.array(total), 0.0)
 
 
 def _count(bench: Bench) -> int:
