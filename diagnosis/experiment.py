@@ -229,7 +229,7 @@ def with_experiments(
     """
     effects = []
     for effect in found.effects:
-        if effect.rivals and effect.experiment is None and effect.id in library():
+        if effect.rivals and effect.id in library():
             made = make(library()[effect.id].spec, limits, ts, f"next-{effect.id}")
             path = write_trajectory(made, folder / f"{made.name}.csv")
             effect = replace(effect, experiment=str(path))

@@ -161,10 +161,10 @@ class HexapodBase:
         return self._under(motion, p, np.array(self.machine.gravity.g))
 
     def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
-        """Tilted gravity: torque for a radian about the world's x and y."""
+        """Tilted base: torque for a turn of a radian about the world's x and y."""
         g = np.array(self.machine.gravity.g)
         level = self._under(motion, p, g)
-        columns = [self._under(motion, p, g + np.cross(axis, g)) - level for axis in np.eye(3)[:2]]
+        columns = [self._under(motion, p, g + np.cross(g, axis)) - level for axis in np.eye(3)[:2]]
         return {"gravity_tilt": np.stack(columns, axis=2)}
 
     def _under(self, motion: Motion, p: Array, g: Array) -> Array:

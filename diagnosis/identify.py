@@ -219,7 +219,7 @@ def _refuse(machine: Machine, p: Array, std: Array, explained: float) -> tuple[s
             " the logs are not of this machine, or channels are swapped"
         )
     warnings = [f"{', '.join(odd)}: negative, though no machine has it so"] if odd else []
-    ratio = float(np.median((p / base_parameters(machine))[massive]))
+    ratio = float(np.median(p[massive] / base_parameters(machine)[massive]))
     if not 1 / SCALED < ratio < SCALED:
         warnings.append(
             f"masses and inertias are {ratio:.2g} times those of {machine.name}: is the torque"

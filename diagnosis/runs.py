@@ -50,7 +50,7 @@ def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
                 _signal(torques, thin),
                 _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
                 log.shift,
-                _payload(log),
+                payload_of(log),
                 log.meta,
             )
         )
@@ -111,7 +111,8 @@ def _signal(channel: Channel, beside: Signal) -> Signal:
     return best or _cut(channel, 0, len(channel.values))
 
 
-def _payload(log: Log) -> float:
+def payload_of(log: Log) -> float:
+    """Payload that a log tells of [kg], 0 when it does not."""
     if "payload" in log.channels:
         return float(np.median(log["payload"].values))
     try:

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+)
 from typer.core import TyperCommand
 
 from fmus.common.errors import UsageError
@@ -17,8 +24,9 @@ from fmus.common.errors import UsageError
 if TYPE_CHECKING:
     from diagnosis.logs import Options as LogOptions
     from diagnosis.verdict import Diagnosis
-    from flexhex.diagnose_words import Asked
 
+BASES = ("hexapod", "axis", "schunk")
+"""Base models: of a machine file, of single axes, of a six-axis arm."""
 GREEDY = ("--locked",)
 """Options that take all words up to the next option."""
 
@@ -83,23 +91,23 @@ def diagnose_command(
     json: Annotated[bool, typer.Option("--json", help="result as JSON on stdout")] = False,
 ) -> None:
     """Find what the model lacks: exit code 0 nothing or added, 1 a gap or cannot tell."""
-    from diagnosis.options import BASES, Options
     from flexhex.cli import DEFAULT_MACHINE, found_machine
 
     if base not in BASES:
         raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
-    logs = log_options(torque_constant, unit or [], rename or [])
-    page = report or out / ("isolability.html" if isolability else "diagnosis.html")
-    session = Session(page, json, apply)
-    if isolability:
-        session.isolate(runs, file, Options(base, out, logs))
-        return
+    if apply and base != "hexapod":
+        raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
     both = {path.resolve() for path in runs} & {path.resolve() for path in locked or []}
     if both:
         raise UsageError(f"{min(both).name} is given as a run and as a locked one: choose")
-    options = Options(base, out, logs, session.agree)
-    found = session.diagnose(runs, locked or [], file, options)
+    logs = log_options(torque_constant, unit or [], rename or [])
+    page = report or out / ("isolability.html" if isolability else "diagnosis.html")
+    session = Session(base, file, out, page, json, apply)
+    if isolability:
+        session.isolate(runs, logs)
+        return
+    found = session.diagnose(runs, locked or [], logs)
     if found.verdict != "none" and found.machine is None:
         raise typer.Exit(1)
 
@@ -107,8 +115,14 @@ def diagnose_command(
 class Session:
     """One diagnosis with its user: bars on stderr, a question, results on stdout."""
 
-    def __init__(self, page: Path, json: bool, apply: bool) -> None:
-        self.page, self.json, self.apply = page, json, apply
+    def __init__(
+        self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
+    ) -> None:
+        from flexhex.diagnose_words import Asked
+
+        self.base, self.file, self.out, self.page = base, file, out, page
+        self.json, self.apply = json, apply
+        self.asked = Asked(("flexhex", *sys.argv[1:]), base)
         self.bars = Progress(
             TextColumn("{task.description}"),
             BarColumn(bar_width=30),
@@ -116,45 +130,26 @@ class Session:
             TimeElapsedColumn(),
             console=Console(stderr=True),
         )
-        self.asked: Asked = _asked("hexapod")
-        self._tasks: dict[str, Any] = {}
+        self._tasks: dict[bool, TaskID] = {}
         self._told = False
 
     def progress(self, text: str, done: int, total: int) -> None:
-        """`done` of `total` steps of a stage; total 0: nobody knows how many."""
-        if text not in self._tasks:
-            self._tasks[text] = self.bars.add_task(text, total=None)
-        self.bars.update(self._tasks[text], completed=done, total=total or None)
+        """`done` of `total` steps are over, `text` is what happens now; total 0: unknown."""
+        known = total > 0
+        if known not in self._tasks:
+            self._tasks[known] = self.bars.add_task(text, total=None)
+        self.bars.update(self._tasks[known], description=text, completed=done, total=total or None)
 
-    def agree(self, found: Diagnosis) -> bool:
-        """Whether what was found is to be added: as told by --apply, else by the user."""
-        from flexhex.diagnose_view import best_of, print_diagnosis
-        from flexhex.diagnose_words import APPLICABLE
+    def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
+        """Run the workflow, add what is wanted, write the page, print the answer."""
+        from diagnosis.workflow import Options, diagnose
 
-        if found.verdict not in APPLICABLE:
-            return False
-        if self.apply or self.json or not interactive():
-            return self.apply
-        self.bars.stop()
-        print_diagnosis(found, self.asked)
-        self._told = True
-        what = [best_of(effect) for effect in found.effects]
-        what += [f"the new value of {change.parameter}" for change in found.changed]
-        text = f"\nAdd {', '.join(what)} to a copy of the machine file and build it?"
-        wanted = bool(typer.confirm(text, default=False, err=True))
-        if wanted:
-            self.bars.start()
-        return wanted
-
-    def diagnose(
-        self, runs: list[Path], locked: list[Path], file: Path | None, options: Any
-    ) -> Diagnosis:
-        """Run the workflow, write the page, print the answer."""
-        self.asked = _asked(options.base)
         with self.bars:
-            found: Diagnosis = _stage("workflow").diagnose(
-                runs, locked, file, options, self.progress
-            )
+            options = Options(self.base, logs)
+            found = diagnose(runs, locked, self.file, options, self.progress)
+            found = self.planned(found, [*runs, *locked], logs)
+            if self.file is not None and self.agree(found):
+                found = self.added(found, self.file)
         from flexhex.diagnose_page import write_diagnosis
         from flexhex.diagnose_view import diagnosis_json, print_applied, print_diagnosis, say
 
@@ -168,16 +163,61 @@ class Session:
             say(Console(), f"report   {written}")
         return found
 
-    def isolate(self, trajectories: list[Path], file: Path | None, options: Any) -> None:
+    def planned(self, found: Diagnosis, runs: list[Path], logs: LogOptions) -> Diagnosis:
+        """With a trajectory file for each effect that has rivals."""
+        if not any(effect.rivals for effect in found.effects):
+            return found
+        from diagnosis.experiment import Limits, with_experiments
+        from diagnosis.logs import read_log
+        from fmus.common.machine_file import load_machine
+
+        self.progress("writing the next experiment", 0, 0)
+        if self.base == "hexapod" and self.file is not None:
+            machine = load_machine(self.file)
+            limits, ts = Limits.of_machine(machine), machine.timing.base
+        else:
+            read = [read_log(path, logs) for path in runs]
+            limits, ts = Limits.of_logs(read), read[0].ts
+        return with_experiments(found, limits, self.out, ts)
+
+    def agree(self, found: Diagnosis) -> bool:
+        """Whether what was found is to be added: as told by --apply, else by the user."""
+        from flexhex.diagnose_view import best_of, print_diagnosis
+        from flexhex.diagnose_words import APPLICABLE
+
+        if found.verdict not in APPLICABLE or self.base != "hexapod":
+            return False
+        if self.apply or self.json or not interactive() or not found.effects:
+            return self.apply
+        self.bars.stop()
+        print_diagnosis(found, self.asked)
+        self._told = True
+        what = ", ".join(best_of(effect) for effect in found.effects)
+        text = f"\nAdd {what} to a copy of the machine file and build it?"
+        wanted = bool(typer.confirm(text, default=False, err=True))
+        if wanted:
+            self.bars.start()
+        return wanted
+
+    def added(self, found: Diagnosis, file: Path) -> Diagnosis:
+        """With the effects in a machine file of its own, built."""
+        from flexhex.diagnose_apply import add
+
+        return add(found, file, self.out, lambda text: self.progress(f"building {text}", 0, 0))
+
+    def isolate(self, trajectories: list[Path], logs: LogOptions) -> None:
         """Which effects the trajectories could show and tell apart."""
-        with self.bars:
-            found = _stage("isolability").isolability(trajectories, file, options, self.progress)
+        from diagnosis.workflow import Options
         from flexhex.diagnose_isolability import (
             isolability_json,
             print_isolability,
             write_isolability,
         )
 
+        with self.bars:
+            options = Options(self.base, logs)
+            module = importlib.import_module("diagnosis.isolability")
+            found = module.isolability(trajectories, self.file, options, self.progress)
         written = write_isolability(found, [str(path) for path in trajectories], self.page)
         if self.json:
             print(isolability_json(found, written))
@@ -215,14 +255,3 @@ def _pairs(option: str, words: list[str]) -> dict[str, str]:
             raise UsageError(f"{option} {word}: write NAME=VALUE")
         made[name] = value
     return made
-
-
-def _stage(name: str) -> Any:
-    """A module of the diagnosis, imported when it is needed: CasADi and SciPy take seconds."""
-    return importlib.import_module(f"diagnosis.{name}")
-
-
-def _asked(base: str) -> Asked:
-    from flexhex.diagnose_words import Asked
-
-    return Asked((Path(sys.argv[0]).name, *sys.argv[1:]), base)

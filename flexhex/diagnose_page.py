@@ -32,7 +32,7 @@ from flexhex.diagnose_view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose_words import Asked, next_steps, title, verdict
+from flexhex.diagnose_words import Asked, gap_name, next_steps, title, verdict
 from flexhex.page import Part, write_page
 from flexhex.plots import Figure
 
@@ -60,14 +60,14 @@ def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path:
 
 
 def _verdict(found: Diagnosis) -> str:
-    planned = [f"{e.experiment} is the experiment that can." for e in found.effects if e.experiment]
+    planned = [f"What can: {e.experiment}." for e in found.effects if e.experiment]
     return " ".join([verdict(found), *planned])
 
 
 def _effects(found: Diagnosis) -> list[Part]:
     parts = []
     if found.effects:
-        text = "± and ranges are 95 % intervals. Explains: of what repeats, on runs not fitted to."
+        text = f"± and ranges are 95 % intervals. Explains: of {gap_name(found.gap)} on its axes."
         rows = effect_rows(found)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
     if found.changed:
@@ -146,9 +146,10 @@ def _confusion(effects: Sequence[Named]) -> list[Part]:
     return [Part("How sure is that?", text, figures=drawn)]
 
 
-def _last(name: str) -> tuple[bool, str]:
-    """Sets, unknown and none stand behind the effects."""
-    return name in ("set", "changed", "unknown", "none", "cannot tell"), name
+def _last(name: str) -> tuple[int, str]:
+    """Alone first, sets, others and none last, effects by name between them."""
+    order = ("alone", "in a set", "set", "other", "unknown", "none")
+    return order.index(name) if name in order else 0, name
 
 
 def _maps(maps: Sequence[Map]) -> list[Part]:

@@ -97,7 +97,7 @@ def rivalry(found: Diagnosis) -> list[str]:
             others = listed([title(name) for name in e.rivals], "or")
             line = f"* these runs cannot tell {title(e.id)} from {others}"
             if e.experiment:
-                line += f"; the experiment that can: {e.experiment}"
+                line += f"; what can: {e.experiment}"
             lines.append(line)
     return lines
 
@@ -125,7 +125,11 @@ def gap_title(gap: Gap) -> str:
 
 
 def closed(before: float, after: float, floor: float) -> str:
-    """Part of the gap above the floor, in energy, that is gone; "" where there was none."""
+    """Part of the gap above the floor, in energy, that is gone; "" where there was none.
+
+    A floor that is not known (NaN: no run was repeated) counts as zero.
+    """
+    floor = floor if math.isfinite(floor) else 0.0
     above = before**2 - floor**2
     if not (math.isfinite(above) and math.isfinite(after)) or above <= 0.02 * before**2:
         return ""
@@ -170,7 +174,7 @@ def _value(figures: Mapping[str, Any], name: str) -> str:
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:
     """Notes that the verdict has not said already."""
-    return found.notes[1:] if found.verdict == "cannot tell" else found.notes
+    return found.notes[:-1] if found.verdict == "cannot tell" else found.notes
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -101,7 +102,8 @@ def sizes(effect: Named) -> str:
     """Its size for a sentence: a value, one for each of a few axes, or the length of a pair."""
     known = [g.name for g in library()[effect.id].gains] if effect.id in library() else []
     gains = {
-        name: [e for n, e in effect.parameters.items() if n.split("[")[0] == name] for name in known
+        name: [e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name]
+        for name in known
     }
     found = {name: values for name, values in gains.items() if values}
     if len(found) == 2 and all(len(values) == 1 for values in found.values()):
@@ -132,6 +134,11 @@ def explained(gap: Gap) -> float:
     return 1 - (after / before) ** 2 if before > 0 else math.nan
 
 
+def gap_name(gap: Gap) -> str:
+    """What effects explain: without repeated runs nothing tells what repeats."""
+    return "what repeats" if np.isfinite(gap.repeat).any() else "the gap"
+
+
 def verdict(found: Diagnosis) -> str:
     """The answer in one or two plain sentences."""
     return SENTENCES[found.verdict](found)
@@ -150,7 +157,7 @@ def _named(found: Diagnosis) -> str:
         text = f"The model lacks {len(parts)} effects: {listed(parts)}"
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
-        text += f"; {subject} {percent(share)} of what repeats"
+        text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
     return text + "." + (f" {_other_values(found)}" if found.changed else "")
 
 
@@ -211,8 +218,11 @@ def _none(found: Diagnosis) -> str:
 
 
 def _cannot(found: Diagnosis) -> str:
-    why = f" {capital(found.notes[0]).rstrip('.')}." if found.notes else ""
-    return f"These runs cannot tell whether the model lacks anything.{why}"
+    text = "These runs cannot tell whether the model lacks anything."
+    if not found.notes:
+        return text
+    why = capital(found.notes[-1])
+    return f"{text} {why}" + ("" if why.endswith((".", "?")) else ".")
 
 
 SENTENCES = {
@@ -231,6 +241,9 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     something = bool(found.effects or found.changed)
     if found.machine:
         steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
+    elif found.verdict == "changed" and asked.base == "hexapod":
+        text = "Write these values into a copy of the machine file, then ask again:"
+        steps.append((text, asked.again("--machine", "COPY.toml")))
     elif found.verdict in APPLICABLE and asked.base == "hexapod":
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
@@ -254,7 +267,7 @@ def _separate(effect: Named, asked: Asked) -> list[tuple[str, str]]:
         return []
     names = listed([title(name) for name in (effect.id, *effect.rivals)])
     plan = library()[effect.id].experiment if effect.id in library() else "another experiment"
-    if effect.experiment is None:
+    if not (effect.experiment or "").endswith(".csv"):
         return [(f"To tell {names} apart, measure: {plan}.", "")]
     text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
     return [(text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]

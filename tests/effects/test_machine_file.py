@@ -105,7 +105,7 @@ def test_wrong_effect_is_one_clear_message(case: str, tmp_path: Path) -> None:
 
 
 def test_effects_come_behind_the_162_parameters(tmp_path: Path) -> None:
-    other = ENTRY.replace("value = 0.002", "value = 0.01")
+    other = ENTRY.replace("value = 0.002", "value = 0.004")
     subject = load_machine(written(tmp_path, ENTRY + TILT + other))
     listed, p = parameters(subject), base_parameters(subject)
     assert [par.name for par in listed[162:]] == [

@@ -47,7 +47,9 @@ def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
         "coulomb_friction": {"coulomb_friction": 0.94, "set": 0.05, "none": 0.01},
         "stribeck_friction": {"stribeck_friction": 0.81, "coulomb_friction": 0.04, "set": 0.15},
     }
-    return Named("coulomb_friction", "Coulomb friction", axes, parameters, (), None, 0.93, said)
+    return Named(
+        "coulomb_friction", "Coulomb friction", axes, parameters, share=0.93, confusion=said
+    )
 
 
 def cogging() -> Named:

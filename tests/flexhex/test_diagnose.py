@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -17,8 +15,8 @@ from typer.testing import CliRunner
 
 import flexhex.diagnose as command
 from diagnosis.isolability import Isolability
-from diagnosis.options import Options
 from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options
 from fmus.common.errors import LogError, UsageError
 from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NONE, SET, UNKNOWN
 
@@ -26,11 +24,12 @@ ADDED = "out/extended.toml"
 
 
 class Workflow:
-    """Stands for diagnosis.workflow: gives one diagnosis, adds what the user agrees to."""
+    """Stands for diagnosis.workflow and for what adds to a machine file."""
 
     def __init__(self, found: Diagnosis) -> None:
         self.found: Diagnosis | Exception = found
         self.seen: dict[str, Any] = {}
+        self.added = False
 
     def diagnose(
         self,
@@ -42,22 +41,28 @@ class Workflow:
     ) -> Diagnosis:
         """As the real one is called."""
         self.seen = {"paths": paths, "locked": locked, "machine": machine_file, "options": options}
-        progress("reading the runs", 1, 2)
-        progress("reading the runs", 2, 2)
-        progress("fitting", 0, 0)
+        progress("reading the runs", 0, 2)
+        progress("fitting", 1, 2)
         if isinstance(self.found, Exception):
             raise self.found
-        agreed = options.agree(self.found)
-        self.seen["agreed"] = agreed
-        return replace(self.found, machine=ADDED) if agreed else self.found
+        return self.found
+
+    def add(
+        self, found: Diagnosis, machine_file: Path, out: Path, say: Callable[[str], None]
+    ) -> Diagnosis:
+        """As the real one is called."""
+        say("plant")
+        self.added = True
+        return replace(found, machine=ADDED)
 
 
 @pytest.fixture
 def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
     """A workflow that names Coulomb friction."""
-    made, module = Workflow(BASIC), ModuleType("diagnosis.workflow")
-    module.diagnose = made.diagnose  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "diagnosis.workflow", module)
+    made = Workflow(BASIC)
+    monkeypatch.setattr("diagnosis.workflow.diagnose", made.diagnose)
+    monkeypatch.setattr("flexhex.diagnose_apply.add", made.add)
+    monkeypatch.setattr("diagnosis.experiment.with_experiments", lambda found, *more: found)
     return made
 
 
@@ -94,7 +99,7 @@ def test_exit_code_is_0_only_without_gap_or_with_what_was_added(
 
 def test_apply_adds_without_asking(workflow: Workflow, call: Callable[..., Any]) -> None:
     done = call("run1.csv", "--apply")
-    assert (done.exit_code, workflow.seen["agreed"]) == (0, True)
+    assert (done.exit_code, workflow.added) == (0, True)
     assert "copy of the machine file and build it?" not in done.output
 
 
@@ -104,7 +109,7 @@ def test_apply_adds_nothing_where_nothing_was_named(
 ) -> None:
     workflow.found = found
     call("run1.csv", "--apply")
-    assert workflow.seen["agreed"] is False
+    assert workflow.added is False
 
 
 @pytest.mark.parametrize("more", [[], ["--json"]])
@@ -116,7 +121,7 @@ def test_nobody_is_asked_without_terminal_or_with_json(
 ) -> None:
     monkeypatch.setattr(command, "interactive", lambda: bool(more))
     done = call("run1.csv", *more, answer="y\n")
-    assert (done.exit_code, workflow.seen["agreed"]) == (1, False)
+    assert (done.exit_code, workflow.added) == (1, False)
     assert "build it?" not in done.output
 
 
@@ -130,7 +135,7 @@ def test_in_a_terminal_the_user_decides(
 ) -> None:
     monkeypatch.setattr(command, "interactive", lambda: True)
     done = call("run1.csv", answer=answer)
-    assert (done.exit_code, workflow.seen["agreed"]) == (code, code == 0)
+    assert (done.exit_code, workflow.added) == (code, code == 0)
     question = "Add Coulomb friction on axis 3 to a copy of the machine file and build it?"
     assert question in done.stderr
     assert done.stdout.count("Axis 3 has Coulomb friction") == 1, "said once, before the question"
@@ -156,7 +161,7 @@ def test_json_is_all_that_stands_on_stdout(
     assert [e["id"] for e in found["effects"]] == [e.id for e in EXAMPLES[name].effects]
     assert found["gap"]["unit"] == "N m"
     assert Path(found["report"]).is_file()
-    assert "reading the runs" in done.stderr
+    assert "fitting" in done.stderr
 
 
 def test_locked_takes_all_words_to_the_next_option(
@@ -192,14 +197,41 @@ def test_base_decides_on_the_machine_file(workflow: Workflow, call: Callable[...
 
 def test_options_of_logs_arrive(workflow: Workflow, call: Callable[..., Any]) -> None:
     call("a.csv", "--torque-constant", "3.0,3.1", "--unit", "theta=deg", "--rename", "q=1=theta")
-    logs = workflow.seen["options"].logs
+    logs = workflow.seen["options"].log
     assert logs.torque_constant == (3.0, 3.1)
     assert (logs.units, logs.rename) == ({"theta": "deg"}, {"q=1": "theta"})
     call("a.csv", "--torque-constant", "3.0")
-    assert workflow.seen["options"].logs.torque_constant == 3.0
+    assert workflow.seen["options"].log.torque_constant == 3.0
+
+
+def test_effect_with_rivals_gets_its_experiment_written(
+    workflow: Workflow,
+    call: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    seen: list[Any] = []
+
+    def planned(found: Diagnosis, *more: Any) -> Diagnosis:
+        seen.extend(more)
+        return found
+
+    monkeypatch.setattr("diagnosis.experiment.with_experiments", planned)
+    call("a.csv")
+    assert seen == [], "no rivals, no experiment"
+    workflow.found = SET
+    call("a.csv")
+    limits, folder, ts = seen
+    assert (limits.high[0], folder, ts) == (pytest.approx(0.5236, abs=1e-4), tmp_path, 0.25e-3)
+    path = tmp_path / "a.csv"
+    rows = "\n".join(f"{0.002 * k:.3f},{0.01 * (k % 30)},{k % 7}" for k in range(300))
+    path.write_text(f"time,theta[1],tau_meas[1]\ns,rad,N m\n{rows}\n")
+    call(str(path), "--base", "axis")
+    assert (seen[3].high[0], seen[5]) == (pytest.approx(0.29), pytest.approx(0.002))
 
 
 MISTAKES = {
+    "nothing to add to": (["a.csv", "--base", "axis", "--apply"], "has no machine file to add"),
     "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, schunk"),
     "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run and as"),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
@@ -238,15 +270,13 @@ def matrix() -> Isolability:
 def test_isolability_is_shown_and_written(
     call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    import diagnosis.isolability as module
-
     seen: list[Any] = []
 
     def isolability(*words: Any) -> Isolability:
         seen.extend(words)
         return matrix()
 
-    monkeypatch.setattr(module, "isolability", isolability, raising=False)
+    monkeypatch.setattr("diagnosis.isolability.isolability", isolability, raising=False)
     done = call("a.csv", "b.csv", "--isolability")
     assert done.exit_code == 0, done.output
     assert [path.name for path in seen[0]] == ["a.csv", "b.csv"]

@@ -76,6 +76,17 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
         assert text.startswith(verdict(found)), text[:200]
 
 
+def test_reason_that_asks_ends_as_it_does() -> None:
+    asking = replace(CANNOT, notes=("other units?",))
+    assert verdict(asking).endswith("lacks anything. Other units?")
+    assert verdict(replace(CANNOT, notes=())).endswith("lacks anything.")
+
+
+def test_nothing_is_said_to_repeat_where_no_run_was_repeated() -> None:
+    single = replace(BASIC, gap=replace(BASIC.gap, repeat=np.full(6, np.nan)))
+    assert verdict(single).endswith("it explains 93 % of the gap.")
+
+
 def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
     few = verdict(replace(BASIC, effects=(coulomb((2, 4)),)))
     assert "Axes 2 and 4 have Coulomb friction of 0.050 ± 0.003 N m and 0.060 ± 0.003 N m" in few
@@ -155,12 +166,13 @@ def test_words_are_listed() -> None:
         (0.05, 0.06, 0.01, "1.20 × before"),
         (0.01, 0.01, 0.01, ""),
         (math.nan, 0.01, 0.01, ""),
+        (0.05, 0.03, math.nan, "64 %"),
     ],
 )
 def test_closed_gap_is_measured_above_the_floor(
     before: float, after: float, floor: float, text: str
 ) -> None:
-    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24."""
+    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24; 16 / 25 where the floor is not known."""
     assert closed(before, after, floor) == text
 
 
@@ -204,6 +216,7 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
+    assert next_steps(CHANGED, ASKED)[0][1].endswith("--locked run9.csv --machine COPY.toml")
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
