@@ -40,33 +40,40 @@ def only(held: Joint, parts: Sequence[Scored]) -> Joint:
 def believed(held: Joint, notes: list[str]) -> Joint:
     """What may be named though no trajectory was run twice, so that nobody knows the noise.
 
-    From several trajectories an effect without which at least twice as much (mean square, not
-    whitened) would be left on its axes; from one trajectory nothing.
+    From one trajectory nothing; from several the strongest effect alone, if at least `SURE`
+    times as much is left without it: what is weaker was judged against a noise that held the
+    strongest one.
     """
     if not held.parts:
         return held
     blocks = held.bench.made.blocks
+    suspects = ", ".join(dict.fromkeys(effect.id for effect in held.effects))
     if len({block.run.trajectory for block in blocks}) == 1:
-        suspects = ", ".join(dict.fromkeys(effect.id for effect in held.effects))
         notes.append(
             f"one run cannot tell what its noise is: {suspects} would fit, but may be chance;"
             " run it again, and another trajectory"
         )
         return joint(held.bench, [])
-    for part in held.parts:
-        axes = slice(None) if part.axis is None else [part.axis]
-        left = (axis_rms(blocks, held.residual)[axes] ** 2).sum()
-        plain = (axis_rms(blocks, _without(held, part).residual)[axes] ** 2).sum()
-        if plain < SURE * left:
-            rest = _without(held, part)
-            if part.id not in {other.id for other in rest.parts}:
-                notes.append(f"{part.id} would fit, but may be noise: no trajectory was run twice")
-            return believed(rest, notes)
-    return held
+    sizes = {effect.id: _size(held, effect.id) for effect in held.effects}
+    strongest = max(sizes, key=lambda id: sizes[id])
+    alone = only(held, [part for part in held.parts if part.id == strongest])
+    weaker = ", ".join(id for id in sizes if id != strongest)
+    if _size(alone, strongest) < SURE:
+        alone, weaker = joint(held.bench, []), suspects
+    if weaker:
+        notes.append(f"{weaker} would fit, but may be noise: no trajectory was run twice")
+    return alone
 
 
-def _without(held: Joint, part: Scored) -> Joint:
-    return only(held, [other for other in held.parts if other is not part])
+def _size(held: Joint, id: str) -> float:
+    """How much more is left on the axes of an effect without it: ratio of mean squares."""
+    mine = [part for part in held.parts if part.id == id]
+    rest = only(held, [part for part in held.parts if part.id != id])
+    axes = sorted({part.axis for part in mine if part.axis is not None})
+    places = axes if all(part.axis is not None for part in mine) else list(range(held.bench.n))
+    blocks = held.bench.made.blocks
+    plain, left = (axis_rms(blocks, v)[places] ** 2 for v in (rest.residual, held.residual))
+    return float(plain.sum() / max(left.sum(), 1e-300))
 
 
 def sentence(axes: Sequence[int]) -> str:

@@ -1,0 +1,39 @@
+"""Diagnose the measured arm: fitted to runs 1 to 12, judged on 40, 60, 80 and 100.
+
+python examples/schunk/diagnose.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+
+FITTED, LOCKED = range(1, 13), (40, 60, 80, 100)
+
+
+def run(number: int) -> Path:
+    """File of a run."""
+    return Path(__file__).parent / f"run_{number:03d}.csv"
+
+
+def show(found: Diagnosis) -> None:
+    """Verdict, effects with 95 % intervals, and the gap of each axis on the locked runs."""
+    print(f"verdict: {found.verdict}")
+    for effect in found.effects:
+        print(f"{effect.title}, axes {effect.axes}, rivals {effect.rivals}")
+        for name, value in effect.parameters.items():
+            low, high = value.ci95
+            print(f"  {name} = {value.value:.3g} ({low:.3g} to {high:.3g}) {value.unit}")
+    print("gap on the locked runs [N m]: before, after")
+    locked = found.gap.locked
+    for axis, pair in enumerate(zip(locked["before"], locked["after"], strict=True), start=1):
+        print(f"  axis {axis}: {pair[0]:.2f}  {pair[1]:.2f}")
+    for note in found.notes:
+        print(f"- {note}")
+
+
+if __name__ == "__main__":
+    options = Options(base="schunk", confidence=0)
+    show(diagnose([run(k) for k in FITTED], [run(k) for k in LOCKED], options=options))
