@@ -126,7 +126,7 @@ class Store:
 
 def _tuples(s: Score) -> Score:
     """A score as read back, lists made tuples again."""
-    values = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(s).items()}
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(s).items()}
     return Score(**values)
 
 

@@ -28,7 +28,8 @@ from tests.oracles.machine import read_machine
 from tests.oracles.motions import random_bodies, random_motion
 
 ALL = (*INSIDE, *OUTSIDE)
-LIMITED = {"flexible_mode", "drive_gain"}
+LIMITED = {"flexible_mode", "encoder_eccentricity"}
+"""Effects whose size a physical bound may cut: sprung inertia, 2 mm of eccentricity."""
 FIRST = round(WARM * RATE)
 
 
