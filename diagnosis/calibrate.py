@@ -95,6 +95,14 @@ class Calibrated:
         twins = np.concatenate([count * i + self._partners() for i in range(n)])
         return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n), twins)
 
+    @property
+    def _cluster(self) -> float:
+        """Length of a cluster [s]."""
+        spans = {block.run.trajectory: block.at[-1] - block.at[0] for block in self.blocks}
+        return float(
+            np.clip(sum(spans.values()) / CLUSTERS, LEAST_CLUSTER * self.base.window, CLUSTER)
+        )
+
     def _partners(self) -> NDArray[np.int64]:
         """Row of the next pass at the same instant, of the rows of one axis."""
         starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
-from diagnosis.noise import pairs
 from diagnosis.regression import Columns, Gain, Regression
 from fmus.common.effects import Shape
 
