@@ -118,7 +118,7 @@ class Session:
     def __init__(
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
-        from flexhex.diagnose_words import Asked
+        from flexhex.diagnose_next import Asked
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
@@ -182,8 +182,8 @@ class Session:
 
     def agree(self, found: Diagnosis) -> bool:
         """Whether what was found is to be added: as told by --apply, else by the user."""
+        from flexhex.diagnose_next import APPLICABLE
         from flexhex.diagnose_view import best_of, print_diagnosis
-        from flexhex.diagnose_words import APPLICABLE
 
         if found.verdict not in APPLICABLE or self.base != "hexapod":
             return False

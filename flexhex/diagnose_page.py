@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_plots import (
     candidate_bars,
     gap_bars,
@@ -32,7 +33,7 @@ from flexhex.diagnose_view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose_words import Asked, gap_name, next_steps, title, verdict
+from flexhex.diagnose_words import gap_name, title, verdict
 from flexhex.page import Part, write_page
 from flexhex.plots import Figure
 

@@ -15,11 +15,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from diagnosis.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_words import (
-    Asked,
     listed,
     measured,
-    next_steps,
     number,
     percent,
     title,

@@ -15,10 +15,11 @@ import pytest
 from rich.console import Console
 
 from diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_page import write_diagnosis
 from flexhex.diagnose_plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose_view import closed, diagnosis_json, gap_rows, print_diagnosis
-from flexhex.diagnose_words import Asked, listed, measured, next_steps, number, phrase, verdict
+from flexhex.diagnose_words import listed, measured, number, phrase, verdict
 from fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
