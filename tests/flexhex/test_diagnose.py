@@ -179,7 +179,7 @@ def test_locked_takes_all_words_to_the_next_option(
         (["--locked", "a", "b"], ["--locked", "a", "--locked", "b"]),
         (["--locked=a", "b"], ["--locked=a", "b"]),
         (["r", "--locked", "a", "--json"], ["r", "--locked", "a", "--json"]),
-        (["--locked", "a", "--", "b"], ["--locked", "a", "--", "b"]),
+        (["--", "--locked", "a", "b"], ["--", "--locked", "a", "b"]),
     ],
 )
 def test_greedy_words_are_repeated(words: list[str], expected: list[str]) -> None:
