@@ -14,7 +14,7 @@ from diagnosis.calibrate import Calibrated, about
 from diagnosis.candidates import Bench
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Found, Scored, repeating
+from diagnosis.rounds import Found, Scored, unexplained
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5
@@ -90,8 +90,9 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     for (k, name), value in zip(shaped, deviation[edges[-1] :], strict=True):
         spread[k][name] = float(value)
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
-    lists = (np.split(beta, edges[:-1]), np.split(deviation[: edges[-1]], edges[:-1]), spread)
-    return Joint(bench, _regrouped(effects, parts), *(tuple(part) for part in lists), q)
+    gains = tuple(np.split(beta, edges[:-1]))
+    deviations = tuple(np.split(deviation[: edges[-1]], edges[:-1]))
+    return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
 
 
 def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:
@@ -171,7 +172,7 @@ def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
     """The joint fit of those effects that hold: they explain enough of what repeats."""
     kept = list(effects)
-    before = repeating(bench.made, bench.made.regression.residual)
+    before = unexplained(bench.made, bench.made.regression)
     while True:
         made = joint(bench, kept)
         after = _after(made)
@@ -187,7 +188,7 @@ def _after(made: Joint) -> Array:
     regression = made.bench.made.regression
     columns = [part.columns for part in made.parts]
     fitted = regression.extended(columns) if columns else regression
-    return repeating(made.bench.made, fitted.residual)
+    return unexplained(made.bench.made, fitted)
 
 
 def _share(effect: Found, before: Array, after: Array) -> float:
@@ -197,7 +198,7 @@ def _share(effect: Found, before: Array, after: Array) -> float:
 
 def shares(made: Joint) -> list[float]:
     """Share of what repeats on its axes that is explained, for each effect."""
-    before = repeating(made.bench.made, made.bench.made.regression.residual)
+    before = unexplained(made.bench.made, made.bench.made.regression)
     after = _after(made)
     return [_share(effect, before, after) for effect in made.effects]
 
@@ -227,12 +228,37 @@ def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
     return np.asarray(np.sqrt((stacked**2).mean(axis=0)))
 
 
-def elsewhere(made: Joint, blocks: Sequence[Block]) -> tuple[Calibrated, list[Array], list[Array]]:
-    """The fit on other runs: their columns, residual without and with the effects."""
-    ours = made.bench.made
-    there = about(ours.base, blocks, ours.fitted, ours.noise)
-    without = there.residual(ours.regression.q)
-    bench = Bench(there, list(made.bench.effects.values()))
-    torque = torque_of(bench, made.parts, made.beta)
-    residual = there.residual(made.q)
-    return there, without, [r - t for r, t in zip(residual, torque, strict=True)]
+class Elsewhere:
+    """A fit seen on runs that it was not made from; columns there are computed once."""
+
+    def __init__(self, bench: Bench, blocks: Sequence[Block]) -> None:
+        ours = bench.made
+        self.blocks, self.ours = tuple(blocks), bench
+        self.there = about(ours.base, blocks, ours.fitted, ours.noise)
+        self._bench = Bench(self.there, list(bench.effects.values()))
+        self._thin: dict[int, list[Array]] = {}
+
+    def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:
+        """Torque that base model and effects do not explain there (m, n) [N m] of each block."""
+        left = self.there.residual(q)
+        for part, gains in zip(parts, beta, strict=True):
+            if id(part.columns) not in self._thin:
+                thin = self._bench.thin(part.id, part.axis or 0, part.shape)
+                self._thin[id(part.columns)] = thin
+            for k, values in enumerate(self._thin[id(part.columns)]):
+                torque = values @ gains
+                if torque.ndim == 2:
+                    left[k] = left[k] - torque
+                else:
+                    left[k][:, part.axis or 0] -= torque
+        return left
+
+    def squares(self, parts: Sequence[Scored]) -> Array:
+        """Mean squares (n,) of what parts leave there when fitted anew, shapes as they are."""
+        regression = self.ours.made.regression
+        if parts:
+            regression = regression.extended([part.columns for part in parts])
+        n_base = len(self.ours.made.known)
+        sizes = np.cumsum([part.columns.values.shape[1] for part in parts])[:-1]
+        beta = np.split(regression.q[n_base:], sizes) if parts else []
+        return axis_rms(self.blocks, self.residual(parts, beta, regression.q[:n_base])) ** 2

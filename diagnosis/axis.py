@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
+from diagnosis.base import DELAY, Known, Motion
 
 Array = NDArray[np.float64]
 TERMS = (
@@ -24,19 +24,25 @@ TERMS = (
     ("g_s", "N m"),
     ("g_c", "N m"),
 )
+WINDOW = 0.025
+"""Smoothing window [s]: the noise of an encoder of a few urad, differentiated twice, must not look
+like a part of the inertia that lags behind; modes up to some 40 Hz stay visible."""
 
 
 class AxisBase:
     """n axes of unknown mass, sampled every ts [s]; see `diagnosis.base.Base`."""
 
     settle = 0.2
+    delay = DELAY
+    holds = frozenset({"viscous_friction"})
+    complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
 
     def __init__(self, n: int, ts: float) -> None:
         self.n = n
-        self.window = max(0.0105, 8 * ts)
-        self.spacing = max(0.005, 2 * ts)
+        self.window = max(WINDOW, 8 * ts)
+        self.spacing = max(WINDOW / 4, 2 * ts)
         self.linear = tuple(
             Known(f"{name}[{i + 1}]", unit, 0.0, np.inf, name, i)
             for i in range(n)

@@ -32,7 +32,7 @@ class Motion:
     @property
     def time(self) -> Array:
         """Instants (samples,) [s]."""
-        return self.t0 + self.ts * np.arange(len(self.theta))
+        return np.asarray(self.t0 + self.ts * np.arange(len(self.theta)))
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Known:
     """A parameter of the base model: its nominal value and how well that is known.
 
     tolerance: one standard deviation by which such a value may differ from the machine file
-    without being worth a word. group: what changes together (a body, a kind of flexure).
-    axis: of the actuator that it belongs to, counting from 0, or None.
+    without being worth a word; 0: fixed, infinite: free. group: what changes together (a body, a
+    kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None.
     """
 
     name: str
@@ -50,6 +50,10 @@ class Known:
     tolerance: float
     group: str
     axis: int | None = None
+
+
+DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
+"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
 
 
 class Base(Protocol):
@@ -69,6 +73,12 @@ class Base(Protocol):
     """Time between two rows [s]."""
     settle: float
     """What is left out at the start of a run [s]."""
+    delay: Known
+    """Delay of all reported torques together [s]."""
+    holds: frozenset[str]
+    """Ids of effects that the base model has terms for already: no candidates."""
+    complete: bool
+    """Whether it should explain most of the torque before any effect is added."""
 
     def loaded(self, p: Array, payload: float) -> Array:
         """The linear parameters with a known payload [kg]."""

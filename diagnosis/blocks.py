@@ -19,8 +19,8 @@ from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-LEAST = 200
-"""Fewest rows of a run from which anything can be said."""
+LEAST, JUDGED = 200, 50
+"""Fewest rows of a run from which anything can be said, and on which something can be judged."""
 
 
 @dataclass(frozen=True)
@@ -79,28 +79,28 @@ def torque_at(block: Block, window: float, delay: float) -> Array:
     return np.asarray(weights @ signal.values)
 
 
-def blocks(base: Base, runs: Sequence[Run], spacing: float) -> list[Block]:
+def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = LEAST) -> list[Block]:
     """Blocks of all runs, trajectory by trajectory.
 
-    Raises LogError when a run is too short to say anything.
+    Raises LogError when a run is too short: it has fewer than `least` rows.
     """
     made = []
     for trajectory in dict.fromkeys(run.trajectory for run in runs):
         passes = [run for run in runs if run.trajectory == trajectory]
-        at = _instants(base, passes, spacing)
+        at = _instants(base, passes, spacing, least)
         made += [_block(base, run, at) for run in passes]
     return made
 
 
-def _instants(base: Base, passes: Sequence[Run], spacing: float) -> Array:
+def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:
     spans = [_span(base, run) for run in passes]
     first, last = max(a for a, _ in spans), min(b for _, b in spans)
     k = np.arange(int(np.ceil(first / spacing)), int(np.floor(last / spacing)) + 1)
-    if len(k) < LEAST:
+    if len(k) < least:
         names = ", ".join(run.name for run in passes)
         raise LogError(
             f"{names}: {max(0.0, last - first):.3g} s remain after the first {base.settle:g} s"
-            f" (passes overlapping); at least {LEAST * spacing:.3g} s are needed"
+            f" (passes overlapping); at least {least * spacing:.3g} s are needed"
         )
     return np.asarray(k * spacing)
 

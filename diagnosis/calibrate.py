@@ -19,13 +19,12 @@ from diagnosis.noise import Noise, measured, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
-LOOSE = 5.0
+LOOSE = 2.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
-DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
-"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
 STEPS = 2
-CLUSTER = 1.0
-"""Length of a cluster [s]."""
+CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
+"""Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
+this many smoothing windows."""
 STRETCHES = 4
 """Folds of an only trajectory."""
 
@@ -64,6 +63,11 @@ class Calibrated:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
 
+    @property
+    def spacing(self) -> float:
+        """Time between two rows [s]."""
+        return float(np.median(np.diff(self.blocks[0].at)))
+
     @cached_property
     def torque_rms(self) -> Array:
         """RMS of the torque about its mean, of each axis (n,) [N m]."""
@@ -74,11 +78,11 @@ class Calibrated:
     def layout(self) -> Layout:
         """Axis, fold and cluster of every row."""
         order = list(dict.fromkeys(block.run.trajectory for block in self.blocks))
-        fold, cluster = [], []
+        fold, cluster, length = [], [], self._cluster
         for block, kept in zip(self.blocks, self.kept, strict=True):
             number = order.index(block.run.trajectory)
-            second = np.floor(block.at[kept] / CLUSTER).astype(int)
-            first = int(block.at[0] // CLUSTER)
+            second = np.floor(block.at[kept] / length).astype(int)
+            first = int(block.at[0] // length)
             cluster.append(1_000_000 * number + second - first)
             span = block.at[-1] - block.at[0] + 1e-9
             part = (STRETCHES * (block.at[kept] - block.at[0]) / span).astype(int)
@@ -87,6 +91,14 @@ class Calibrated:
         _, dense = np.unique(np.concatenate(cluster), return_inverse=True)
         axis = np.repeat(np.arange(n), len(dense))
         return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n))
+
+    @property
+    def _cluster(self) -> float:
+        """Length of a cluster [s]."""
+        spans = {block.run.trajectory: block.at[-1] - block.at[0] for block in self.blocks}
+        return float(
+            np.clip(sum(spans.values()) / CLUSTERS, LEAST_CLUSTER * self.base.window, CLUSTER)
+        )
 
     @cached_property
     def regression(self) -> Regression:
@@ -145,7 +157,7 @@ def _moved(made: Calibrated) -> Fitted:
 
 def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> Calibrated:
     """Columns and torque about given nonlinear values."""
-    known = (*base.linear, *base.curved, *base.widths, DELAY)
+    known = (*base.linear, *base.curved, *base.widths, base.delay)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -170,8 +182,8 @@ def about(base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise) -> 
         Bs.append(np.concatenate(parts, axis=2) * scale)
         ys.append(y)
         raws.append(raw)
-    parts = (tuple(ys), tuple(Bs), tuple(raws))
-    return Calibrated(base, tuple(blocks), fitted, known, scale, *parts, noise)
+    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
+    return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
 
 
 def _diagonal(values: Array) -> Array:

@@ -50,9 +50,12 @@ class Compiled:
         return [dict(zip(names, values, strict=True)) for values in product(*grids)]
 
 
-def compiled(n: int, effects: Mapping[str, Effect] | None = None) -> list[Compiled]:
-    """The library for machines of n axes."""
-    chosen = [e for e in (effects or library()).values() if e.acts_on != "mechanism"]
+def compiled(
+    n: int, effects: Mapping[str, Effect] | None = None, without: frozenset[str] = frozenset()
+) -> list[Compiled]:
+    """The library for machines of n axes, `without` what their base model has itself."""
+    listed = (effects or library()).values()
+    chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
     columns = native([_columns(effect, n) for effect in chosen])
     with_states = [effect for effect in chosen if effect.states]
     along = dict(
@@ -89,10 +92,22 @@ class Bench:
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
-            shapes = self.effects[name].shapes if name in self.effects else [{}]
+            shapes = self._shapes(name, axis)
             found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
             self._grids[name, axis] = found
         return self._grids[name, axis]
+
+    def names(self, axis: int | None) -> list[str]:
+        """Ids of the effects that an axis (None: the whole) may have."""
+        if axis is None:
+            return self.whole
+        return [name for name in self.effects if self._shapes(name, axis)]
+
+    def _shapes(self, name: str, axis: int) -> list[dict[str, float]]:
+        if name not in self.effects:
+            return [{}]
+        item = self.effects[name]
+        return [s for s in item.shapes if item.effect.meets(axis + 1, self.n, s)]
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""
@@ -178,7 +193,7 @@ class Bench:
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
-        found = []
+        found: list[Mapping[str, Array]] = []
         base, fitted = self.made.base, self.made.fitted
         for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
             columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
@@ -198,7 +213,12 @@ def _thinned(weights: csr_array, values: Array) -> Array:
 
 def _signals(n: int, symbol: ca.SX) -> Signals:
     """Signals of an axis in front of those of all axes."""
-    each = [Signals(*(symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL))) for i in range(n + 1)]
+    each = []
+    for i in range(n + 1):
+        theta, thetad, thetadd, tau, taud, time = (
+            symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL)
+        )
+        each.append(Signals(theta, thetad, thetadd, tau, taud, time))
     return replace(each[0], others=tuple(each[1:]))
 
 

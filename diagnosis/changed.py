@@ -58,7 +58,7 @@ def changes(
     Lambda[:n][steady] = LOOSE**2
     free: list[Direction] = []
     listed = _directions(known, extra, nb)
-    for _ in range(MOST):
+    for _ in range(min(MOST, len(listed))):
         level = _cost(G, b, Lambda, free)
         falls = [level - _cost(G, b, Lambda, [*free, d]) for d in listed]
         scores = [f - EACH * (d.U.shape[1] - 1) for f, d in zip(falls, listed, strict=True)]
@@ -89,7 +89,7 @@ def _directions(known: tuple[Known, ...], extra: Mapping[str, Array], nb: int) -
     found, n = [], len(known)
     scale = np.array([LOOSE * k.tolerance for k in known])
     for j, k in enumerate(known):
-        if k.group in ("delay",) or not np.isfinite(k.tolerance):
+        if k.group == "delay" or not 0 < k.tolerance < np.inf:
             continue
         U = np.zeros((nb, 1))
         U[j] = 1.0

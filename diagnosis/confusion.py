@@ -25,7 +25,7 @@ def confusion(held: Joint, effect: Named, trials: int) -> Named:
     """The effect with its row: what is said when it, or a rival of it, is the truth."""
     bench, regression = held.bench, held.bench.made.regression
     axis = effect.axes[0] - 1 if effect.axes else None
-    names = bench.whole if axis is None else list(bench.effects)
+    names = bench.names(axis)
     part = next(p for p in held.parts if p.id == effect.id and (p.axis == axis or axis is None))
     k = held.parts.index(part)
     size = float(np.sqrt(((part.columns.values @ held.beta[k]) ** 2).sum()))

@@ -17,7 +17,7 @@ from fmugen.scan import scans
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
+from diagnosis.base import DELAY, Known, Motion
 from fmus.common import actuator
 from fmus.common.dynamics import loads, project
 from fmus.common.machine import Machine
@@ -48,6 +48,9 @@ class HexapodBase:
     """Base model of a machine with or without its platform; see `diagnosis.base.Base`."""
 
     window, spacing, settle = 0.0105, 0.005, 1.0
+    delay = DELAY
+    holds = frozenset({"viscous_friction"})
+    complete = True
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.n = machine, machine.n_arms
@@ -158,10 +161,10 @@ class HexapodBase:
         return self._under(motion, p, np.array(self.machine.gravity.g))
 
     def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
-        """Tilted gravity: torque for a radian about the world's x and y."""
+        """Tilted base: torque for a turn of a radian about the world's x and y."""
         g = np.array(self.machine.gravity.g)
         level = self._under(motion, p, g)
-        columns = [self._under(motion, p, g + np.cross(axis, g)) - level for axis in np.eye(3)[:2]]
+        columns = [self._under(motion, p, g + np.cross(g, axis)) - level for axis in np.eye(3)[:2]]
         return {"gravity_tilt": np.stack(columns, axis=2)}
 
     def _under(self, motion: Motion, p: Array, g: Array) -> Array:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from diagnosis.logs import Log
 from diagnosis.motion import Columns, MotionModel
-from diagnosis.rows import parts
+from diagnosis.rows import checked, long_enough, parts
 from fmus.common.errors import LogError
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters, parameters
@@ -101,6 +101,8 @@ def _moving(machine: Machine, logs: Sequence[Log], settle: float) -> None:
     """LogError when a joint stands still, or two cannot be told apart."""
     spans = []
     for log in logs:
+        checked(machine, log)
+        long_enough(machine, log, settle)
         angle = log["theta"]
         used = angle.valid.copy()
         used[: int(settle / angle.ts)] = False
@@ -217,7 +219,7 @@ def _refuse(machine: Machine, p: Array, std: Array, explained: float) -> tuple[s
             " the logs are not of this machine, or channels are swapped"
         )
     warnings = [f"{', '.join(odd)}: negative, though no machine has it so"] if odd else []
-    ratio = float(np.median((p / base_parameters(machine))[massive]))
+    ratio = float(np.median(p[massive] / base_parameters(machine)[massive]))
     if not 1 / SCALED < ratio < SCALED:
         warnings.append(
             f"masses and inertias are {ratio:.2g} times those of {machine.name}: is the torque"

@@ -67,14 +67,15 @@ def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
 
 
 def _binned(axis: int, name: str, unit: str, over: Array, before: Array, after: Array) -> Map:
-    edges = np.linspace(*np.quantile(over, [0.002, 0.998]), BINS + 1)
+    low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
+    edges = np.linspace(low, high, BINS + 1)
     which = np.digitize(over, edges) - 1
     kept = [b for b in range(BINS) if (which == b).sum() >= FEWEST]
     rows = [which == b for b in kept]
     centre = np.array([(edges[b] + edges[b + 1]) / 2 for b in kept])
-    means = [np.array([values[r].mean() for r in rows]) for values in (before, after)]
+    one, two = (np.array([values[r].mean() for r in rows]) for values in (before, after))
     spread = np.array([before[r].std() / np.sqrt(r.sum()) for r in rows])
-    return Map(axis, name, unit, centre, *means, spread)
+    return Map(axis, name, unit, centre, one, two, spread)
 
 
 def _spectrum(

@@ -16,6 +16,7 @@ from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from fmus.common.effect_bank import columns_function, followers
 from fmus.common.machine import Machine
 from fmus.common.model import Model
 
@@ -87,13 +88,14 @@ class MotionModel:
         v = linkage.rates(rate)
         a = linkage.accelerations(v, acceleration)
         rates = ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a]))
-        Phi = model.regressor(x, xd, xdd, model.basis(x[:n], z))
+        effects = ca.SX.sym("effects", model.bank.n_gains)
+        Phi = model.regressor(x, xd, xdd, ca.vertcat(model.basis(x[:n], z), effects))
         sparsity = Phi.sparsity()
         self._rows, self._cols = np.array(sparsity.row()), np.array(sparsity.get_col())
         self._shape = (n, model.n_p)
         entries: Any = Phi.nonzeros()
         values = ca.vertcat(*entries)
-        phi = ca.Function("native_phi", [x, xd, xdd, z], ca.cse([values]))
+        phi = ca.Function("native_phi", [x, xd, xdd, z, effects], ca.cse([values]))
         self._newton, self._rates, self._phi = native([newton, rates, phi])
 
     def close(self, theta: Array) -> Array:
@@ -109,9 +111,48 @@ class MotionModel:
         xd, xdd = self._rates(x, thetad, thetadd)
         return xd, xdd
 
-    def columns(self, theta: Array, z: Array, thetad: Array, thetadd: Array) -> Columns:
-        """Model columns at every sample; all arguments (samples, n)."""
+    def effects(self, time: Array, theta: Array, tau: Array) -> Array:
+        """Columns of the machine's effects at raw samples (samples, n_gains), from rest.
+
+        time (samples,) [s]; theta, tau (samples, n). The first and the last sample repeat their
+        neighbour's columns, since rates are central differences.
+        """
+        bank, ts = self.model.bank, float(time[1] - time[0])
+        if not bank:
+            return np.zeros((len(theta), 0))
+        rate, acceleration = differences(theta, ts)
+        middle, inner = tau[1:-1], time[1:-1, None]
+        at = np.hstack([theta[1:-1], rate, acceleration, middle, differences(tau, ts)[0], inner])
+        start, advance = followers(bank, "along")
+        state = ca.DM(start(theta[1]))
+        if any(part.effect.states for part in bank.parts):
+            pair, kept = ca.SX.sym("pair", 2 * at.shape[1]), ca.SX.sym("state", bank.n_states)
+            then = advance(*ca.vertsplit(pair, at.shape[1]), kept, ts)
+            step = ca.Function("step", [kept, pair], [then])
+            followed = step.mapaccum(len(at) - 1)(state, np.hstack([at[:-1], at[1:]]).T)
+            states = np.vstack([np.array(state).T, np.array(followed).T])
+        else:
+            states = np.zeros((len(at), bank.n_states))
+        (columns,) = native([columns_function(bank, "native_effects")])
+        (values,) = columns(at, states)
+        return np.vstack([values[:1], values, values[-1:]])
+
+    def columns(
+        self,
+        theta: Array,
+        z: Array,
+        thetad: Array,
+        thetadd: Array,
+        effects: Array | None = None,
+    ) -> Columns:
+        """Model columns at every sample; all arguments (samples, n).
+
+        effects (samples, n_gains): columns of the machine's effects there, none of them acts
+        where they are not given.
+        """
+        if effects is None:
+            effects = np.zeros((len(theta), self.model.bank.n_gains))
         x = self.close(theta)
         xd, xdd = self.rates(x, thetad, thetadd)
-        (values,) = self._phi(x, xd, xdd, z)
+        (values,) = self._phi(x, xd, xdd, z, effects)
         return Columns(values, self._rows, self._cols, self._shape)

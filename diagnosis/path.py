@@ -34,6 +34,9 @@ class PathBase:
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    delay = Known("delay", "s", 0.0, 1e-7, "delay")
+    holds: frozenset[str] = frozenset()
+    complete = True
 
     def __init__(self, n: int, window: float, spacing: float, settle: float) -> None:
         self.n, self.window, self.spacing, self.settle = n, window, spacing, settle
@@ -74,11 +77,28 @@ class PathBase:
         return {}
 
 
-def driven(runs: Sequence[Run]) -> list[Run]:
-    """Runs whose torque is the command, for those that have one; [] unless all have."""
+def driven(runs: Sequence[Run], lag: float) -> list[Run]:
+    """Runs whose torque is the command, `lag` [s] later; [] unless all runs have a command."""
     if any(run.command is None for run in runs):
         return []
-    return [_driven(run, run.command) for run in runs if run.command is not None]
+    listed = [(run, run.command) for run in runs if run.command is not None]
+    return [_driven(run, replace(asked, t0=asked.t0 + lag)) for run, asked in listed]
+
+
+def common_lag(runs: Sequence[Run]) -> float:
+    """Time [s] by which the drives' reports lag behind the commands, the median of the axes.
+
+    The current loop and the logger make it; an axis that lags more has an effect.
+    """
+    lags = []
+    for run in driven(runs, 0.0):
+        motion = run.motion
+        assert isinstance(motion, Driven)
+        rate = np.gradient(motion.command, motion.ts, axis=0)
+        apart = motion.command - motion.reported
+        apart = apart - apart.mean(axis=0)
+        lags.append((rate * apart).sum(axis=0) / np.maximum((rate**2).sum(axis=0), 1e-300))
+    return float(np.median(np.mean(lags, axis=0))) if lags else 0.0
 
 
 def _driven(run: Run, command: Signal) -> Run:

@@ -166,56 +166,72 @@ class Regression:
         S = _safe(own - cross.T @ self.solve(cross), own)
         c = C.T @ self.residual[rows]
         beta = np.linalg.solve(S, c)
-        return float(c @ beta), beta
+        return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
         """Everything about candidate columns."""
         rows, C = self.layout.rows(columns.axis), columns.values
         inside, beta = self.fall(columns)
         cross = self.B[rows].T @ C
-        clean = -self.B @ self.solve(cross)
+        moved = self.solve(cross)
+        clean = -self.B @ moved
         clean[rows] += C
-        error = self.residual - clean @ beta
-        covariance, p = self._wald(clean, error, beta)
-        outside, by_cluster = self._outside(clean)
+        ideas = -np.sqrt(self.prior)[:, None] * moved
+        own = C.T @ C
+        A = np.asarray(np.linalg.pinv(_safe(own - cross.T @ moved, own)))
+        covariance, p = self._wald(clean, ideas, A, beta)
+        outside, by_cluster = self._outside(clean, ideas, own)
         return Gain(inside, outside, by_cluster, p, beta, covariance)
 
-    def _wald(self, clean: Array, error: Array, beta: Array) -> tuple[Array, float]:
-        """Cluster-robust covariance of beta and the p-value of all of it being zero."""
-        k = len(beta)
-        A = np.linalg.pinv(clean.T @ clean)
-        weighted = clean * error[:, None]
-        count = self.clusters
+    def _wald(self, clean: Array, ideas: Array, A: Array, beta: Array) -> tuple[Array, float]:
+        """Cluster-robust covariance of beta and the p-value of all of it being zero.
+
+        clean (R, k), ideas (nb, k): columns without what the base explains, in the rows and in
+        what is known of the parameters; A (k, k): inverse of their Gram matrix.
+        """
+        k, count = len(beta), self.clusters
+        weighted = clean * (self.residual - clean @ beta)[:, None]
         scores = np.column_stack(
             [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
         )
         factor = count / max(1, count - 1)
-        covariance = factor * A @ (scores.T @ scores) @ A
+        covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
         wald = float(beta @ np.linalg.pinv(covariance) @ beta) / k
-        return covariance, float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
+        return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
+
+    @property
+    def strain(self) -> float:
+        """Sum of squares of the parameters' deviations from what is known of them."""
+        return float((self.prior * self.q**2).sum())
 
     @cached_property
     def clusters(self) -> int:
         """Largest number of a cluster, plus one."""
         return int(self.layout.cluster.max()) + 1
 
-    def _outside(self, clean: Array) -> tuple[float, Array]:
+    def _outside(self, clean: Array, ideas: Array, before: Array) -> tuple[float, Array]:
         """Sum of squares without minus with the columns, by gains fitted to the other folds.
 
-        clean (R, k): columns without what the base explains. The base model is that of all folds:
-        fitted to one of them alone it would extrapolate worse than any effect.
+        clean (R, k), ideas (nb, k): see `_wald`. The base model is that of all folds: fitted to
+        one of them alone it would extrapolate worse than any effect. The last cluster holds by
+        how much less the columns strain what is known of the parameters.
         """
         change = np.zeros(len(self.y))
-        own, target = clean.T @ clean, clean.T @ self.residual
+        strained = -np.sqrt(self.prior) * self.q
+        own = clean.T @ clean + ideas.T @ ideas
+        target = clean.T @ self.residual + ideas.T @ strained
         for fold in self.layout.folds:
             mine = np.flatnonzero(self.layout.fold == fold)
             here = clean[mine]
-            S = _safe(own - here.T @ here, own)
+            S = _safe(own - here.T @ here, before)
             beta = np.linalg.solve(S, target - here.T @ self.residual[mine])
             change[mine] = here @ beta
+        beta = np.linalg.solve(_safe(own, before), target)
         fall = self.residual**2 - (self.residual - change) ** 2
         by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
-        return float(by_cluster.sum()), by_cluster
+        relief = float((strained**2).sum() - ((strained - ideas @ beta) ** 2).sum())
+        found = np.append(by_cluster, relief)
+        return float(found.sum()), found
 
 
 def _safe(S: Array, own: Array) -> Array:

@@ -36,6 +36,8 @@ NEAR, CLOSE = 0.9, 0.7
 """A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
 T_APART = 2.5
 """t at which two effects' gains differ from second to second."""
+TIE = 0.98
+"""Of effects this close to the best the one with the fewest shapes to choose from is named."""
 REFINE = 2
 
 
@@ -80,7 +82,7 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     """Rounds until nothing more is found."""
     rounds: list[Round] = []
     regression = bench.made.regression
-    first = repeating(bench.made, regression.residual)
+    first = unexplained(bench.made, regression)
     while len(rounds) < ROUNDS:
         say(f"effects, round {len(rounds) + 1}")
         found = one_round(bench, regression, first)
@@ -97,13 +99,14 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
 
     first (n,): what repeated before the first round.
     """
-    energy = repeating(bench.made, regression.residual)
+    energy = unexplained(bench.made, regression)
     count = _count(bench)
     passing: dict[str, list[Scored]] = {}
     places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
     for axis in places:
         for scored in leaders(bench, regression, axis):
-            if scored.gain.p < LEVEL / count and scored.gain.outside > 0:
+            certain = scored.gain.p < LEVEL / count and scored.gain.outside > 0
+            if certain and _allowed(bench, scored):
                 passing.setdefault(scored.id, []).append(scored)
     shares = {
         name: sum(s.gain.outside for s in parts) / max(_energy(energy, parts), 1e-300)
@@ -114,23 +117,45 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
         key=_outside,
         reverse=True,
     )
+    large = [
+        Found(found.id, kept, ())
+        for found in tried
+        if (kept := tuple(p for p in found.parts if _large(bench, p, energy, first)))
+    ]
     chosen = None
-    for found in tried:
-        kept = tuple(part for part in found.parts if _large(bench, part, energy, first))
-        if kept:
-            winner = Found(found.id, kept, ())
-            axes = {part.axis for part in kept}
-            others = [f for f in tried if f.id != found.id and axes & {p.axis for p in f.parts}]
-            names = tuple(f.id for f in others if _is_rival(winner, f))
-            chosen = Found(found.id, kept, names)
-            break
+    if large:
+        winner = min(_ties(large), key=lambda found: _choices(bench, found))
+        axes = {part.axis for part in winner.parts}
+        others = [f for f in tried if f.id != winner.id and axes & {p.axis for p in f.parts}]
+        names = tuple(f.id for f in others if _is_rival(winner, f))
+        chosen = Found(winner.id, winner.parts, names)
     return Round(tuple(tried), shares, chosen)
+
+
+def _ties(large: Sequence[Found]) -> list[Found]:
+    """The first, and what on all axes together comes so near that chance may decide."""
+    return [found for found in large if _outside(found) >= TIE * _outside(large[0])]
+
+
+def _choices(bench: Bench, found: Found) -> int:
+    """Shapes that a search may choose from: the more, the better it fits by chance."""
+    item = bench.effects.get(found.id)
+    return len(item.shapes) if item else 1
+
+
+def _allowed(bench: Bench, scored: Scored) -> bool:
+    """Whether the gains may have these signs and sizes: no friction pushes."""
+    item = bench.effects.get(scored.id)
+    if item is None:
+        return True
+    spread = 2 * np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
+    bounds = zip(item.effect.gains, scored.gain.beta, spread, strict=True)
+    return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
 
 
 def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
     """Effects on an axis (None: on the whole) that come near the best one there."""
-    names = bench.whole if axis is None else list(bench.effects)
-    at = axis or 0
+    names, at = bench.names(axis), axis or 0
     falls: dict[str, Array] = {}
     for name in names:
         grid = bench.grid(name, at)
@@ -172,6 +197,11 @@ def _refined(
                 if better > fall:
                     shape, columns, fall = {**shape, s.name: float(value)}, trial, better
     return shape, columns
+
+
+def unexplained(made: Calibrated, regression: Regression) -> Array:
+    """What repeats (n,), and by how much the parameters had to leave their tolerances for it."""
+    return repeating(made, regression.residual) + regression.strain
 
 
 def repeating(made: Calibrated, residual: Array) -> Array:
@@ -235,7 +265,7 @@ def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
     rows = len(made.regression.y) / bench.n * len(axes)
     noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
-    return (
+    return bool(
         np.sqrt(gained / rows) * noise > SMALLEST * torque
         and gained > LEAST_SHARE * energy[axes].sum()
         and gained > LEAST_FIRST * first[axes].sum()

@@ -55,19 +55,14 @@ class Rows:
 
 def motion(machine: Machine, log: Log, settle: float) -> Motion:
     """A log at the feedforward's rate. LogError when it does not fit the machine or is short."""
-    _check(machine, log)
+    checked(machine, log)
+    long_enough(machine, log, settle)
     angle = log["theta"]
     stride = max(1, round(machine.timing.feedforward / angle.ts))
     torque, measured = on_clock(log["tau_meas"], angle)
     valid = angle.valid & measured
-    ts, points = stride * angle.ts, machine.control.hann_points
-    first = max(int(settle / ts), 1)
-    count = -(-len(angle.values) // stride)
-    if count < int(settle / ts) + 4 * points:
-        raise LogError(
-            f"{log.name}: {len(angle.values) * angle.ts:.3g} s are too short, at least"
-            f" {settle + 4 * points * ts:.3g} s are needed"
-        )
+    ts = stride * angle.ts
+    first, count = max(int(settle / ts), 1), -(-len(angle.values) // stride)
     # a sample between two strides counts: it may stand for a break
     starts = np.maximum(np.arange(count) * stride - stride + 1, 0)
     kept = np.logical_and.reduceat(valid, starts) if stride > 1 else valid.copy()
@@ -77,6 +72,16 @@ def motion(machine: Machine, log: Log, settle: float) -> Motion:
     theta = angle.values[::stride]
     z = dahl_states(theta, machine.actuator.sigma)
     return Motion(angle.time[::stride], theta, torque[::stride], z, kept, ts, first)
+
+
+def long_enough(machine: Machine, log: Log, settle: float) -> None:
+    """LogError when hardly a window is left after settling."""
+    seconds = len(log.theta) * log.ts
+    needed = settle + 4 * machine.control.hann_points * machine.timing.feedforward
+    if seconds < needed:
+        raise LogError(
+            f"{log.name}: {seconds:.3g} s are too short, at least {needed:.3g} s are needed"
+        )
 
 
 def on_clock(channel: Channel, clock: Channel) -> tuple[Array, Mask]:
@@ -108,17 +113,20 @@ def parts(model: MotionModel, log: Log, settle: float, part: int = PART) -> Iter
     """Rows of one log, its first `settle` s left out, `part` rows at a time."""
     moved = motion(model.machine, log, settle)
     window = hann(model.machine.control.hann_points)
+    effects = model.effects(moved.time, moved.theta, moved.tau)
     total = len(moved.theta) - moved.first - 1 - len(window) + 1
     for begin in range(0, total, part):
-        yield _part(model, moved, window, begin, min(begin + part, total))
+        yield _part(model, moved, effects, window, begin, min(begin + part, total))
 
 
-def _part(model: MotionModel, moved: Motion, window: Array, begin: int, end: int) -> Rows:
+def _part(
+    model: MotionModel, moved: Motion, effects: Array, window: Array, begin: int, end: int
+) -> Rows:
     points = len(window)
     low, high = moved.first + begin, moved.first + end + points - 1
     around, cut = slice(low - 1, high + 1), slice(low, high)
     rate, acceleration = differences(moved.theta[around], moved.ts)
-    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration)
+    raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration, effects[cut])
     bad = np.concatenate([[0], np.cumsum(~moved.valid[around])])
     # row k sees the samples k - 1 to k + points of this part, with the stencils
     usable = bad[points + 2 :] == bad[: -(points + 2)]
@@ -127,7 +135,8 @@ def _part(model: MotionModel, moved: Motion, window: Array, begin: int, end: int
     return Rows(columns, smooth(moved.tau[cut], window), middle, usable)
 
 
-def _check(machine: Machine, log: Log) -> None:
+def checked(machine: Machine, log: Log) -> None:
+    """LogError when a log cannot be one of this machine's."""
     n, stroke = machine.n_arms, machine.geometry.stroke
     if log.theta.shape[1] != n:
         raise LogError(f"{log.name}: {log.theta.shape[1]} joints, {machine.name} has {n}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,43 +14,42 @@ from diagnosis import logs
 from diagnosis.answer import (
     CERTAIN,
     GAP,
+    Elsewhere,
     Joint,
     axis_rms,
-    elsewhere,
     joint,
     lasting,
     repeat_rms,
-    shares,
 )
-from diagnosis.axis import AxisBase
 from diagnosis.base import Base
-from diagnosis.blocks import Block, Run, blocks, spacing_for
+from diagnosis.bases import base_of
+from diagnosis.blocks import JUDGED, Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
-from diagnosis.candidates import Bench, compiled
+from diagnosis.candidates import Bench, Compiled, compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.hexapod import HexapodBase
+from diagnosis.guard import POOR, believed, kept_off, only, poor_axes, sentence
 from diagnosis.maps import maps
-from diagnosis.rounds import Found, Round, Scored, search
+from diagnosis.naming import named_of, tried_of
+from diagnosis.path import PathBase, common_lag, driven
+from diagnosis.rounds import Round, search
 from diagnosis.runs import runs_of
-from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Named
+from diagnosis.verdict import Changed, Diagnosis, Gap, Named
 from fmus.common.effects import library
 from fmus.common.errors import LogError
-from fmus.common.machine_file import load_machine
 
 Array = NDArray[np.float64]
 MOST_ROWS = 16_000
 """Instants of all runs together; more is thinned."""
 STILL = 2e-3
 """Axes that move less than this [rad] excite nothing."""
-POOR = 0.5
-"""Share of the torque's RMS that the base model may leave unexplained."""
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Options:
-    """base: "hexapod", or "axis" for axes of unknown mass, each by itself. log: how to read.
+    """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
+    `diagnosis.bases`. log: how to read.
 
     confidence: trials for each row of the confusion table, 0: none.
     """
@@ -82,7 +81,7 @@ def diagnose(
     theirs = [logs.read_log(path, options.log) for path in locked]
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = _base(options, machine_file, ours[0])
+    base = base_of(options.base, machine_file, ours[0])
     runs, judged = runs_of(groups, base.n), runs_of(apart, base.n)
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     trouble = _trouble(ours, runs)
@@ -91,60 +90,127 @@ def diagnose(
     progress("fitting the base model", 1, 5)
     spacing = spacing_for(base, runs, MOST_ROWS)
     made = calibrate(base, blocks(base, runs, spacing))
-    left = axis_rms(made.blocks, made.residual(made.regression.q))
-    if (left > POOR * made.torque_rms).any():
-        axes = ", ".join(str(i + 1) for i in np.flatnonzero(left > POOR * made.torque_rms))
+    poor = poor_axes(made, made.residual(made.regression.q)) if base.complete else []
+    if poor:
+        axes = ", ".join(str(i + 1) for i in poor)
         text = (
             f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
             " another machine, another order or sign of the axes, or other units?"
         )
         return _cannot_tell(base, runs, text, findings, names)
-    return _searched(made, judged, spacing, options, progress, findings, names)
+    return _searched(made, runs, judged, options, progress, findings, names)
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One place where model and data meet: what was found there, and what remains."""
+
+    held: Joint
+    rounds: tuple[Round, ...]
+    others: Elsewhere | None
+    named: tuple[Named, ...]
+    remains: tuple[int, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything was found or is left here."""
+        return bool(self.named or self.remains)
+
+
+def _side(
+    made: Calibrated,
+    effects: Sequence[Compiled],
+    judged: Sequence[Run],
+    say: Callable[[str], None],
+) -> _Side:
+    """Search, hold against the locked runs, and see what remains."""
+    bench = Bench(made, effects)
+    rounds = search(bench, say)
+    found = [r.chosen for r in rounds if r.chosen]
+    notes: list[str] = []
+    repeats = made.noise.repeats
+    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
+    poor = poor_axes(made, held.residual)
+    if poor:
+        held = kept_off(held, poor)
+        notes.append(sentence(poor))
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
+        held = _not_worse(held, others, notes)
+    remains = _remains(held, notes)
+    return _Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
 
 
 def _searched(
     made: Calibrated,
+    runs: Sequence[Run],
     judged: Sequence[Run],
-    spacing: float,
     options: Options,
     progress: Progress,
     findings: tuple[str, ...],
     names: tuple[tuple[str, ...], tuple[str, ...]],
 ) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
-    progress("searching effects", 2, 5)
-    bench = Bench(made, compiled(made.base.n))
-    rounds = search(bench, lambda text: progress(text, 2, 5))
-    found = [r.chosen for r in rounds if r.chosen]
-    held = lasting(bench, found) if made.noise.repeats else joint(bench, found)
-    others = blocks(made.base, judged, spacing) if judged else []
-    notes: list[str] = []
-    progress("judging on the locked runs", 3, 5)
-    held = _not_worse(held, others, notes)
-    gap = _gap(held, others)
-    named = _named(held, rounds)
+    n = made.base.n
+    known = compiled(n, without=made.base.holds)
+    sides = [_side(made, known, judged, lambda text: progress(text, 2, 5))]
+    poor = poor_axes(made, sides[0].held.residual)
+    if len(poor) == n:
+        why = "; ".join(sides[0].notes)
+        return _cannot_tell(made.base, runs, why, findings, names)
+    progress("commanded against reported torque", 3, 5)
+    sides += _drives(made, runs, judged)
+    named = [effect for side in sides for effect in side.named]
+    main = sides[0] if sides[0].matters or not sides[-1].matters else sides[-1]
+    notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     extended = made.regression
-    if held.parts:
-        extended = extended.extended([part.columns for part in held.parts])
-    changed = changes(extended, made.known, made.base.directions())
-    verdict = _verdict(made, held, named, changed, notes)
-    if verdict == "unknown":
-        changed = []
+    if sides[0].held.parts:
+        extended = extended.extended([part.columns for part in sides[0].held.parts])
+    changed = _plausible(changes(extended, made.known, made.base.directions()), named)
+    verdict = _verdict(made, sides, named, changed, notes)
     progress("measuring confidence", 4, 5)
     if named and options.confidence:
-        named = [confusion(held, effect, options.confidence) for effect in named]
+        named = [
+            confusion(side.held, effect, options.confidence)
+            for side in sides
+            for effect in side.named
+        ]
     progress("done", 5, 5)
     return Diagnosis(
         verdict,
         tuple(named),
-        tuple(changed),
-        gap,
-        _tried(rounds, held),
-        maps(held),
+        () if verdict == "unknown" else tuple(changed),
+        _gap(main.held, main.others),
+        tried_of(main.rounds),
+        maps(main.held),
         tuple(notes),
         findings,
         *names,
     )
+
+
+def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[_Side]:
+    """The same between commanded and reported torque, where logs have both."""
+    lag, base = common_lag(runs), made.base
+    ours = driven(runs, lag)
+    if not ours:
+        return []
+    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    blocked = blocks(path, ours, made.spacing)
+    there = calibrate(path, blocked)
+    known = {name: e for name, e in library().items() if e.acts_on == "drive"}
+    side = _side(there, compiled(base.n, known), driven(judged, lag), lambda text: None)
+    where = "between commanded and reported torque: "
+    return [replace(side, notes=tuple(where + note for note in side.notes))]
+
+
+def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:
+    """Changes that no effect found on the same axis could have taken part in."""
+    axes = {axis for effect in named for axis in effect.axes}
+    own = tuple(f"[{axis}" for axis in axes)
+    return [c for c in changed if not any(mark in c.parameter for mark in own)]
 
 
 def diagnose_files(
@@ -155,14 +221,6 @@ def diagnose_files(
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
     return diagnose(paths, locked, machine_file, options).data()
-
-
-def _base(options: Options, machine_file: Path | None, log: logs.Log) -> Base:
-    if options.base == "hexapod":
-        if machine_file is None:
-            raise LogError("no machine file given: the hexapod needs one (--machine)")
-        return HexapodBase(load_machine(machine_file))
-    return AxisBase(log["theta"].width, log["theta"].ts)
 
 
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
@@ -182,155 +240,74 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     return ""
 
 
-def _not_worse(held: Joint, others: Sequence[Block], notes: list[str]) -> Joint:
-    """Withdraw effects that make the locked runs worse."""
-    kept = list(held.effects)
-    while kept and others:
-        there, _, with_all = elsewhere(held, others)
-        worst: tuple[float, Found] | None = None
-        for effect in kept:
-            rest = joint(held.bench, [e for e in kept if e is not effect])
-            _, _, with_rest = elsewhere(rest, others)
-            axes = list(effect.axes) or list(range(there.base.n))
-            better = axis_rms(others, with_rest)[axes], axis_rms(others, with_all)[axes]
-            fall = float((better[0] ** 2).sum() - (better[1] ** 2).sum())
-            if fall <= 0 and (worst is None or fall < worst[0]):
-                worst = fall, effect
-        if worst is None:
+def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
+    """Withdraw effects, axis by axis, that make the locked runs worse."""
+    kept = held.parts
+    while kept:
+        whole = others.squares(kept)
+        falls = []
+        for part in kept:
+            rest = others.squares([p for p in kept if p is not part])
+            axes = slice(None) if part.axis is None else part.axis
+            falls.append(float(np.sum(rest[axes] - whole[axes])))
+        worst = int(np.argmin(falls))
+        if falls[worst] > 0:
             break
-        notes.append(f"{worst[1].id} was withdrawn: it makes the locked runs worse")
-        kept = [effect for effect in kept if effect is not worst[1]]
-        held = joint(held.bench, kept)
-    return held
+        part = kept.pop(worst)
+        where = "" if part.axis is None else f" on axis {part.axis + 1}"
+        notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
+    return held if len(kept) == len(held.parts) else only(held, kept)
 
 
-def _gap(held: Joint, others: Sequence[Block]) -> Gap:
+def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     made = held.bench.made
-    without = made.residual(made.regression.q)
-    nominal = made.residual(np.zeros(len(made.known)))
-    before, _ = repeat_rms(made, without)
+    plain, bare = made.regression.q, np.zeros(len(made.known))
+    before, _ = repeat_rms(made, made.residual(plain))
     after, _ = repeat_rms(made, held.residual)
     floor = made.noise.floor if made.noise.repeats else np.full(made.base.n, np.nan)
     judged: dict[str, Array] = {}
-    if others:
-        there, plain, full = elsewhere(held, others)
+    if others is not None:
         judged = {
-            "nominal": axis_rms(others, there.residual(np.zeros(len(made.known)))),
-            "before": axis_rms(others, plain),
-            "after": axis_rms(others, full),
+            "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
+            "before": axis_rms(others.blocks, others.residual((), (), plain)),
+            "after": axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q)),
         }
-    rows = (axis_rms(made.blocks, values) for values in (nominal, without, held.residual))
-    return Gap("N m", made.torque_rms, *rows, floor, before, after, judged)
+    listed = (made.residual(bare), made.residual(plain), held.residual)
+    one, two, three = (axis_rms(made.blocks, values) for values in listed)
+    return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
-def _verdict(
-    made: Calibrated,
-    held: Joint,
-    named: Sequence[Named],
-    changed: Sequence[Changed],
-    notes: list[str],
-) -> str:
+def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
+    """Axes on which something repeats that nothing explains."""
+    made = held.bench.made
+    if not made.noise.repeats:
+        return ()
     remains, certain = repeat_rms(made, held.residual)
     gap = (remains > GAP * made.torque_rms) & (certain > CERTAIN)
-    if made.noise.repeats and gap.any():
+    if gap.any():
         axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
         size = float(remains[gap].max())
         notes.append(
             f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
         )
+    return tuple(int(i) for i in np.flatnonzero(gap))
+
+
+def _verdict(
+    made: Calibrated,
+    sides: Sequence[_Side],
+    named: Sequence[Named],
+    changed: Sequence[Changed],
+    notes: list[str],
+) -> str:
     if named:
         return "set" if any(effect.rivals for effect in named) else "named"
     if not made.noise.repeats:
         notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
         return "changed" if changed else "cannot tell"
-    if gap.any():
+    if any(side.remains for side in sides):
         return "unknown"
     return "changed" if changed else "none"
-
-
-def _named(held: Joint, rounds: Sequence[Round]) -> list[Named]:
-    rivals = _rivals(rounds)
-    share = dict(zip([e.id for e in held.effects], shares(held), strict=True))
-    grouped: dict[str, list[int]] = {}
-    for k, part in enumerate(held.parts):
-        grouped.setdefault(part.id, []).append(k)
-    known = library()
-    made = []
-    for name, places in grouped.items():
-        parts = [(_axis(held.parts[k]), _estimates(held, k)) for k in places]
-        axes = tuple(sorted({axis for axis, _ in parts if axis}))
-        others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
-        made.append(
-            Named(
-                name,
-                known[name].title,
-                axes,
-                _flat(parts),
-                tuple(parts),
-                others,
-                known[name].experiment if others else None,
-                share[name],
-            )
-        )
-    return made
-
-
-def _rivals(rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
-    """Rivals of each effect in the round in which it gained most."""
-    most: dict[str, tuple[float, tuple[str, ...]]] = {}
-    for found in (r.chosen for r in rounds if r.chosen):
-        gained = sum(part.gain.outside for part in found.parts)
-        if gained > most.get(found.id, (0.0, ()))[0]:
-            most[found.id] = gained, found.rivals
-    return {name: rivals for name, (_, rivals) in most.items()}
-
-
-def _axis(part: Scored) -> int:
-    return 0 if part.axis is None else part.axis + 1
-
-
-def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
-    """Gains, then shapes, of one part."""
-    part, effect = held.parts[k], library()[held.parts[k].id]
-    found = {}
-    for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
-        found[gain.name] = _estimate(float(value), float(std), gain.unit)
-    for shape in effect.shapes:
-        std = held.shape_deviation[k].get(shape.name, 0.0)
-        found[shape.name] = _estimate(part.shape[shape.name], std, shape.unit)
-    return found
-
-
-def _estimate(value: float, std: float, unit: str) -> Estimate:
-    return Estimate(value, (value - 1.96 * std, value + 1.96 * std), unit)
-
-
-def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:
-    several = len({axis for axis, _ in parts}) > 1
-    flat: dict[str, Estimate] = {}
-    for axis, estimates in parts:
-        for name, estimate in estimates.items():
-            key = f"{name}[{axis}]" if several else name
-            count, unique = 2, key
-            while unique in flat:
-                unique, count = f"{key}#{count}", count + 1
-            flat[unique] = estimate
-    return flat
-
-
-def _tried(rounds: Sequence[Round], held: Joint) -> tuple[Candidate, ...]:
-    """How the candidates of all rounds did, best first."""
-    made = []
-    for number, r in enumerate(rounds, start=1):
-        for f in r.tried[:8]:
-            chosen = r.chosen is not None and r.chosen.id == f.id
-            rival = r.chosen is not None and f.id in r.chosen.rivals
-            best = f.parts[0]
-            p = max(part.gain.p for part in f.parts)
-            axes = tuple(axis + 1 for axis in f.axes)
-            row = (number, f.id, axes, dict(best.shape), r.shares[f.id], p, chosen, rival)
-            made.append(Candidate(*row))
-    return tuple(made)
 
 
 def _cannot_tell(

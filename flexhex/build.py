@@ -30,7 +30,7 @@ from flexhex.cases import Case, check_settle, table_cases
 from flexhex.machine_check import named
 from fmus.common.interface import Interface
 from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine, truth_file
+from fmus.common.machine_file import load_machine, real_file, truth_file
 from fmus.common.parameters import base_parameters
 from ssp.delays import alignment, reference_delay
 from ssp.system import System, hexapod
@@ -74,7 +74,12 @@ class Builder:
         for room, make in rooms.items():
             named(path, partial(make, starts=self._starts_of(room)), room)
         if truth.exists():
-            named(truth, partial(machine_interface, self.machine, truth), "machine")
+            named(truth, partial(machine_interface, self.real, truth), "machine")
+
+    @cached_property
+    def real(self) -> Machine:
+        """What machine.fmu is built from: the machine without what a diagnosis added."""
+        return load_machine(real_file(self.machine_file))
 
     @cached_property
     def schedule(self) -> dict[str, dict[str, float]]:
@@ -98,7 +103,7 @@ class Builder:
             ]
             if truth.exists():
                 cache = self.out / "cache"
-                jobs.insert(0, pool.submit(build_machine, self.machine, truth, folder, None, cache))
+                jobs.insert(0, pool.submit(build_machine, self.real, truth, folder, None, cache))
             return [job.result() for job in jobs]
 
     def systems(self) -> list[Path]:
@@ -111,9 +116,9 @@ class Builder:
             written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
         return written
 
-    def case(self, case: Case) -> Path:
-        """`out/cases/<case>/hexapod.ssp`."""
-        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp")
+    def case(self, case: Case, plant: Builder | None = None) -> Path:
+        """`out/cases/<case>/hexapod.ssp`; plant: whose plant the controllers of this one drive."""
+        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp", plant)
 
     @staticmethod
     def _around_model(case: Case) -> Case:
@@ -121,24 +126,25 @@ class Builder:
         starts = {name: values for name, values in case.starts.items() if name != "plant"}
         return Case(case.name, case.title, "plant", case.duration, starts)
 
-    def _write(self, case: Case, path: Path) -> Path:
+    def _write(self, case: Case, path: Path, plant: Builder | None = None) -> Path:
         folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
         interfaces: dict[str, Interface] = {}
         for instance, room in INSTANCES.items():
             name = case.plant if instance == "plant" else room
             starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
-            interfaces[instance] = self._interface(room, name, starts)
-            self._place(room, name, starts, folder)
+            owner = plant if plant and instance == "plant" else self
+            interfaces[instance] = owner.interface_of(room, name, starts)
+            owner.place(room, name, starts, folder)
         system = hexapod(
             interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
         )
         return write_ssp(system, folder, path, stop=case.duration)
 
-    def _place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
+    def place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
             build_machine(
-                self.machine, truth_file(self.machine_file), folder, starts, self.out / "cache"
+                self.real, truth_file(self.machine_file), folder, starts, self.out / "cache"
             )
             return
         if starts:
@@ -156,12 +162,11 @@ class Builder:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
         return next((self.schedule[i] for i in found if i in self.schedule), {})
 
-    def _interface(self, room: str, name: str, starts: Starts) -> Interface:
+    def interface_of(self, room: str, name: str, starts: Starts) -> Interface:
         """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
-        known = room_interface(room, self.machine)
         if name == "machine":
-            return known
-        return with_starts(known, starts)
+            return room_interface(room, self.real)
+        return with_starts(room_interface(room, self.machine), starts)
 
     def _system(self, starts: Mapping[str, Starts]) -> System:
         rooms = {room: room_interface(room, self.machine) for room in ROOMS}

@@ -25,6 +25,7 @@ FIELDS = {
     "amplitude": "reference.amplitude",
     "command_delay": "drive.t_command",
     "duration": "reference.duration",
+    "effect": "effects",
     "f_current": "drive.f_current",
     "kp": "control",
     "measurement_delay": "drive.t_measurement",

@@ -7,44 +7,29 @@ Inspector and the `sep=;` line of Excel are recognised and said.
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
+from diagnosis.logs.csv_head import Header, decode, read_header
 from diagnosis.logs.log import Array, Finding, Options
 from diagnosis.logs.raw import Column, Plan, Raw, Table, memory_finding, plan, split_unit, stretches
 from fmus.common.errors import LogError
 
 BLOCK = 1 << 23
 """Bytes that are parsed at a time."""
-LONGEST_LINE = 1 << 20
-HEADER_ROWS = 12
 TIMES = ("time", "t")
-
-
-@dataclass
-class Header:
-    """What stands before the numbers; start: byte at which they begin."""
-
-    names: list[str]
-    units: list[str]
-    meta: dict[str, str]
-    separator: str
-    start: int
-    decimal_comma: bool = False
 
 
 def read_csv(path: Path, options: Options) -> Raw:
     """Read a CSV log; LogError tells file, column and remedy."""
     where = str(path)
     with path.open("rb") as file:
-        header = _header(file, where)
+        header = read_header(file, where)
         plans, findings = _plans(header, where, options)
         file.seek(header.start)
         rows = _count(file)
@@ -64,67 +49,6 @@ def read_csv(path: Path, options: Options) -> Raw:
 
 def _keys(one: Plan) -> list[int]:
     return [one.time.key, *(key for keys in one.keys.values() for key in keys)]
-
-
-def _decode(line: bytes) -> str:
-    try:
-        return line.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return line.decode("cp1252", errors="replace")
-
-
-def _number(field: str) -> bool:
-    try:
-        float(field.strip().replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
-def _header(file: BinaryIO, where: str) -> Header:
-    if file.read(2) in (b"\xff\xfe", b"\xfe\xff"):
-        raise LogError(f"{where}: is UTF-16 text: save it as CSV in UTF-8")
-    file.seek(0)
-    meta: dict[str, str] = {}
-    names: list[str] = []
-    units: list[str] = []
-    separator, rows = "", 0
-    while True:
-        start = file.tell()
-        line = file.readline(LONGEST_LINE)
-        text = _decode(line).strip("\r\n\0 ")
-        if not line or rows > HEADER_ROWS:
-            break
-        if text.lower().startswith("sep=") and not names:
-            separator = text[4:5]
-        elif text.lstrip('"').startswith("#"):
-            key, _, value = text.strip('"').lstrip("# ").partition(":")
-            meta[key.strip().lower()] = value.strip(' \t",;')
-        elif text.strip(",;\t "):
-            separator = separator or max(";\t,", key=text.count)
-            fields = _fields(text, separator)
-            numbers = sum(map(_number, fields))
-            if numbers and 2 * numbers > sum(bool(f) for f in fields):
-                break
-            rows += 1
-            if not names:
-                names = fields
-            elif not units or any(f.lower().startswith("unit:") for f in fields):
-                units = [_after(f, "unit:") for f in fields]
-    if not names:
-        raise LogError(f"{where}: no row of names: its first row wants time,theta[1], ...")
-    return Header(names, units, meta, separator or ",", start)
-
-
-def _fields(text: str, separator: str) -> list[str]:
-    try:
-        return [f.strip() for f in next(csv.reader([text], delimiter=separator))]
-    except (csv.Error, StopIteration):
-        return [f.strip(' "') for f in text.split(separator)]
-
-
-def _after(field: str, prefix: str) -> str:
-    return field[len(prefix) :].strip() if field.lower().startswith(prefix) else field
 
 
 def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], list[Finding]]:
@@ -169,7 +93,7 @@ def _count(file: BinaryIO) -> int:
 
 def _decimal_comma(file: BinaryIO, header: Header, where: str) -> bool:
     file.seek(header.start)
-    text = _decode(file.read(1 << 16))
+    text = decode(file.read(1 << 16))
     if header.separator == "," or "," not in text:
         return False
     fields = [f for line in text.splitlines()[:-1] or [text] for f in line.split(header.separator)]

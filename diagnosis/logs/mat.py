@@ -8,6 +8,7 @@ or variables such as `theta_unit`. Texts and single numbers are metadata.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,32 @@ import numpy as np
 
 from diagnosis.logs.hdf5 import table_of
 from diagnosis.logs.log import Finding, Options
+from diagnosis.logs.mat5 import walk
 from diagnosis.logs.raw import CHANNELS, Raw
 from fmus.common.errors import LogError
 
 UNIT_STRUCTS = ("unit", "units")
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A dataset of a v7.3 file as MATLAB shows it: its axes are stored the other way round."""
+
+    item: Any
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As `size` tells in MATLAB."""
+        return tuple(reversed(self.item.shape))
+
+    @property
+    def dtype(self) -> Any:
+        """Type of the numbers."""
+        return self.item.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        turned = tuple(reversed(key)) if isinstance(key, tuple) else key
+        return np.asarray(self.item[turned]).T
 
 
 def read_mat(path: Path, options: Options) -> Raw:
@@ -39,6 +62,7 @@ def read_mat(path: Path, options: Options) -> Raw:
 def _version5(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
+    walk(path.read_bytes())
     content = loadmat(str(path), simplify_cells=True)
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
@@ -56,7 +80,7 @@ def _hdf5(group: h5py.Group) -> dict[str, Any]:
         elif item.attrs.get("MATLAB_empty"):
             continue
         else:
-            content[name] = item
+            content[name] = Turned(item)
     return content
 
 

@@ -59,7 +59,7 @@ WHY = {
     "1": "a number without unit",
     "-": "a number without unit",
 }
-ANY_CASE = {"rad", "deg", "mrad", "rev", "rpm", "rad/s", "deg/s", "sec", "seconds", "degrees"}
+ANY_CASE = {"rad", "deg", "rev", "rpm", "rad/s", "deg/s", "sec", "seconds", "degrees"}
 TORQUES = ("tau_meas", "tau", "tau_ff")
 
 

@@ -25,6 +25,7 @@ import numpy as np
 from diagnosis.identify import Fit
 from flexhex.cases import WARM, table_cases, whole_moves
 from flexhex.experiments.common import Array, record, samples, variant
+from fmus.common.effect_bank import Bank
 from fmus.common.machine import Machine
 from fmus.common.mechanism import Mechanism
 from fmus.common.parameters import Parameter, actuator_parameters, parameters, regrouped
@@ -91,9 +92,10 @@ def start_values(path: Path) -> dict[str, Array]:
 
 
 def projected(machine: Machine, values: Mapping[str, Array]) -> Array:
-    """The cold machine's actuators and mechanism as the 162 parameters (n_p,)."""
+    """The cold machine's actuators, mechanism and effects as its parameters (n_p,)."""
     full = Mechanism.split(ca.DM(values["mechanism"]), machine.n_arms)
-    return np.concatenate([values["actuator"], regrouped(machine, full)])
+    effects = Bank.known(machine).values
+    return np.concatenate([values["actuator"], regrouped(machine, full), effects])
 
 
 def warmed(machine: Machine, cold: Array, values: Mapping[str, Array], age: float) -> Array:

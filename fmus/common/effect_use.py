@@ -5,7 +5,7 @@
     axes = [3, 5]
     [effects.parameters]
     F_c = { value = [0.05, 0.04], unit = "N m", source = "diagnosed", ci95 = [0.04, 0.06] }
-    v0 = { value = 0.002, unit = "rad/s", source = "assumed" }
+    s_0 = { value = 0.002, unit = "rad", source = "assumed" }
 
 A gain has one value for all its axes or one for each, a shape has one.
 """

@@ -45,8 +45,10 @@ def machine_data(path: Path, seen: tuple[Path, ...] = ()) -> dict[str, Any]:
 
     extends = "tflex.toml"      everything from there; top-level keys here replace theirs
     without_platform = true     no lower arms, no end-effector, no flexures
+    diagnosed = true            what a diagnosis added, see `real_file`
     """
     data = read_toml(path)
+    data.pop("diagnosed", None)
     base = data.pop("extends", None)
     if base is not None:
         if path in seen or not isinstance(base, str):
@@ -77,6 +79,14 @@ def truth_file(path: Path) -> Path:
     if base is not None:
         return truth_file(path.parent / str(base))
     return path.with_name(f"{path.stem}-truth.toml")
+
+
+def real_file(path: Path) -> Path:
+    """The machine file that machine.fmu is built from: what a diagnosis added to the model is in
+    the machine already."""
+    data = read_toml(path)
+    base = data.get("extends")
+    return real_file(path.parent / str(base)) if data.get("diagnosed") and base else path
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:

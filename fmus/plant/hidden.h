@@ -6,8 +6,15 @@
 
 #include <stdint.h>
 
+#ifdef PLANT_N_HIDDEN
+#include "hidden_effects.h"
+#endif
+
 typedef struct {
   uint64_t draw;
+#ifdef PLANT_N_HIDDEN
+  hidden_motion motion;
+#endif
 } plant_hidden_state;
 
 /* Uniform in [0, 1) from the top 53 bits of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014). */
@@ -29,6 +36,9 @@ static double hidden_noise(plant_hidden_state *s) {
 
 static void plant_hidden_start(const plant_parameters *p, plant_hidden_state *s) {
   s->draw = (uint64_t)p->seed;
+#ifdef PLANT_N_HIDDEN
+  hidden_motion_start(&s->motion);
+#endif
 }
 
 /* Torque on the joints that the model does not know, t [s] after the start. */
@@ -40,6 +50,9 @@ static void plant_hidden_torque(const plant_parameters *p, plant_hidden_state *s
   for (int i = 0; i < PLANT_N; ++i) {
     torque[i] += p->noise_torque * hidden_noise(s);
   }
+#ifdef PLANT_N_HIDDEN
+  hidden_effects(p, &s->motion, theta, tau_motor, torque);
+#endif
 }
 
 static double plant_hidden_reading(const plant_parameters *p, plant_hidden_state *s, double tau) {

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fmus.common.errors import MachineError
 from fmus.common.interface import Interface, Variable
@@ -61,6 +61,56 @@ class Drift(_Section):
     time: Annotated[float, quantity("s", gt=0)]
 
 
+KINDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "lugre": (("F_c", "N m"), ("F_s", "N m"), ("v_s", "rad/s"), ("sigma_0", "N m/rad")),
+    "cubic": (("k", "N m/rad3"),),
+    "cable": (("k", "N m/rad"), ("begin", "rad"), ("side", "1")),
+    "saturation": (("level", "N m"),),
+    "harmonic": (("size", "N m"), ("order", "1/rad"), ("phase", "rad")),
+    "drag": (("d", "N m s2/rad2"),),
+    "ripple": (("size", "1"), ("order", "1/rad"), ("phase", "rad")),
+    "bump": (("height", "N m"), ("at", "rad"), ("width", "rad")),
+    "inertia": (("size", "kg m2"), ("order", "1/rad"), ("phase", "rad")),
+}
+"""Hidden effects and their values, in the order of `hidden_kind` in hidden_effects.h."""
+WIDTH = 6
+"""HIDDEN_WIDTH there: kind, axis, values."""
+_DIVISORS = {"F_c", "F_s", "v_s", "sigma_0", "level", "width"}
+
+
+class Hidden(_Section):
+    """An effect that hidden_effects.h computes: kind, axes from 1, values by name."""
+
+    kind: str
+    axes: Annotated[tuple[Annotated[int, Field(ge=1, le=6)], ...], Field(min_length=1)]
+    values: Mapping[str, float]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        known = KINDS.get(data.get("kind", "")) if isinstance(data, dict) else None
+        if known is None:
+            raise ValueError(f"kind must be one of {', '.join(KINDS)}")
+        tables = data.get("values", {})
+        if sorted(tables) != sorted(name for name, _ in known):
+            raise ValueError(f"{data['kind']} has the values {', '.join(n for n, _ in known)}")
+        read = {}
+        for name, unit in known:
+            limit = 0.0 if name in _DIVISORS else None
+            read[name] = quantity(unit, gt=limit).func(tables[name])  # type: ignore[call-arg]
+        return {**data, "values": read}
+
+    def rows(self) -> list[float]:
+        """Numbers for hidden_effects.h, axis by axis."""
+        given = [self.values[name] for name, _ in KINDS[self.kind]]
+        kind = float(list(KINDS).index(self.kind))
+        numbers = []
+        for axis in self.axes:
+            # unused widths are 1: the C divides before it knows its kind
+            numbers += [kind, axis - 1.0, *given, *[1.0] * (WIDTH - 2 - len(given))]
+        return numbers
+
+
 class Truth(_Section):
     """All that the machine has and its model lacks, drawn from `seed`."""
 
@@ -69,6 +119,7 @@ class Truth(_Section):
     cogging: Cogging
     noise: Noise
     drift: Drift
+    hidden: tuple[Hidden, ...] = ()
 
 
 def load_truth(path: str | Path) -> Truth:
@@ -105,7 +156,11 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **whole),
         Variable("seed", unit="1", description="noise seed", start=truth.seed, max=2**53, **whole),
     ]
+    rows = [number for effect in truth.hidden for number in effect.rows()]
     constants = {**base.constants, "HIDDEN": 1}
+    if rows:
+        hidden.append(Variable("hidden_effects", "parameter", "1", "listed", len(rows), rows))
+        constants["N_HIDDEN"] = len(rows) // WIDTH
     text = "The real machine: same interface as plant"
     return Interface("machine", text, base.Ts, (*variables, *hidden), constants)
 

@@ -27,7 +27,7 @@ def chi(actuator: Actuator, q: Array, v: Array, z: Array) -> Array:
     total = total + column(actuator.c, q) * z
     first = np.exp(1j * actuator.omega * q)
     turn = first
-    for a, b in zip(actuator.a.T, actuator.b.T, strict=True):
+    for a, b in zip(actuator.a.swapaxes(0, 1), actuator.b.swapaxes(0, 1), strict=True):
         total = total + column(a, q) * turn.real + column(b, q) * turn.imag
         turn = turn * first
     return np.asarray(total)

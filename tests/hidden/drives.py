@@ -30,19 +30,14 @@ class Motor:
     told: dict[str, float] = field(default_factory=dict)
     closed = True
     everywhere = False
-    states = 0
 
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         """What the drive reports where the motor gives m."""
         raise NotImplementedError
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
-        """What the motor gives where the drive reports i, for one instant of (6, runs)."""
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
+        """What the motor gives where the drive reports i."""
         raise NotImplementedError
-
-    def rate(self, i: Array, z: Array) -> Array:
-        """Derivative of the states (states, 6, runs)."""
-        return z
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ class Saturating(Motor):
         g = column(np.maximum(gain, 1e-9), m)
         return np.asarray(np.arctanh(np.clip(g * m, -0.999, 0.999)) / g)
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
         g = column(np.maximum(gain, 1e-9), i)
         return np.asarray(np.tanh(g * i) / g)
 
@@ -76,7 +71,7 @@ class Ripple(Motor):
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         return np.asarray(m / self._constant(gain, q))
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
         return np.asarray(i * self._constant(gain, q))
 
 
@@ -89,7 +84,7 @@ class Gain(Motor):
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         return np.asarray(m / (1 + self.sign * column(gain, m)))
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
         return np.asarray(i * (1 + self.sign * column(gain, i)))
 
 
@@ -100,7 +95,7 @@ class Warming(Motor):
     unit: str = "1/(N m)2"
     limit: float = 0.1
     time: float = 30.0
-    states = 1
+    closed = False
 
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         step = float(t[0, 1] - t[0, 0]) / self.time
@@ -112,12 +107,6 @@ class Warming(Motor):
                 warm.append(T)
             i = m / (1 - column(gain, m) * np.stack(warm, axis=1))
         return np.asarray(i)
-
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
-        return np.asarray(i * (1 - column(gain, i) * z[0]))
-
-    def rate(self, i: Array, z: Array) -> Array:
-        return np.asarray((i * i - z) / self.time)
 
 
 @dataclass(frozen=True)
@@ -132,7 +121,7 @@ class Crosstalk(Motor):
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         return np.einsum("ij,j...->i...", np.linalg.inv(self._mix(gain)), m)
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
         return np.einsum("ij,j...->i...", self._mix(gain), i)
 
 
@@ -149,7 +138,7 @@ class Pickup(Motor):
     def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
         return np.asarray(m + self._hum(gain, t, m))
 
-    def real(self, gain: Array, i: Array, t: Array, q: Array, z: Array) -> Array:
+    def real(self, gain: Array, i: Array, t: Array, q: Array) -> Array:
         return np.asarray(i - self._hum(gain, t, i))
 
 

@@ -137,6 +137,7 @@ class Tilt(Torque):
     mechanism: Mechanism | None = None
     masses: Linear | None = None
     everywhere = True
+    closed = False
 
     def force(self, t: Array, q: Array, v: Array, z: Array) -> Array:
         assert self.mechanism is not None
@@ -149,8 +150,8 @@ class Tilt(Torque):
 
 
 def column(values: Array, q: Array) -> Array:
-    """Values of the joints (6,) against q (6, ...)."""
-    return values.reshape(6, *[1] * (q.ndim - 1))
+    """Values of the joints (6, ...), with as many axes as q (6, ...)."""
+    return values.reshape(*values.shape, *[1] * (q.ndim - values.ndim))
 
 
 def _phases(rng: Rng) -> Array:

@@ -93,7 +93,7 @@ def scale(hidden: Hidden, base: Base, clock: Array, motion: Motion, m: Array) ->
     mask = np.isin(np.arange(6), axes)
 
     def size(gain: Array) -> Array:
-        found = _signal(effect, gain * mask, base, clock, motion, m)
+        found = signal(effect, gain * mask, base, clock, motion, m)
         return np.sqrt(np.mean(found[..., part] ** 2, axis=(1, 2)))
 
     if isinstance(effect, Torque | Encoder):
@@ -111,7 +111,7 @@ def scale(hidden: Hidden, base: Base, clock: Array, motion: Motion, m: Array) ->
     return Scaled(hidden, effect, high * mask)
 
 
-def _signal(effect: Kind, gain: Array, base: Base, clock: Array, motion: Motion, m: Array) -> Array:
+def signal(effect: Kind, gain: Array, base: Base, clock: Array, motion: Motion, m: Array) -> Array:
     """Difference (6, runs, samples) that an effect makes where the motor has to give m."""
     q, v, a = motion
     if isinstance(effect, Torque):
@@ -133,7 +133,7 @@ def simulate(case: Case) -> Clean:
     scaled = tuple(scale(h, base, clock, (q, v, a), m) for h in case.hidden)
     for s in scaled:
         if isinstance(s.effect, Torque | Motor):
-            gap = gap + _signal(s.effect, s.gain, base, clock, (q, v, a), m)
+            gap = gap + signal(s.effect, s.gain, base, clock, (q, v, a), m)
     w = disturbance(case.noise, *clock.shape)
     motion = _followed((q, v, a), gap + w)
     return _composed(base, scaled, clock, motion, w, q)
@@ -156,11 +156,11 @@ def _composed(
     bare, gaps = base.torque(*motion), {}
     m = bare + w
     for s in of[Torque]:
-        gaps[s.hidden] = _signal(s.effect, s.gain, base, clock, motion, m)
+        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, m)
         m = m + gaps[s.hidden]
     i, reading = m, motion
     for s in of[Motor]:
-        gaps[s.hidden] = _signal(s.effect, s.gain, base, clock, motion, i)
+        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, i)
         i = i + gaps[s.hidden]
     for s in of[Encoder]:
         assert isinstance(s.effect, Encoder)
@@ -168,7 +168,7 @@ def _composed(
         gaps[s.hidden] = bare - base.torque(*reading)
     tau = i + CURRENT_LOOP * np.gradient(i, 1 / RATE, axis=-1)
     for s in of[Drive]:
-        gaps[s.hidden] = _signal(s.effect, s.gain, base, clock, motion, tau)
+        gaps[s.hidden] = signal(s.effect, s.gain, base, clock, motion, tau)
         tau = tau + gaps[s.hidden]
     logged = slice(round(WARM * RATE), None)
     rms = np.sqrt(np.mean(bare[..., logged] ** 2, axis=(1, 2)))

@@ -52,12 +52,12 @@ def _read(
 ) -> tuple[Array, dict[str, Array]]:
     """Time and channels (samples, 6) of run k.
 
-    The drives hold a torque over a sample, so that what is read belongs half a sample earlier;
-    the delay of the logger is the same for both torque channels.
+    The drives hold a torque over a sample, so that what is read belongs half a sample earlier
+    (the closed loop has this in it); the delay of the logger is that of both torque channels.
     """
     log, clock = case.log, clean.clock[k]
     first = round(WARM * RATE)
-    late = (0.5 + log.delay) / RATE
+    late = (log.delay + (0.0 if case.closed else 0.5)) / RATE
 
     def torque(signal: Array) -> Array:
         return np.asarray(CubicSpline(clock, signal[:, k], axis=-1)(clock[first:] - late))

@@ -46,7 +46,8 @@ class Linear:
     """All that enters the torque linearly: first moments mc [kg m], J [kg m2] about the origin.
 
     upper (2,) = mc_x, mc_z; axial (6,) = J about the motor axes with rotor; lower and platform
-    (10,) = m, mc (3), J xx, yy, zz, xy, xz, yz; k_u, k_s (2,) [N m/rad].
+    (10,) = m, mc (3), J xx, yy, zz, xy, xz, yz; k_u, k_s (2,) [N m/rad]. Trailing axes may
+    follow that go with those of the samples: machines side by side.
     """
 
     upper: Array
@@ -213,14 +214,13 @@ class Mechanism:
         z = cross(at.u, axis)  # third axis of B
         x_, z_ = p.upper
         lever = cross(axis, x_ * at.u + z_ * z)
-        return np.asarray(
-            self._arms(p.axial, a) * a - dot(lever, np.broadcast_to(g[:, None], lever.shape))
-        )
+        axial = p.axial.reshape(*p.axial.shape, *[1] * (a.ndim - p.axial.ndim))
+        return np.asarray(axial * a - dot(lever, np.broadcast_to(g[:, None], lever.shape)))
 
     def _flexures(self, at: Pose, p: Linear) -> tuple[Array, Array, Array]:
         """Moments that hold the flexures, on lower arms, platform and upper arms (3, 6, ...)."""
         S = _transposed_matmul(at.B, at.R_Q)
-        universal = times(at.B, _moment(S, np.array([0.0, *p.k_u])))
+        universal = times(at.B, _moment(S, np.stack([0 * p.k_u[0], *p.k_u])))
         R0 = self.R_Q0.reshape(3, 3, 6, *[1] * (at.n.ndim - 2))
         carried = _matmul(at.R_E[:, :, None], R0)
         S = _transposed_matmul(carried, at.R_Q)
@@ -283,16 +283,19 @@ def _transposed_matmul(P: Array, Q: Array) -> Array:
 def _moment(S: Array, k: Array) -> Array:
     """Gradient of 1/2 k eps^2 over rotations, eps half the antisymmetric part of S."""
     eps = np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]]) / 2
-    force = k.reshape(3, *[1] * (eps.ndim - 1)) * eps
+    force = np.stack([k[0] * eps[0], k[1] * eps[1], k[2] * eps[2]])
     return np.asarray(((S[0, 0] + S[1, 1] + S[2, 2]) * force - back(S, force)) / 2)
 
 
 def _load(body: Array, R: Array, om: Array, al: Array, a: Array) -> tuple[Array, Array]:
     """Force and moment about its origin that move a body; a is less gravity."""
     m, mc, (xx, yy, zz, xy, xz, yz) = body[0], body[1:4], body[4:]
-    J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    c = np.einsum("ij...,j->i...", R, mc)
-    spin, gain = back(R, om), back(R, al)
-    h = np.einsum("ij,j...->i...", J, spin)
-    moment = times(R, np.einsum("ij,j...->i...", J, gain) + cross(spin, h))
+
+    def inertia(w: Array) -> Array:
+        x, y, z = w
+        rows = (xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z)
+        return np.stack(rows)
+
+    c, spin, gain = times(R, mc), back(R, om), back(R, al)
+    moment = times(R, inertia(gain) + cross(spin, inertia(spin)))
     return m * a + cross(al, c) + cross(om, cross(om, c)), moment + cross(c, a)

@@ -6,7 +6,7 @@ Outcomes, one a case:
 - one effect: `alone` (named, no rival, nothing else), `set` (it is in a set of at most three,
   nothing else), `wrong` (any effect named that is not there, the right name on wrong joints
   only, or too large a set), `missed` (nothing named);
-- two effects: `both`, `one`, `wrong`, `missed`;
+- two effects or more: `both` (all), `some`, `wrong`, `missed`;
 - outside the list: `right` (unknown, none or changed), `wrong` (an effect named);
 - a changed parameter: `right` (of the family that was changed), `wrong`, `missed`.
 """
@@ -124,7 +124,7 @@ def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> tuple[str, b
         return "wrong", None
     axes = all(any(_exact(e, h) for e in effects) for h in met)
     if len(hidden) > 1:
-        return ("both" if len(met) == len(named) else "one"), axes
+        return ("both" if len(met) == len(named) else "some"), axes
     return ("set" if any(len(_set(e)) > 1 for e in effects) else "alone"), axes
 
 

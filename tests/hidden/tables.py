@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from statistics import median
 
 from tests.hidden.score import Score
@@ -60,6 +61,12 @@ def targets(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
         ("all pairs: wrong", "<= 2 %", share(*_count(of.get("pair", []), "wrong"))),
         ("changed parameter: right", "", share(*_count(of.get("changed", []), "right"))),
         ("changed parameter: wrong", "", share(*_count(of.get("changed", []), "wrong"))),
+        (
+            "machines: all effects found",
+            "",
+            share(*_count(of.get("machine", []), "alone", "set", "both", "right")),
+        ),
+        ("machines: wrong", "", share(*_count(of.get("machine", []), "wrong"))),
     ]
     return rows
 
@@ -84,7 +91,7 @@ def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
     """Observable share of torque RMS, right (alone or set), wrong: for single effects."""
     single = [s for s in scores if s.category == "single"]
     rows = []
-    for low, high in zip(BINS, BINS[1:], strict=False):
+    for low, high in pairwise(BINS):
         part = [s for s in single if low <= s.observable[0] < high]
         name = f"{100 * low:.1f} to {100 * high:.1f} %" if high < 1 else f"over {100 * low:.1f} %"
         rows.append((name, share(*_count(part, "alone", "set")), share(*_count(part, "wrong"))))
@@ -94,7 +101,7 @@ def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
 def gaps(scores: Sequence[Score]) -> list[tuple[str, str]]:
     """Closed share of the explainable gap on locked runs, where something was added."""
     rows = []
-    for outcome in ("alone", "set", "both", "one", "wrong"):
+    for outcome in ("alone", "set", "both", "some", "wrong"):
         found = [s.closed_gap for s in scores if s.outcome == outcome and s.closed_gap is not None]
         if found:
             enough = share(sum(f >= 0.9 for f in found), len(found))

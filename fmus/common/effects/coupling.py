@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
@@ -33,6 +35,10 @@ class CrossCoupling(Effect):
             for m, value in enumerate(motion):
                 total += (source == k) * (kind == m) * value
         return total
+
+    def meets(self, axis: int, n: int, shape: Mapping[str, float]) -> bool:
+        """An axis that acts on itself is no coupling, but friction, stiffness, inertia or gain."""
+        return shape["source"] != axis and shape["source"] <= n
 
 
 EFFECT = CrossCoupling()

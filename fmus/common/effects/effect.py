@@ -147,6 +147,10 @@ class Effect:
         k4 = self.rate(now, state + Ts * k3, shape)
         return state + Ts / 6 * (k1 + 2 * (k2 + k3) + k4)
 
+    def meets(self, axis: int, n: int, shape: Mapping[str, float]) -> bool:
+        """Whether these shapes mean this effect on an axis (from 1) of n axes."""
+        return True
+
     def start(self, theta: Any, shape: Shapes) -> Expr:
         """The state (n_states,) at rest at theta."""
         return ca.SX.zeros(len(self.states))

@@ -21,11 +21,12 @@ class CoggingHarmonic(Effect):
         Shape(
             "order",
             "1/rad",
-            low=1.0,
+            low=20.0,
             high=1500.0,
             start=360.0,
-            # over 0.4 rad two orders are told apart when 2 pi / 0.4 = 16 lie between them
-            grid=tuple(float(k) for k in range(6, 721, 6) if k % 36 or k > 324),
+            # over 0.4 rad two orders are told apart when 2 pi / 0.4 = 16 lie between them, and
+            # below 24 less than one and a half periods look like a stiffening spring
+            grid=tuple(float(k) for k in range(24, 721, 6) if k % 36 or k > 324),
             description="multiple of the angle; the poles of the motor times a whole number",
         ),
     )
@@ -51,10 +52,10 @@ class TorqueRipple(Effect):
         Shape(
             "order",
             "1/rad",
-            low=1.0,
+            low=20.0,
             high=1500.0,
             start=36.0,
-            grid=(6.0, 12.0, 18.0, 24.0, 36.0, 54.0, 72.0, 108.0, 144.0, 180.0, 216.0, 432.0),
+            grid=(24.0, 36.0, 54.0, 72.0, 108.0, 144.0, 180.0, 216.0, 432.0),
             description="multiple of the angle",
         ),
     )

@@ -15,7 +15,7 @@ class SecondHysteresis(Effect):
 
     id, title, acts_on = "second_hysteresis", "second hysteresis", "torque"
     gains = (Gain("c_2", "N m", 0.02, -5.0, 5.0, "height"),)
-    shapes = (Shape("sigma_2", "rad", 2e-3, 0.5, 0.05, (0.004, 0.008, 0.03, 0.06, 0.12), "width"),)
+    shapes = (Shape("sigma_2", "rad", 6e-3, 0.5, 0.05, (0.008, 0.03, 0.06, 0.12), "width"),)
     states = (State("z_2", "1"),)
     excites = "reversals after long and after short ways"
     confused_with = ("coulomb_friction", "stribeck_friction")

@@ -8,7 +8,6 @@ import casadi as ca
 
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
 
-
 FREQUENCIES = tuple(round(4.0 * 1.12**k, 3) for k in range(28))
 """A mode is as wide as twice its damping: neighbours a tenth apart miss none."""
 

@@ -1,0 +1,87 @@
+"""The lines of a CSV log before its numbers: metadata, names, units; encoding and separator."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from fmus.common.errors import LogError
+
+LONGEST_LINE = 1 << 20
+HEADER_ROWS = 12
+
+
+@dataclass
+class Header:
+    """What stands before the numbers; start: byte at which they begin."""
+
+    names: list[str]
+    units: list[str]
+    meta: dict[str, str]
+    separator: str
+    start: int
+    decimal_comma: bool = False
+
+
+def decode(line: bytes) -> str:
+    """Text in UTF-8, with or without its mark, or else in Windows' Western encoding."""
+    try:
+        return line.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return line.decode("cp1252", errors="replace")
+
+
+def _number(field: str) -> bool:
+    try:
+        float(field.strip().replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def read_header(file: BinaryIO, where: str) -> Header:
+    """Everything up to the first row of numbers. LogError when no row of names is there."""
+    if file.read(2) in (b"\xff\xfe", b"\xfe\xff"):
+        raise LogError(f"{where}: is UTF-16 text: save it as CSV in UTF-8")
+    file.seek(0)
+    meta: dict[str, str] = {}
+    names: list[str] = []
+    units: list[str] = []
+    separator, rows = "", 0
+    while True:
+        start = file.tell()
+        line = file.readline(LONGEST_LINE)
+        text = decode(line).strip("\r\n\0 ")
+        if not line or rows > HEADER_ROWS:
+            break
+        if text.lower().startswith("sep=") and not names:
+            separator = text[4:5]
+        elif text.lstrip('"').startswith("#"):
+            key, _, value = text.strip('"').lstrip("# ").partition(":")
+            meta[key.strip().lower()] = value.strip(' \t",;')
+        elif text.strip(",;\t "):
+            separator = separator or max(";\t,", key=text.count)
+            fields = _fields(text, separator)
+            numbers = sum(map(_number, fields))
+            if numbers and 2 * numbers > sum(bool(f) for f in fields):
+                break
+            rows += 1
+            if not names:
+                names = fields
+            elif not units or any(f.lower().startswith("unit:") for f in fields):
+                units = [_after(f, "unit:") for f in fields]
+    if not names:
+        raise LogError(f"{where}: no row of names: its first row wants time,theta[1], ...")
+    return Header(names, units, meta, separator or ",", start)
+
+
+def _fields(text: str, separator: str) -> list[str]:
+    try:
+        return [f.strip() for f in next(csv.reader([text], delimiter=separator))]
+    except (csv.Error, StopIteration):
+        return [f.strip(' "') for f in text.split(separator)]
+
+
+def _after(field: str, prefix: str) -> str:
+    return field[len(prefix) :].strip() if field.lower().startswith(prefix) else field

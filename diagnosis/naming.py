@@ -1,0 +1,95 @@
+"""What was found in words of the library: effects with estimates, rivals, all candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from diagnosis.answer import Joint, shares
+from diagnosis.rounds import Round, Scored
+from diagnosis.verdict import Candidate, Estimate, Named
+from fmus.common.effects import library
+
+
+def named_of(held: Joint, rounds: Sequence[Round]) -> list[Named]:
+    rivals = _rivals(rounds)
+    share = dict(zip([e.id for e in held.effects], shares(held), strict=True))
+    grouped: dict[str, list[int]] = {}
+    for k, part in enumerate(held.parts):
+        grouped.setdefault(part.id, []).append(k)
+    known = library()
+    made = []
+    for name, places in grouped.items():
+        parts = [(_axis(held.parts[k]), _estimates(held, k)) for k in places]
+        axes = tuple(sorted({axis for axis, _ in parts if axis}))
+        others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
+        made.append(
+            Named(
+                name,
+                known[name].title,
+                axes,
+                _flat(parts),
+                tuple(parts),
+                others,
+                known[name].experiment if others else None,
+                share[name],
+            )
+        )
+    return made
+
+
+def _rivals(rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
+    """Rivals of each effect in the round in which it gained most."""
+    most: dict[str, tuple[float, tuple[str, ...]]] = {}
+    for found in (r.chosen for r in rounds if r.chosen):
+        gained = sum(part.gain.outside for part in found.parts)
+        if gained > most.get(found.id, (0.0, ()))[0]:
+            most[found.id] = gained, found.rivals
+    return {name: rivals for name, (_, rivals) in most.items()}
+
+
+def _axis(part: Scored) -> int:
+    return 0 if part.axis is None else part.axis + 1
+
+
+def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
+    """Gains, then shapes, of one part."""
+    part, effect = held.parts[k], library()[held.parts[k].id]
+    found = {}
+    for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
+        found[gain.name] = _estimate(float(value), float(std), gain.unit)
+    for shape in effect.shapes:
+        std = held.shape_deviation[k].get(shape.name, 0.0)
+        found[shape.name] = _estimate(part.shape[shape.name], std, shape.unit)
+    return found
+
+
+def _estimate(value: float, std: float, unit: str) -> Estimate:
+    return Estimate(value, (value - 1.96 * std, value + 1.96 * std), unit)
+
+
+def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Estimate]:
+    several = len({axis for axis, _ in parts}) > 1
+    flat: dict[str, Estimate] = {}
+    for axis, estimates in parts:
+        for name, estimate in estimates.items():
+            key = f"{name}[{axis}]" if several else name
+            count, unique = 2, key
+            while unique in flat:
+                unique, count = f"{key}#{count}", count + 1
+            flat[unique] = estimate
+    return flat
+
+
+def tried_of(rounds: Sequence[Round]) -> tuple[Candidate, ...]:
+    """How the candidates of all rounds did, best first."""
+    made = []
+    for number, r in enumerate(rounds, start=1):
+        for f in r.tried[:8]:
+            chosen = r.chosen is not None and r.chosen.id == f.id
+            rival = r.chosen is not None and f.id in r.chosen.rivals
+            best = f.parts[0]
+            p = max(part.gain.p for part in f.parts)
+            axes = tuple(axis + 1 for axis in f.axes)
+            row = (number, f.id, axes, dict(best.shape), r.shares[f.id], p, chosen, rival)
+            made.append(Candidate(*row))
+    return tuple(made)

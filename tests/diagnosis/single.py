@@ -1,0 +1,60 @@
+"""A single axis as nature has it: inertia, gravity, spring, LuGre friction, noise. NumPy only.
+
+Nothing of the house is used but the channel names of a log.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+TS, SECONDS = 1e-3, 12.0
+J, DAMPING, WEIGHT, SPRING = 0.08, 0.3, 1.4, 0.6
+BRISTLE, STATIC, STRIBECK = 2e3, 1.2, 0.05
+"""LuGre: bristle stiffness [1/rad relative to the friction], static over kinetic, rate [rad/s]."""
+
+
+def moved(t: Array, seed: int) -> tuple[Array, Array, Array]:
+    """theta, thetad, thetadd (samples,) of a smooth motion with many reversals."""
+    rng = np.random.default_rng(seed)
+    w, phase = rng.uniform(1.5, 14.0, 5), rng.uniform(0, 2 * np.pi, 5)
+    size = 0.5 / w
+    x = w * t[:, None] + phase
+    waves = np.sin(x), w * np.cos(x), -(w**2) * np.sin(x)
+    theta, rate, acceleration = (wave @ size for wave in waves)
+    return theta, rate, acceleration
+
+
+def lugre(t: Array, rate: Array, friction: float) -> Array:
+    """Friction torque (samples,) [N m] of bristles that bend and slip.
+
+    dz/dt = v - beta |v| / s(v) z, exact for the mean rate of each sample; the torque is
+    friction beta z, which tends to friction s(v) sign(v).
+    """
+    v = np.append(0.0, (rate[1:] + rate[:-1]) / 2)
+    level = 1.0 + (STATIC - 1.0) * np.exp(-((v / STRIBECK) ** 2))
+    decay = np.exp(-BRISTLE * np.abs(v) / level * np.gradient(t))
+    bent = np.zeros_like(t)
+    for k in range(1, len(t)):
+        end = np.sign(v[k]) * level[k]
+        bent[k] = end + (bent[k - 1] - end) * decay[k]
+    return friction * bent
+
+
+def write(path: Path, seed: int, number: int, friction: float, noise: float = 0.01) -> Path:
+    """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m]."""
+    t = np.arange(round(SECONDS / TS)) * TS
+    theta, rate, acceleration = moved(t, seed)
+    tau = J * acceleration + DAMPING * rate + WEIGHT * np.sin(theta) + SPRING * theta + 0.05
+    if friction:
+        tau = tau + lugre(t, rate, friction)
+    rng = np.random.default_rng([seed, number])
+    seen = np.round((theta + 2e-6 * rng.standard_normal(len(t))) / 1e-6) * 1e-6
+    tau = tau + noise * rng.standard_normal(len(t))
+    head = [f"# trajectory: {seed}", f"# pass: {number}", "time,theta[1],tau_meas[1]", "s,rad,N m"]
+    rows = [f"{a:.6f},{b:.7f},{c:.6f}" for a, b, c in zip(t, seen, tau, strict=True)]
+    path.write_text("\n".join([*head, *rows, ""]))
+    return path

@@ -1,0 +1,69 @@
+"""A single axis of unknown mass: dry friction that nature hides is named, and nothing else is."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+import pytest
+
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+from fmus.common.errors import UsageError
+from tests.diagnosis.single import write
+
+OPTIONS = Options(base="axis", confidence=0)
+DRY = {"coulomb_friction", "second_hysteresis"}
+"""What bristles are, seen from far and from near."""
+
+
+@cache
+def said(friction: float, runs: tuple[tuple[int, int], ...]) -> Diagnosis:
+    """The answer for runs (motion, pass), judged on a motion that none of them has."""
+    folder = Path(mkdtemp())
+    paths = [write(folder / f"{s}_{k}.csv", s, k, friction) for s, k in runs]
+    return diagnose(paths, [write(folder / "locked.csv", 3, 1, friction)], options=OPTIONS)
+
+
+TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
+
+
+@pytest.mark.parametrize("friction", [0.12, 0.02])
+def test_axis_with_bristles_has_dry_friction(friction: float) -> None:
+    diagnosis = said(friction, TWICE)
+    assert diagnosis.verdict in ("named", "set")
+    assert {effect.id for effect in diagnosis.effects} <= DRY
+    assert all(set(effect.rivals) <= DRY for effect in diagnosis.effects)
+    # another motion: the friction is 0.5 and 0.1 of the noise-free torque's spread there
+    assert diagnosis.gap.locked["after"][0] < 0.4 * diagnosis.gap.locked["before"][0]
+
+
+def test_axis_without_friction_has_nothing() -> None:
+    diagnosis = said(0.0, TWICE)
+    assert diagnosis.verdict == "none"
+    assert diagnosis.effects == ()
+
+
+@pytest.mark.parametrize("friction", [0.12, 0.0])
+def test_axis_of_one_run_is_never_named(friction: float) -> None:
+    diagnosis = said(friction, ((1, 1),))
+    assert diagnosis.verdict == "cannot tell"
+    assert diagnosis.effects == ()
+    assert any("run it again" in note for note in diagnosis.notes)
+
+
+@pytest.mark.parametrize(("friction", "names"), [(0.12, DRY), (0.0, set())])
+def test_axis_without_repeats_is_named_by_what_no_noise_could_be(
+    friction: float, names: set[str]
+) -> None:
+    diagnosis = said(friction, ((1, 1), (2, 1)))
+    found = {effect.id for effect in diagnosis.effects}
+    assert found <= names
+    assert bool(found) == bool(names)
+
+
+def test_base_of_another_name_is_refused_with_those_there_are(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", 1, 1, 0.0)
+    with pytest.raises(UsageError, match="axis, schunk"):
+        diagnose([path], options=Options(base="crane"))

@@ -1,0 +1,258 @@
+"""What goes wrong on a real machine's logs is noticed, mended where that is safe, and said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.logs import Finding, Log, Options, read_log
+from fmus.common.errors import LogError
+from tests.diagnosis.made import TS, Array, columns, motion, plain_csv, write_csv
+
+
+def finding(log: Log, kind: str) -> Finding:
+    """The one finding of a kind."""
+    (found,) = [f for f in log.findings if f.kind == kind]
+    return found
+
+
+def with_time(path: Path, change: Callable[[Array], Array], seconds: float = 2.0) -> Path:
+    run = motion(seconds)
+    return plain_csv(path, {**run, "time": change(run["time"])})
+
+
+def test_clean_log_has_no_finding(tmp_path: Path) -> None:
+    run = motion()
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"]}))
+    assert log.findings == ()
+    assert log["theta"].valid.all()
+    assert log.ts == pytest.approx(TS, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("deg", np.pi / 180), ("mrad", 1e-3), ("°", np.pi / 180), ("µrad", 1e-6)]
+)
+def test_unit_with_one_meaning_is_converted_and_said(
+    unit: str, factor: float, tmp_path: Path
+) -> None:
+    names, units, values = columns(motion())
+    units = ["ms", unit, unit, "mNm", "mNm"]
+    values[:, 0] *= 1e3
+    log = read_log(write_csv(tmp_path / "a.csv", names, units, values))
+    assert log.theta == pytest.approx(values[:, 1:3] * factor, rel=1e-15)
+    assert log.tau == pytest.approx(values[:, 3:] * 1e-3, rel=1e-15)
+    assert log.ts == pytest.approx(TS)
+    assert [f.text for f in log.findings if f.kind == "units"] == [
+        f"theta converted from {unit} to rad",
+        "tau_meas converted from mNm to N m",
+    ]
+
+
+@pytest.mark.parametrize("unit", ["nm", "grad", "counts", "%", "1", "furlong", "Mrad", "m"])
+def test_unit_with_several_meanings_is_refused(unit: str, tmp_path: Path) -> None:
+    names, _, values = columns(motion(0.5))
+    for units in (["s", unit, unit, "N m", "N m"], ["s", "rad", "rad", unit, unit]):
+        with pytest.raises(LogError, match=rf"a\.csv: .*\[1\] is in '{unit}', wanted .*--unit"):
+            read_log(write_csv(tmp_path / "a.csv", names, units, values))
+
+
+def test_log_without_units_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path = write_csv(tmp_path / "a.csv", names, None, values)
+    with pytest.raises(LogError, match=r"has no unit, wanted 's': give it in the file .* --unit"):
+        read_log(path)
+    told = Options(units={"time": "s", "theta": "deg", "tau_meas": "N m"})
+    assert read_log(path, told).theta == pytest.approx(values[:, 1:3] * np.pi / 180)
+
+
+def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    for channel in ("tau_meas", "current"):
+        named = [name.replace("tau_meas", channel) for name in names]
+        units = ["s", "rad", "rad", "mA", "mA"]
+        path = write_csv(tmp_path / "a.csv", named, units, values)
+        with pytest.raises(LogError, match=r"no torque constant .* 3\.0 N m/A"):
+            read_log(path)
+        given = read_log(path, Options(torque_constant=(3.0, 2.0)))
+        assert given.tau == pytest.approx(values[:, 3:] * [3e-3, 2e-3])
+        meta = {"torque_constant": "3.0 N m/A"}
+        told = read_log(write_csv(tmp_path / "a.csv", named, units, values, meta))
+        assert told.tau == pytest.approx(values[:, 3:] * 3e-3)
+        assert "3 N m/A" in finding(told, "units").text
+        for bad in ("3.0", "3.0 V", "nan N m/A", "-3 N m/A", "", "x N m/A"):
+            path = write_csv(
+                tmp_path / "a.csv", named, units, values, {"torque_constant": bad or " "}
+            )
+            with pytest.raises(LogError, match="torque_constant is"):
+                read_log(path)
+
+
+def test_nan_stretch_is_bridged_and_not_valid(tmp_path: Path) -> None:
+    run = motion()
+    run["theta"][1000:1050, 1] = np.nan
+    channel = (log := read_log(plain_csv(tmp_path / "a.csv", run)))["theta"]
+    assert np.flatnonzero(~channel.valid).tolist() == list(range(1000, 1050))
+    assert np.isfinite(channel.values).all()
+    assert "50 samples (1 stretches, the first at 0.5 s)" in finding(log, "nan").text
+    assert log["tau_meas"].valid.all()
+
+
+def test_dropped_samples_leave_the_others_in_their_place(tmp_path: Path) -> None:
+    run = motion()
+    lost = np.r_[500:503, 2000, 2002]
+    cut = {name: np.delete(signal, lost, axis=0) for name, signal in run.items()}
+    log = read_log(plain_csv(tmp_path / "a.csv", cut))
+    channel = log["theta"]
+    assert np.flatnonzero(~channel.valid).tolist() == lost.tolist()
+    assert np.array_equal(channel.values[channel.valid], cut["theta"])
+    # a straight line over two periods of a motion of 12 rad/s: 0.1 rad (12 2 TS)^2 / 2
+    assert np.abs(channel.values - run["theta"]).max() < 1e-4
+    assert finding(log, "gap").text.startswith("5 samples were dropped in 3 gaps")
+
+
+def test_long_gap_is_a_break_with_true_times(tmp_path: Path) -> None:
+    run = motion()
+    cut = {name: np.delete(signal, np.s_[1000:4000], axis=0) for name, signal in run.items()}
+    log = read_log(plain_csv(tmp_path / "a.csv", cut))
+    channel = log["theta"]
+    assert np.flatnonzero(~channel.valid).tolist() == [1000]
+    assert channel.time[channel.valid] == pytest.approx(cut["time"], abs=1e-9)
+    assert np.array_equal(channel.values[channel.valid], cut["theta"])
+    assert "cut there" in finding(log, "break").text
+
+
+def test_time_backwards_is_refused_but_a_reset_is_cut(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="time runs backwards 3999 times, first from"):
+        read_log(with_time(tmp_path / "a.csv", lambda t: t[::-1]))
+    log = read_log(with_time(tmp_path / "a.csv", lambda t: np.where(t < 0.5, t, t - 0.5)))
+    assert len(log.theta) == 3000
+    assert "set back 1 times (first in sample 1001)" in finding(log, "reset").text
+    with pytest.raises(LogError, match="stands still"):
+        read_log(with_time(tmp_path / "a.csv", np.zeros_like))
+    mixed = np.random.default_rng(0).permutation(4000)
+    with pytest.raises(LogError, match="backwards"):
+        read_log(with_time(tmp_path / "a.csv", lambda t: t[mixed]))
+
+
+def test_jitter_is_told_and_loses_no_sample(tmp_path: Path) -> None:
+    noise = 0.1 * TS * np.random.default_rng(1).standard_normal(4000)
+    log = read_log(with_time(tmp_path / "a.csv", lambda t: t + noise))
+    assert "jitters by 5e-05 s" in finding(log, "jitter").text
+    assert (len(log.theta), log.ts) == (4000, pytest.approx(TS, rel=1e-4))
+    assert log["theta"].valid.all()
+    with pytest.raises(LogError, match="not evenly spaced"):
+        read_log(with_time(tmp_path / "a.csv", lambda t: np.sort(t + 20 * noise)))
+
+
+def test_coarsely_written_time_is_counted(tmp_path: Path) -> None:
+    log = read_log(with_time(tmp_path / "a.csv", lambda t: np.round(t, 3)))
+    assert log.ts == pytest.approx(TS, rel=1e-4)
+    assert "steps of 0.001 s" in finding(log, "jitter").text
+
+
+def test_repeated_samples_are_dropped(tmp_path: Path) -> None:
+    run = motion()
+    twice = {name: np.insert(s, 300, s[300], axis=0) for name, s in run.items()}
+    log = read_log(plain_csv(tmp_path / "a.csv", twice))
+    assert np.array_equal(log.theta, run["theta"])
+    assert finding(log, "duplicate").corrected
+
+
+def test_drift_between_time_columns_is_told(tmp_path: Path) -> None:
+    run = motion()
+    values = np.column_stack([run["time"], run["theta"], run["time"] * (1 + 2e-4), run["tau_meas"]])
+    names = ["time", "theta[1]", "theta[2]", "time", "tau_meas[1]", "tau_meas[2]"]
+    units = ["s", "rad", "rad", "s", "N m", "N m"]
+    log = read_log(write_csv(tmp_path / "a.csv", names, units, values))
+    assert "drift by 200 ppm" in finding(log, "drift").text
+    assert log["tau_meas"].ts / log.ts == pytest.approx(1 + 2e-4, rel=1e-9)
+
+
+def test_clipped_torque_is_not_valid_but_a_peak_is(tmp_path: Path) -> None:
+    run = motion()
+    step = 1e-3  # a drive's step of current times its torque constant
+    clean = step * np.rint(run["tau_meas"] / step)
+    smooth = step * np.rint(np.sin(3 * run["time"])[:, None] * [1, 0.5] / step)
+    for torque in (clean, smooth):
+        log = read_log(plain_csv(tmp_path / "a.csv", {**run, "tau_meas": torque}))
+        assert log["tau_meas"].valid.all()
+        clipped = np.clip(torque, -0.7 * torque.max(), np.inf)
+        log = read_log(plain_csv(tmp_path / "a.csv", {**run, "tau_meas": clipped}))
+        at = (clipped == clipped.min()).any(axis=1)
+        assert not log["tau_meas"].valid[at].any()
+        assert (~log["tau_meas"].valid).sum() < 1.5 * at.sum() + 50
+        assert "is clipped at -" in next(f.text for f in log.findings if f.kind == "clipped")
+
+
+def test_constant_channel_and_doubtful_range_are_told(tmp_path: Path) -> None:
+    run = motion()
+    run["tau_meas"][:, 1] = 0.25
+    run["theta"][:, 0] *= 1000
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert finding(log, "constant").text == "tau_meas[2] is 0.25 throughout"
+    assert "theta[1] reaches" in finding(log, "range").text
+
+
+def test_jump_of_an_angle_is_not_valid(tmp_path: Path) -> None:
+    """Samples lost while the logger counted on: time shows nothing, the angle does."""
+    run = motion()
+    run["theta"] = np.vstack([run["theta"][:3000], run["theta"][3200:], run["theta"][-200:]])
+    log = read_log(plain_csv(tmp_path / "a.csv", run))
+    assert not log["theta"].valid[2999:3001].any()
+    assert "jumps" in finding(log, "jump").text
+
+
+def test_swapped_axes_and_turned_signs_are_told(tmp_path: Path) -> None:
+    run = motion(n=3)
+    swapped = run["theta"][:, [1, 0, 2]] * [1, 1, -1]
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "theta": swapped, "r": run["theta"]}))
+    assert finding(log, "swapped").text == (
+        "axes are swapped: theta[1] follows r[2], theta[2] follows r[1]"
+    )
+    assert "theta[3] follows -r[3]" in finding(log, "sign").text
+
+
+def test_delay_and_growing_delay_are_measured(tmp_path: Path) -> None:
+    """To a fiftieth of a sample; interpolation of the made-up signal is far better."""
+    run = motion(6.0)
+    t = run["time"]
+    longer = motion(8.0)
+    fine, known = longer["theta"].T, longer["time"]
+    late = np.column_stack([np.interp(t - 0.0123, known, column) for column in fine])
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": late}))
+    found = finding(log, "delay").text
+    assert float(found.split(" by ")[1].split()[0]) == pytest.approx(12.3, abs=0.01)
+    grown = np.column_stack([np.interp(t * (1 - 1e-3), known, column) for column in fine])
+    log = read_log(plain_csv(tmp_path / "a.csv", {**run, "r": run["theta"], "theta": grown}))
+    found = finding(log, "drift").text
+    assert float(found.split("drift by ")[1].split()[0]) == pytest.approx(1000, rel=0.02)
+
+
+def test_missing_channels_are_named(tmp_path: Path) -> None:
+    run = motion(0.5)
+    for lost, match in (("tau_meas", r"no channels tau_meas\[1\]"), ("time", "no channel `time`")):
+        kept = {name: signal for name, signal in run.items() if name != lost}
+        with pytest.raises(LogError, match=match):
+            read_log(plain_csv(tmp_path / "a.csv", kept))
+    names, units, values = columns(motion(0.5, n=3))
+    keep = [0, 1, 3, 4, 5, 6]
+    with pytest.raises(LogError, match=r"theta\[2\] is missing"):
+        read_log(
+            write_csv(
+                tmp_path / "a.csv",
+                [names[k] for k in keep],
+                [units[k] for k in keep],
+                values[:, keep],
+            )
+        )
+    with pytest.raises(LogError, match="3 angles but 2 torques"):
+        read_log(write_csv(tmp_path / "a.csv", names[:6], units[:6], values[:, :6]))
+
+
+def test_short_log_is_told_or_refused(tmp_path: Path) -> None:
+    assert finding(read_log(plain_csv(tmp_path / "a.csv", motion(0.5))), "short")
+    with pytest.raises(LogError, match="2 samples are too few"):
+        read_log(plain_csv(tmp_path / "a.csv", motion(2 * TS)))

@@ -1,0 +1,84 @@
+"""Passes of one trajectory find each other, aligned to a fraction of a sample."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from diagnosis.logs import Channel, Log, group_runs
+from tests.diagnosis.made import TS, motion
+
+
+def run(seed: int, shift: float, name: str, with_r: bool = False, **meta: str) -> Log:
+    """A pass whose motion comes `shift` s later than the first pass of that seed."""
+    rng = np.random.default_rng(sum(map(ord, name)))
+    fine = motion(12.0, seed=seed, ts=TS / 4)
+    t = np.arange(8000) * TS
+    theta = np.column_stack([np.interp(t + 1.0 - shift, fine["time"], c) for c in fine["theta"].T])
+    noisy = theta + 2e-5 * rng.standard_normal(theta.shape)
+    log = replace(Log.of(name, TS, noisy, np.zeros_like(theta)), meta=meta)
+    if with_r:
+        r = Channel(0.0, TS, theta, np.ones(len(theta), dtype=bool))
+        log = replace(log, channels={**log.channels, "r": r})
+    return log
+
+
+@pytest.mark.parametrize("with_r", [True, False])
+def test_passes_are_found_and_aligned(with_r: bool) -> None:
+    logs = [
+        run(1, 0.0, "a1", with_r),
+        run(2, 0.0, "b1", with_r),
+        run(1, 0.01234, "a2", with_r),
+        run(2, -0.4321, "b2", with_r),
+    ]
+    groups = group_runs(logs)
+    assert [[log.name for log in group.logs] for group in groups] == [["a1", "a2"], ["b1", "b2"]]
+    shifts = [group.logs[1].shift for group in groups]
+    # 8000 samples with 20 urad of noise on 0.3 rad/s leave less than a microsecond
+    assert shifts == pytest.approx([0.01234, -0.4321], abs=2e-6)
+    assert any("found alike by" in f.text for f in groups[0].findings)
+
+
+def test_start_of_the_clock_belongs_to_the_shift() -> None:
+    late = run(1, 0.0, "a2")
+    moved = {name: replace(c, t0=100.0) for name, c in late.channels.items()}
+    (group,) = group_runs([run(1, 0.0, "a1"), replace(late, channels=moved)])
+    assert group.logs[1].shift == pytest.approx(100.0, abs=2e-6)
+
+
+def test_contradicting_metadata_are_found() -> None:
+    logs = [
+        run(1, 0.0, "a1", trajectory="a", **{"pass": "1"}),
+        run(1, 0.1, "a2", trajectory="b", **{"pass": "1"}),
+        run(2, 0.0, "a3", trajectory="a", **{"pass": "2"}),
+    ]
+    first, second = group_runs(logs)
+    assert (first.trajectory, second.trajectory) == ("a", "a (2)")
+    texts = " | ".join(f.text for f in first.findings)
+    assert "named a and b, but they are the same motion" in texts
+    assert "same pass number" in texts
+    assert any("another motion" in f.text for f in second.findings)
+
+
+def test_other_payload_is_no_repeat() -> None:
+    logs = [run(1, 0.0, "a1", payload="0 kg"), run(1, 0.0, "a2", payload="0.5")]
+    assert [len(group.logs) for group in group_runs(logs)] == [1, 1]
+    same = [run(1, 0.0, "a1", payload="0.50 kg"), run(1, 0.0, "a2", payload="0.5")]
+    assert [len(group.logs) for group in group_runs(same)] == [2]
+
+
+def test_single_pass_and_standstill_say_that_nothing_repeats() -> None:
+    still = [Log.of(n, TS, 1e-8 * np.ones((8000, 2)), np.zeros((8000, 2))) for n in "ab"]
+    groups = group_runs([run(1, 0.0, "a1"), *still])
+    assert [len(group.logs) for group in groups] == [1, 1, 1]
+    assert all(group.findings[-1].kind == "no-repeat" for group in groups)
+
+
+def test_repeating_motion_is_not_moved_by_a_period() -> None:
+    t = np.arange(8000) * TS
+    theta = 0.1 * np.column_stack([np.sin(2 * np.pi * t), np.cos(4 * np.pi * t)])
+    logs = [Log.of(n, TS, theta, theta) for n in "ab"]
+    (group,) = group_runs(logs)
+    assert group.logs[1].shift == pytest.approx(0.0, abs=1e-9)

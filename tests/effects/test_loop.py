@@ -1,0 +1,134 @@
+"""The whole loop around a plant with an effect: with its gain in p the effect is gone.
+
+One build serves all effects: a case differs from the next by gains alone. It also shows that the
+FMUs of a machine file with effects are accepted by an importer.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from fmugen.rooms import build_room
+
+from diagnosis.identify import regression
+from diagnosis.logs import Log
+from diagnosis.motion import MotionModel
+from flexhex.build import Builder
+from flexhex.cases import Case
+from fmus.common.effect_bank import Bank, compensated
+from fmus.common.effects import library
+from fmus.common.machine_file import load_machine
+from fmus.common.parameters import base_parameters
+from fmus.estimator.interface import normalisation
+from ssp.executor import run
+from ssp.results import Result
+from tests.conftest import OUT, one_at_a_time
+from tests.effects.machines import Array, machine_file, on_axes, only, use
+from tests.rooms.loaded import CACHE
+
+REST, MOVING, PERIOD = 1.0, 2.0, 0.03
+SAMPLED = {
+    "cross_coupling",
+    "thermal_drift",
+    "time_delay",
+    "coulomb_friction",
+    "second_hysteresis",
+    "flexible_mode",
+}
+"""Every other kind of effect is run by the complete tests alone."""
+IDS = [
+    id if id in SAMPLED else pytest.param(id, marks=pytest.mark.slow)
+    for id in on_axes()
+    if compensated(library()[id])
+]
+
+
+class Missed(NamedTuple):
+    """RMS over the motion: tracking error [rad], torque that p missed (K's innovation) [N m]."""
+
+    e: float
+    innovation: float
+
+
+@pytest.fixture(scope="module")
+def builder() -> Builder:
+    """The loop with every effect, built under out/test/effects."""
+    folder = OUT / "effects"
+    with one_at_a_time(folder):
+        made = Builder(machine_file(folder, *(use(id) for id in on_axes())), folder)
+        made.fmus()
+    return made
+
+
+def ran(builder: Builder, name: str, effect: Array, gains: Array, signals: list[str]) -> Result:
+    """A run with gains `effect` in the plant and `gains` in p, nothing adapting."""
+    machine = builder.machine
+    p = base_parameters(machine)
+    p[162:] = gains
+    starts = {
+        "reference": {"seed": 1.0, "t_start": REST, "duration": MOVING},
+        "plant": {"effect": effect},
+        "K": {"p0": p, "scale": normalisation(machine, p), "adapt": 0.0},
+    }
+    path = builder.case(Case(name, name, "plant", REST + MOVING, starts))
+    return run(path, REST + MOVING, signals=signals)
+
+
+def missed(builder: Builder, name: str, effect: Array, gains: Array) -> Missed:
+    """What such a run misses."""
+    result = ran(builder, name, effect, gains, ["feedback.e", "K.innovation"])
+    e = result["feedback.e"][round((REST + 0.1) / builder.machine.timing.base) :]
+    innovation = result["K.innovation"][round((REST + 0.2) / PERIOD) :]
+    return Missed(*(float(np.sqrt((signal**2).mean())) for signal in (e, innovation)))
+
+
+@pytest.mark.parametrize("id", IDS)
+def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Builder) -> None:
+    """0.04 urad is what the sampled feedforward leaves on the nominal plant, 0.29 mN m the
+    current steps of the torque reading; friction's corners leave 0.2 urad."""
+    real, known = Bank.real(builder.machine), Bank.known(builder.machine)
+    effect, gains = only(real, id), only(known, id)
+    there = missed(builder, f"{id}-hidden", effect, np.zeros_like(gains))
+    gone = missed(builder, f"{id}-known", effect, gains)
+    assert gone.e < 0.4e-6
+    assert gone.innovation < 0.5e-3
+    assert there.e > 10 * gone.e
+
+
+def test_columns_of_a_log_explain_all_effects_at_once(builder: Builder) -> None:
+    """What `identify` fits to: the smoothed columns of a log times the true p are its torque."""
+    machine = builder.machine
+    real, known = Bank.real(machine), Bank.known(machine)
+    there = np.array([compensated(part.effect) for part, _ in real.gains])
+    gains = np.array(known.values)
+    effect = np.where(there, real.values, 0.0)
+    result = ran(builder, "all", effect, gains, ["plant.theta", "plant.tau_meas"])
+    log = Log.of("all", machine.timing.base, result["plant.theta"], result["plant.tau_meas"])
+    columns, tau = regression(MotionModel(machine), log, settle=0.9)
+    Phi = columns.stacked(1).reshape(-1, 6, columns.shape[1])
+    p = base_parameters(machine)
+    left, without = (
+        float(np.sqrt((((Phi[:, :, :count] @ p[:count]) - tau) ** 2).mean()))
+        for count in (len(p), 162)
+    )
+    # the current steps of the reading leave 0.3 mN m, the first order of lag and delay the rest
+    assert left < 1e-3
+    assert without > 20e-3
+
+
+def test_fmus_with_all_effects_are_valid(builder: Builder) -> None:
+    for path in sorted((builder.out / "fmus").glob("*.fmu")):
+        assert not validate_fmu(str(path)), path.name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("id", list(library()))
+def test_fmus_with_one_effect_are_valid(id: str, tmp_path: Path) -> None:
+    subject = load_machine(machine_file(tmp_path, use(id)))
+    for room in ("plant", "filter", "feedforward", "estimator"):
+        fmu = build_room(room, subject, tmp_path, cache=CACHE)
+        assert not validate_fmu(str(fmu)), room

@@ -1,0 +1,256 @@
+"""The rooms in C with effects: nothing changes at zero gains; lags, delays and columns exact."""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+from fmugen.rooms import ROOMS, room_interface
+from numpy.lib.stride_tricks import sliding_window_view
+
+from fmus.common.effect_bank import Bank, columns_function, followers
+from fmus.common.parameters import base_parameters
+from fmus.feedforward.equations import functions as feedforward_functions
+from fmus.filter.equations import hann
+from tests.compare import assert_close
+from tests.effects.machines import Array, axis_of, everything, only
+from tests.rooms.loaded import Loaded, StartError, load, machine
+from tests.rooms.motions import Instant
+from tests.rooms.test_filter import TS, swings
+from tests.rooms.test_plant import EXACT, torques
+
+BASE = 0.00025
+CHANGED = ("plant", "filter", "feedforward")
+
+
+@cache
+def real() -> Bank:
+    return Bank.real(everything())
+
+
+@cache
+def known() -> Bank:
+    return Bank.known(everything())
+
+
+def plant(gains: Array, **parameters: object) -> Loaded:
+    room = load("plant", everything())
+    room.start(effect=gains, **{**EXACT, **parameters})
+    return room
+
+
+def one(id: str, value: float) -> Array:
+    """Gains of the plant, zero but for the only one of an effect."""
+    return np.where(only(real(), id) != 0, value, 0.0)
+
+
+def angles(room: Loaded, commands: Array) -> Array:
+    return np.array([room.tick(tau=tau)["theta"] for tau in commands])
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_machine_without_effects_has_none_of_their_c(room: str) -> None:
+    """Neither sizes nor functions: what effects.h and step.c have for them is left out."""
+    module = importlib.import_module(f"fmus.{room}.equations")
+    for subject, wanted in ((machine(), False), (everything(), room in CHANGED)):
+        names = [function.name() for function in module.functions(subject)]
+        constants = room_interface(room, subject).constants
+        assert any("effect" in name for name in names) == wanted
+        assert ("N_EFFECT" in constants) == wanted
+
+
+def test_plant_without_gains_is_the_nominal_plant() -> None:
+    nominal, subject = load("plant"), plant(np.zeros(real().n_gains))
+    nominal.start(**EXACT)
+    for tau in torques(300, seed=31):
+        expected, actual = nominal.tick(tau=tau, payload=0.3), subject.tick(tau=tau, payload=0.3)
+        assert np.array_equal(actual.values, expected.values)
+
+
+def test_feedforward_without_gains_is_the_nominal_one() -> None:
+    nominal, subject = load("feedforward"), load("feedforward", everything())
+    nominal.start()
+    subject.start()
+    p = base_parameters(machine())
+    for at in along(40):
+        given = {"x": at.x, "xd": at.xd, "xdd": at.xdd, "z": at.z}
+        expected = nominal.tick(p=p, **given)["tau_ff"]
+        actual = subject.tick(p=np.concatenate([p, np.zeros(known().n_gains)]), **given)["tau_ff"]
+        assert np.array_equal(actual, expected)
+
+
+def test_lag_and_current_loop_can_be_exchanged() -> None:
+    """Two lags in a row: which of them is the drive's does not matter to the joint."""
+    commands = torques(300, seed=32)
+    axis = axis_of("drive_lag") - 1
+    slow, fast = 150.0, 700.0
+    moved = []
+    for f, lag in ((slow, fast), (fast, slow)):
+        room = plant(one("drive_lag", 1 / (2 * np.pi * lag)), f_current=f)
+        mask = np.arange(6) == axis
+        # the other axes are at rest without a command: only the lagged one differs by f
+        moved.append(angles(room, np.where(mask, commands, 0.0)))
+    assert_close(moved[0], moved[1], atol=1e-13, what="theta")
+    plain = plant(np.zeros(real().n_gains), f_current=slow)
+    without = angles(plain, np.where(np.arange(6) == axis, commands, 0.0))
+    assert np.abs(without - moved[0]).max() > 1e-6
+
+
+def test_lag_as_slow_as_the_current_loop_is_no_special_case() -> None:
+    commands, T = torques(200, seed=33), 1 / (2 * np.pi * 200.0)
+    equal = angles(plant(one("drive_lag", T), f_current=200.0), commands)
+    nearly = angles(plant(one("drive_lag", T * (1 + 1e-9)), f_current=200.0), commands)
+    # the delay differs by 8e-13 s at 1 rad/s
+    assert_close(equal, nearly, atol=1e-11, what="theta")
+
+
+def test_delay_of_whole_ticks_is_a_late_command() -> None:
+    commands, mask = torques(300, seed=34), np.arange(6) == axis_of("time_delay") - 1
+    commands = np.where(mask, commands, 0.0)
+    subject = angles(plant(one("time_delay", 3 * BASE)), commands)
+    late = angles(plant(np.zeros(real().n_gains), command_delay=3), commands)
+    assert_close(subject, late, atol=1e-14, what="theta")
+
+
+def test_delay_between_ticks_is_interpolated() -> None:
+    """2.4 ticks are a whole number of substeps when there are five of them."""
+    commands = torques(300, seed=35)
+    coarse = angles(plant(one("time_delay", 2.4 * BASE)), commands)
+    fine = angles(plant(one("time_delay", 2.4 * BASE), substeps=5), commands)
+    nearest = angles(plant(one("time_delay", 2.0 * BASE), substeps=5), commands)
+    error, step = np.abs(coarse - fine).max(), np.abs(nearest - fine).max()
+    assert error < 0.02 * step
+    assert step > 1e-6
+
+
+@pytest.mark.parametrize("id", ["drive_gain", "torque_saturation", "drive_lag", "time_delay"])
+def test_drive_reports_what_the_joint_does_not_get(id: str) -> None:
+    commands = torques(60, seed=36)
+    nominal, subject = plant(np.zeros(real().n_gains)), plant(only(real(), id))
+    for tau in commands:
+        expected, actual = nominal.tick(tau=tau), subject.tick(tau=tau)
+        assert np.array_equal(actual["tau_meas"], expected["tau_meas"])
+    assert np.abs(subject.y["theta"] - nominal.y["theta"]).max() > 1e-8
+
+
+def test_eccentric_encoder_misreads_the_angle_alone() -> None:
+    commands, gains = torques(200, seed=37), only(real(), "encoder_eccentricity")
+    nominal, subject = plant(np.zeros(real().n_gains)), plant(gains)
+    e_c, e_s = gains[gains != 0]
+    axis = axis_of("encoder_eccentricity") - 1
+    for tau in commands:
+        theta, read = nominal.tick(tau=tau)["theta"], subject.tick(tau=tau)["theta"]
+        error = np.zeros(6)
+        error[axis] = e_c * (np.cos(theta[axis]) - 1) + e_s * np.sin(theta[axis])
+        assert_close(read, theta + error, atol=1e-15, what="theta")
+    assert np.abs(error).max() > 1e-6
+    assert np.array_equal(subject.y["x_E"], nominal.y["x_E"])
+
+
+@pytest.mark.parametrize(("id", "value"), [("drive_lag", -1e-4), ("time_delay", 0.5)])
+def test_plant_refuses_lags_that_cannot_be(id: str, value: float) -> None:
+    with pytest.raises(StartError, match=rf"^effect: axis {axis_of(id)} has a lag of"):
+        plant(one(id, value))
+
+
+def called(function: ca.Function, *arguments: object) -> Array:
+    return np.array(function(*(ca.DM(np.asarray(a, dtype=float)) for a in arguments))).ravel()
+
+
+def columns_along(theta: Array, tau: Array) -> Array:
+    """Columns (ticks, n_gains) at raw samples: states advanced, rates by central differences."""
+    bank = known()
+    start, advance = followers(bank, "twin")
+    columns = columns_function(bank, "columns")
+    held = [np.concatenate([row[:1], row]) for row in (theta, tau)]
+    rows, state, last = [], called(start, theta[0]), np.zeros(31)
+    for k in range(len(theta) - 1):
+        (a, b, c), (u, _, w) = (row[k : k + 3] for row in held)
+        second = ((c - b) - (b - a)) / TS**2
+        now = np.concatenate([b, (c - a) / (2 * TS), second, tau[k], (w - u) / (2 * TS)])
+        now = np.append(now, TS * (k + 1))
+        if k:
+            state = called(advance, last, now, state, TS)
+        rows.append(called(columns, now, state))
+        last = now
+    return np.array(rows)
+
+
+@pytest.mark.parametrize(("alignment", "basis"), [(0, 1), (1, 1), (4, 0)])
+def test_filter_windows_the_columns_of_raw_samples(alignment: int, basis: int) -> None:
+    """Both forms of the filter take the columns at the raw angle; all of one instant with tau_f."""
+    theta, tau = swings(320, seed=38)
+    room = load("filter", everything())
+    room.start(alignment=alignment, basis=basis)
+    actual, tau_f = [], []
+    for angle, torque in zip(theta, tau, strict=True):
+        y = room.tick(theta=angle, tau_meas=torque)
+        actual.append(y["chi_f"][114:])
+        tau_f.append(y["tau_f"])
+    raw, taps = columns_along(theta, tau), hann(101)
+    windows = sliding_window_view(raw, 101, axis=0)[:, :, ::-1] @ taps
+    # a window over samples k - 100 .. k appears 1 + alignment ticks after sample k
+    first = 101 + alignment
+    expected = windows[1 : len(actual) - first]
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-3)
+    assert_close(
+        np.array(actual)[first + 1 :][: len(expected)] / scale, expected / scale, atol=1e-11
+    )
+    torque_windows = sliding_window_view(tau, 101, axis=0)[:, :, ::-1] @ taps
+    assert_close(
+        np.array(tau_f)[first + 1 :],
+        torque_windows[1 : len(tau_f) - first],
+        atol=1e-12,
+        what="tau_f, the same instants",
+    )
+
+
+def test_filter_first_columns_are_those_of_rest() -> None:
+    room = load("filter", everything())
+    y = room.start()
+    declared = next(v for v in room.interface.outputs if v.name == "chi_f").starts
+    assert_close(y["chi_f"], declared, atol=1e-15, what="chi_f")
+
+
+def along(ticks: int) -> list[Instant]:
+    """A motion of the kinematics at the feedforward's sample time."""
+    room, made = load("kinematics"), []
+    room.start()
+    w, phase = 9.0, np.arange(6)
+    for k in range(ticks):
+        t = TS * k
+        theta = 0.1 * np.sin(w * t + phase) - 0.1 * np.sin(phase)
+        thetad, thetadd = (0.1 * w * np.cos(w * t + phase), -0.1 * w**2 * np.sin(w * t + phase))
+        y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
+        made.append(Instant(y["x"], y["xd"], y["xdd"], y["z"]))
+    return made
+
+
+def test_feedforward_advances_the_states_along_the_wanted_motion() -> None:
+    torque, whole, start, advance = feedforward_functions(everything())
+    room = load("feedforward", everything())
+    room.start()
+    p = np.concatenate([base_parameters(machine()), known().values])
+    bases: list[Array] = []
+    state, last = np.zeros(0), np.zeros(31)
+    for k, at in enumerate(along(60)):
+        base = called(torque, at.x, at.xd, at.xdd, at.z, p)
+        rate = (3 * base - 4 * bases[-1] + bases[-2]) / (2 * TS) if k > 1 else np.zeros(6)
+        now = np.concatenate([at.x[:6], at.xd[:6], at.xdd[:6], base, rate, [TS * (k + 1)]])
+        if k:
+            guess = now.copy()
+            guess[18:24] = called(whole, now, state, p)
+            state = called(advance, last, guess, state, TS)
+        else:
+            state = called(start, at.x[:6])
+        expected = called(whole, now, state, p)
+        last = now.copy()
+        last[18:24] = expected
+        bases.append(base)
+        actual = room.tick(x=at.x, xd=at.xd, xdd=at.xdd, z=at.z, p=p)["tau_ff"]
+        # rounding of the torque over two sample times, times the lag: 1e-14 / 1e-3 * 1e-3
+        assert_close(actual, expected, atol=1e-12, what=f"tau_ff, tick {k}")
+    assert np.abs(state).max() > 1e-3

@@ -1,0 +1,53 @@
+"""A sample of the study: effects hidden by the foreign generator, diagnosed from the logs.
+
+Minutes, not hours: a few cases of each category, so only gross failures show. The figures with
+their intervals come from `python -m benchmarks.hidden_effects` over some hundred seeds.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.hidden_effects import judge
+from tests.hidden.draw import slots
+from tests.hidden.score import Score
+from tests.hidden.tables import SEEN
+
+SAMPLE_FROM = 600
+"""First seed of the round that the sample is taken from."""
+
+
+def seed_of(category: str, id: str = "", size: float | None = None) -> int:
+    """The first seed of that round with such a case."""
+    for k, row in enumerate(slots()):
+        if row[0] == category and id in ("", row[1]) and size in (None, row[2]):
+            return SAMPLE_FROM + k
+    raise LookupError(f"{category} {id} {size}: not in a round")
+
+
+def verdict(category: str, id: str = "", size: float | None = None) -> Score:
+    """Generated, diagnosed and judged."""
+    return judge(("seed", seed_of(category, id, size)))
+
+
+def test_nothing_hidden_names_nothing() -> None:
+    found = verdict("nothing")
+    assert found.outcome != "false_alarm", found
+
+
+@pytest.mark.parametrize("id", ["cogging_harmonic", "torque_ripple", "drive_lag"])
+def test_large_effect_is_found(id: str) -> None:
+    """3 % of torque RMS, of which far more than the least share is observable."""
+    found = verdict("single", id, 0.03)
+    assert found.observable[0] > SEEN, "the case does not test what it says"
+    assert found.outcome in ("alone", "set"), found
+
+
+def test_effect_outside_the_list_gets_no_name() -> None:
+    found = verdict("outside", "limit_cycle", 0.03)
+    assert found.outcome == "right", found
+
+
+def test_payload_is_a_changed_parameter() -> None:
+    found = verdict("changed", "payload")
+    assert found.outcome == "right", found
