@@ -33,9 +33,6 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     something = bool(found.effects or found.changed)
     if found.machine:
         steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
-    elif found.verdict == "changed" and asked.base == "hexapod":
-        text = "Write these values into a copy of the machine file, then ask again:"
-        steps.append((text, asked.again("--machine", "COPY.toml")))
     elif found.verdict in APPLICABLE and asked.base == "hexapod":
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))

@@ -27,6 +27,9 @@ from flexhex.diagnose_words import (
 )
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
+SIDES = ("before", "after")
+LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
+"""Plants of the closed loop, as `flexhex.rebuild` calls them."""
 WORSE = 1.02
 """Growth of a gap from which on it counts as worse."""
 MOST_FINDINGS = 10
@@ -152,23 +155,21 @@ def gap_rows(gap: Gap) -> Rows:
 
 
 def shown_lines(shown: Mapping[str, Any]) -> list[str]:
-    """The rebuilt simulation and the closed loop in a line each, where they were run."""
-    names = {"rebuilt": "Rebuilt simulation, gap", "tracking": "Closed loop, tracking error"}
+    """The replayed runs and the closed loops in a line each, where they were run."""
     lines = []
-    for key, text in names.items():
-        if isinstance(figures := shown.get(key), Mapping):
-            unit = figures.get("unit", "")
-            line = f"{text}: {_value(figures, 'before')} {unit} before, "
-            line += f"{_value(figures, 'after')} {unit} after"
-            if figures.get("floor") is not None:
-                line += f", {_value(figures, 'floor')} {unit} is what does not repeat"
-            lines.append(line)
+    for run, gaps in shown.get("simulation_gap", {}).items():
+        before, after = (rms(np.asarray(gaps[side], dtype=np.float64)) for side in SIDES)
+        lines.append(
+            f"Rebuilt simulation of {Path(run).name}: gap {number(before)} N m before,"
+            f" {number(after)} N m after"
+        )
+    for kind, sides in shown.get("closed_loop", {}).items():
+        (e, tau), (e_after, tau_after) = ((sides[s]["e"], sides[s]["tau_fb"]) for s in SIDES)
+        lines.append(
+            f"Closed loop on the {LOOPS.get(kind, kind)}: tracking error {number(e)} µrad before,"
+            f" {number(e_after)} µrad after; feedback {number(tau)} and {number(tau_after)} N m"
+        )
     return lines
-
-
-def _value(figures: Mapping[str, Any], name: str) -> str:
-    value = figures.get(name)
-    return "–" if value is None else number(float(value))
 
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:

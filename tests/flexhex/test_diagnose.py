@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import flexhex.diagnose as command
 from diagnosis.isolability import Isolability
+from diagnosis.logs import Options as LogOptions
 from diagnosis.verdict import Diagnosis
 from diagnosis.workflow import Options
 from fmus.common.errors import LogError, UsageError
@@ -48,10 +49,17 @@ class Workflow:
         return self.found
 
     def add(
-        self, found: Diagnosis, machine_file: Path, out: Path, say: Callable[[str], None]
+        self,
+        found: Diagnosis,
+        machine_file: Path,
+        out: Path,
+        runs: list[Path],
+        locked: list[Path],
+        logs: LogOptions,
+        say: Callable[[str], None],
     ) -> Diagnosis:
         """As the real one is called."""
-        say("plant")
+        say("building the extended model")
         self.added = True
         return replace(found, machine=ADDED)
 

@@ -196,9 +196,14 @@ def test_terminal_of_80_columns_cuts_nothing(name: str) -> None:
 
 def test_terminal_holds_findings_notes_and_what_was_run() -> None:
     text = shown(NAMED, 200)
-    for words in (*NAMED.findings, *NAMED.notes, "Rebuilt simulation, gap: 0.0510 N m before"):
+    for words in (
+        *NAMED.findings,
+        *NAMED.notes,
+        "Rebuilt simulation of run9.csv: gap 0.0500 N m before, 0.0100 N m after",
+    ):
         assert words in text
-    assert "Closed loop, tracking error: 26.4 µrad before, 8.50 µrad after" in text
+    assert "Closed loop on the machine: tracking error 26.4 µrad before, 8.50 µrad after" in text
+    assert "Closed loop on the extended model (a prediction): tracking error 30.1 µrad" in text
     many = replace(NAMED, findings=tuple(f"finding {k}" for k in range(14)))
     assert "finding 9\n" in shown(many)
     assert "finding 10\n" not in shown(many)
@@ -217,7 +222,7 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
-    assert next_steps(CHANGED, ASKED)[0][1].endswith("--locked run9.csv --machine COPY.toml")
+    assert next_steps(CHANGED, ASKED)[0][1] == again
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
@@ -256,7 +261,7 @@ def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -
 
 def test_page_draws_what_there_is(tmp_path: Path) -> None:
     _, figures = page(NAMED, tmp_path)
-    expected = {"gap", "rebuilt", "tracking", "loop", "round1", "round2", "confusion0", "spectrum3"}
+    expected = {"gap", "replay0", "loop", "round1", "round2", "confusion0", "spectrum3"}
     assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
 
