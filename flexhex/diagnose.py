@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from diagnosis.logs import Options as LogOptions
     from diagnosis.verdict import Diagnosis
 
-BASES = ("hexapod", "axis", "schunk")
-"""Base models: of a machine file, of single axes, of a six-axis arm."""
 GREEDY = ("--locked",)
 """Options that take all words up to the next option."""
 
@@ -91,6 +89,7 @@ def diagnose_command(
     json: Annotated[bool, typer.Option("--json", help="result as JSON on stdout")] = False,
 ) -> None:
     """Find what the model lacks: exit code 0 nothing or added, 1 a gap or cannot tell."""
+    from diagnosis.bases import BASES
     from flexhex.cli import DEFAULT_MACHINE, found_machine
 
     if base not in BASES:

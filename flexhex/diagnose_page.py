@@ -95,9 +95,9 @@ def _tracking(shown: Mapping[str, Any]) -> list[Part]:
         name = f"Simulation of {Path(run).name}"
         figures[f"replay{k}"] = gap_bars(name, "N m", before, after)
     if loops := shown.get("closed_loop", {}):
-        errors = [np.array([sides[s]["e"] for sides in loops.values()]) for s in SIDES]
+        before, after = (np.array([sides[s]["e"] for sides in loops.values()]) for s in SIDES)
         names = [f"on the {LOOPS.get(kind, kind)}" for kind in loops]
-        figures["loop"] = gap_bars("Tracking error", "µrad", *errors, names=names)
+        figures["loop"] = gap_bars("Tracking error", "µrad", before, after, names=names)
     lines = shown_lines(shown)
     text = " ".join(f"{line}." for line in lines)
     return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []

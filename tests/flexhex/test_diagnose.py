@@ -244,6 +244,8 @@ MISTAKES = {
     "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run and as"),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
     "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
+    "zero": (["a.csv", "--torque-constant", "0"], "must be positive"),
+    "endless": (["a.csv", "--torque-constant", "inf"], "must be positive"),
     "not a number": (["a.csv", "--torque-constant", "nan"], "must be positive"),
     "unit": (["a.csv", "--unit", "deg"], "--unit deg: write NAME=VALUE"),
 }

@@ -19,7 +19,7 @@ from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_page import write_diagnosis
 from flexhex.diagnose_plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose_view import closed, diagnosis_json, gap_rows, print_diagnosis
-from flexhex.diagnose_words import listed, measured, number, phrase, verdict
+from flexhex.diagnose_words import listed, measured, number, percent, phrase, verdict
 from fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
@@ -146,6 +146,13 @@ def test_lopsided_interval_is_given_by_its_ends() -> None:
 )
 def test_number_has_significant_digits(value: float, text: str) -> None:
     assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.934, "93 %"), (0.998, "99 %"), (0.9996, "100 %"), (math.nan, "–")]
+)
+def test_hundred_percent_is_said_only_of_all(share: float, text: str) -> None:
+    assert percent(share) == text
 
 
 def test_words_are_listed() -> None:
