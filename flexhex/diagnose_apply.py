@@ -9,6 +9,7 @@ from pathlib import Path
 from diagnosis.logs import Options
 from diagnosis.verdict import Diagnosis
 from flexhex.rebuild import Rebuilt, rebuild
+from fmus.common.machine_file import read_toml
 
 
 def add(
@@ -32,9 +33,14 @@ def with_rebuilt(found: Diagnosis, made: Rebuilt) -> Diagnosis:
     """What was found, without effects that the rebuilt model's locked runs speak against."""
     effects = tuple(effect for effect in found.effects if effect.id not in made.withdrawn)
     notes = (*found.notes, *made.notes, *(f"not added: {text}" for text in made.left_out))
-    if effects or found.changed:
+    if set(read_toml(made.machine_file)) - FRAME:
         return replace(
             found, effects=effects, machine=str(made.machine_file), shown=made.data(), notes=notes
         )
-    notes = (*notes, "nothing was added: every effect made the simulation of a locked run worse")
-    return replace(found, verdict="unknown", effects=(), shown=made.data(), notes=notes)
+    notes = (*notes, "nothing was added: the machine file has no place for it, or it was withdrawn")
+    verdict = found.verdict if effects or found.changed else "unknown"
+    return replace(found, verdict=verdict, effects=effects, notes=notes)
+
+
+FRAME = {"extends", "diagnosed"}
+"""Keys of an extended machine file to which nothing was added."""

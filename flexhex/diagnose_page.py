@@ -82,10 +82,10 @@ def _gap(found: Diagnosis) -> list[Part]:
     gap = found.gap
     if not np.isfinite(gap.before).any():
         return []
-    values = judged(gap)
+    values = judged(found)
     drawn = gap_bars("Gap", gap.unit, values["before"], values["after"], values["floor"])
     text = "The floor is what does not repeat between passes: no model can go below it."
-    return [Part(gap_title(gap), text, GAP, gap_rows(gap), {"gap": drawn})]
+    return [Part(gap_title(gap), text, GAP, gap_rows(found), {"gap": drawn})]
 
 
 def _tracking(shown: Mapping[str, Any]) -> list[Part]:

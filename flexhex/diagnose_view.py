@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
         rows = changed_rows(found)
         out.print(table("Parameters that are not what the machine file says", CHANGED, rows))
     if np.isfinite(found.gap.before).any():
-        out.print(table(gap_title(found.gap), GAP, gap_rows(found.gap), total=True))
+        out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=True))
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
@@ -114,8 +115,17 @@ def changed_rows(found: Diagnosis) -> Rows:
     return rows
 
 
-def judged(gap: Gap) -> Mapping[str, np.ndarray[Any, Any]]:
-    """before, after, floor (n,) on the locked runs where there are any."""
+def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
+    """before, after, floor (n,) on the locked runs where there are any.
+
+    Where only parameters changed, `before` is the model with those of the machine file.
+    """
+    gap = found.gap
+    if found.verdict == "changed":
+        nominal = gap.locked.get("nominal", gap.nominal)
+        gap = replace(
+            gap, before=nominal, locked={k: v for k, v in gap.locked.items() if k != "before"}
+        )
     own = {"before": gap.before, "after": gap.after, "floor": gap.floor}
     return {**own, **{name: gap.locked[name] for name in own if name in gap.locked}}
 
@@ -139,9 +149,9 @@ def closed(before: float, after: float, floor: float) -> str:
     return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
 
 
-def gap_rows(gap: Gap) -> Rows:
+def gap_rows(found: Diagnosis) -> Rows:
     """A row for each axis, then all of them together."""
-    values = judged(gap)
+    gap, values = found.gap, judged(found)
     before, after, floor = values["before"], values["after"], values["floor"]
     lines = [("torque", gap.torque), ("before", before), ("after", after), ("floor", floor)]
     rows: Rows = []

@@ -16,47 +16,69 @@ from flexhex.rebuild import Gaps, Rebuilt, Tracking
 from tests.conftest import MACHINE_FILE
 from tests.flexhex.diagnoses import BASIC, CHANGED, PAIR
 
+HEAD = 'extends = "tflex.toml"\ndiagnosed = true\n'
 
-def rebuilt(withdrawn: tuple[str, ...] = (), left_out: tuple[str, ...] = ()) -> Rebuilt:
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """A machine file to which an effect was added."""
+    made = tmp_path / "machine.toml"
+    made.write_text(HEAD + '[[effects]]\nid = "coulomb_friction"\n', encoding="utf-8")
+    return made
+
+
+def rebuilt(path: Path, withdrawn: tuple[str, ...] = (), left_out: tuple[str, ...] = ()) -> Rebuilt:
     """A model that follows one locked run better, in a loop that is better too."""
     gaps = {"c.csv": Gaps(np.full(6, 0.05), np.full(6, 0.01))}
     loops = {"model": (Tracking(26.4, 0.02), Tracking(8.5, 0.01))}
     notes = tuple(f"{name} was withdrawn" for name in withdrawn)
-    builder, path = Builder(MACHINE_FILE, Path("o")), Path("o/machine.toml")
+    builder = Builder(MACHINE_FILE, Path("o"))
     return Rebuilt(builder, path, left_out, withdrawn, gaps, loops, notes)
 
 
-def test_rebuilt_model_is_the_answers_machine() -> None:
-    done = with_rebuilt(BASIC, rebuilt(left_out=("time_delay: too long",)))
-    assert (done.machine, done.verdict) == ("o/machine.toml", "named")
+def test_rebuilt_model_is_the_answers_machine(path: Path) -> None:
+    done = with_rebuilt(BASIC, rebuilt(path, left_out=("time_delay: too long",)))
+    assert (done.machine, done.verdict) == (str(path), "named")
     assert done.effects == BASIC.effects
-    assert done.shown == rebuilt(left_out=("time_delay: too long",)).data()
+    assert done.shown == rebuilt(path, left_out=("time_delay: too long",)).data()
     assert done.notes == (*BASIC.notes, "not added: time_delay: too long")
 
 
-def test_withdrawn_effect_is_named_no_longer() -> None:
-    done = with_rebuilt(replace(PAIR, changed=()), rebuilt(("cogging_harmonic",)))
+def test_withdrawn_effect_is_named_no_longer(path: Path) -> None:
+    done = with_rebuilt(replace(PAIR, changed=()), rebuilt(path, ("cogging_harmonic",)))
     assert [effect.id for effect in done.effects] == ["coulomb_friction"]
-    assert (done.verdict, done.machine) == ("named", "o/machine.toml")
+    assert (done.verdict, done.machine) == ("named", str(path))
     assert "cogging_harmonic was withdrawn" in done.notes
 
 
-def test_nothing_is_named_when_every_effect_is_withdrawn() -> None:
-    done = with_rebuilt(BASIC, rebuilt(("coulomb_friction",)))
+def test_nothing_is_named_when_every_effect_is_withdrawn(path: Path) -> None:
+    path.write_text(HEAD, encoding="utf-8")
+    done = with_rebuilt(BASIC, rebuilt(path, ("coulomb_friction",)))
     assert (done.verdict, done.effects, done.machine) == ("unknown", (), None)
     assert done.notes[-1].startswith("nothing was added")
 
 
-def test_changed_values_alone_make_a_machine() -> None:
-    assert with_rebuilt(CHANGED, rebuilt()).machine == "o/machine.toml"
+def test_changed_values_alone_make_a_machine(path: Path) -> None:
+    assert with_rebuilt(CHANGED, rebuilt(path)).machine == str(path)
 
 
-def test_runs_and_options_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_values_that_a_machine_file_has_no_place_for_make_none(path: Path) -> None:
+    """Else a gap that is as it was would end with exit code 0."""
+    path.write_text(HEAD, encoding="utf-8")
+    done = with_rebuilt(CHANGED, rebuilt(path, left_out=("upper[5].J: no place for it",)))
+    assert (done.verdict, done.machine, done.shown) == ("changed", None, {})
+    assert done.notes[-2:] == (
+        "not added: upper[5].J: no place for it",
+        "nothing was added: the machine file has no place for it, or it was withdrawn",
+    )
+
+
+def test_runs_and_options_arrive(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
 
     def fake(*words: Any, **more: Any) -> Rebuilt:
         seen.extend([*words, more["options"]])
-        return rebuilt()
+        return rebuilt(path)
 
     monkeypatch.setattr("flexhex.diagnose_apply.rebuild", fake)
     logs, runs, locked = Options(3.0), [Path("a")], [Path("b")]

@@ -186,11 +186,21 @@ def test_closed_gap_is_measured_above_the_floor(
 
 def test_gap_is_that_of_the_locked_runs_where_there_are_any() -> None:
     both = gap(left=0.02)
-    own = replace(both, locked={})
     third = 2
-    assert gap_rows(own)[third][3] == number(float(both.after[third]))
-    assert gap_rows(both)[third][3] == number(1.05 * float(both.after[third]))
-    assert len(gap_rows(both)) == 7, "six axes and all of them"
+    own = gap_rows(replace(BASIC, gap=replace(both, locked={})))
+    assert own[third][3] == number(float(both.after[third]))
+    locked = gap_rows(replace(BASIC, gap=both))
+    assert locked[third][3] == number(1.05 * float(both.after[third]))
+    assert len(locked) == 7, "six axes and all of them"
+
+
+def test_changed_values_are_judged_against_those_of_the_machine_file() -> None:
+    """Fitted parameters are what was found then: before and after would be the same."""
+    nominal = number(float(CHANGED.gap.locked["nominal"][2]))
+    assert gap_rows(CHANGED)[2][2] == nominal
+    assert gap_rows(BASIC)[2][2] == number(float(BASIC.gap.locked["before"][2])) != nominal
+    own = replace(CHANGED, gap=replace(CHANGED.gap, locked={}))
+    assert gap_rows(own)[2][2] == number(float(CHANGED.gap.nominal[2]))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
