@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from diagnosis.logs import Options as LogOptions
     from diagnosis.verdict import Diagnosis
 
-BASES = ("hexapod", "axis", "schunk")
-"""Base models: of a machine file, of single axes, of a six-axis arm."""
 GREEDY = ("--locked",)
 """Options that take all words up to the next option."""
 
@@ -91,6 +89,7 @@ def diagnose_command(
     json: Annotated[bool, typer.Option("--json", help="result as JSON on stdout")] = False,
 ) -> None:
     """Find what the model lacks: exit code 0 nothing or added, 1 a gap or cannot tell."""
+    from diagnosis.bases import BASES
     from flexhex.cli import DEFAULT_MACHINE, found_machine
 
     if base not in BASES:
@@ -118,7 +117,7 @@ class Session:
     def __init__(
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
-        from flexhex.diagnose_words import Asked
+        from flexhex.diagnose_next import Asked
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
@@ -149,7 +148,7 @@ class Session:
             found = diagnose(runs, locked, self.file, options, self.progress)
             found = self.planned(found, [*runs, *locked], logs)
             if self.file is not None and self.agree(found):
-                found = self.added(found, self.file)
+                found = self.added(found, self.file, runs, locked, logs)
         from flexhex.diagnose_page import write_diagnosis
         from flexhex.diagnose_view import diagnosis_json, print_applied, print_diagnosis, say
 
@@ -182,28 +181,40 @@ class Session:
 
     def agree(self, found: Diagnosis) -> bool:
         """Whether what was found is to be added: as told by --apply, else by the user."""
+        from flexhex.diagnose_next import APPLICABLE
         from flexhex.diagnose_view import best_of, print_diagnosis
-        from flexhex.diagnose_words import APPLICABLE
+        from flexhex.diagnose_words import listed
 
         if found.verdict not in APPLICABLE or self.base != "hexapod":
             return False
-        if self.apply or self.json or not interactive() or not found.effects:
+        if self.apply or self.json or not interactive():
             return self.apply
         self.bars.stop()
         print_diagnosis(found, self.asked)
         self._told = True
-        what = ", ".join(best_of(effect) for effect in found.effects)
-        text = f"\nAdd {what} to a copy of the machine file and build it?"
+        what = [best_of(effect) for effect in found.effects]
+        what += [f"the new value of {change.parameter}" for change in found.changed]
+        text = f"\nAdd {listed(what)} to a copy of the machine file and build it?"
         wanted = bool(typer.confirm(text, default=False, err=True))
         if wanted:
             self.bars.start()
         return wanted
 
-    def added(self, found: Diagnosis, file: Path) -> Diagnosis:
-        """With the effects in a machine file of its own, built."""
+    def added(
+        self,
+        found: Diagnosis,
+        file: Path,
+        runs: list[Path],
+        locked: list[Path],
+        logs: LogOptions,
+    ) -> Diagnosis:
+        """With what was found in a machine file of its own, built, replayed and run."""
         from flexhex.diagnose_apply import add
 
-        return add(found, file, self.out, lambda text: self.progress(f"building {text}", 0, 0))
+        def say(text: str) -> None:
+            self.progress(text, 0, 0)
+
+        return add(found, file, self.out, runs, locked, logs, say)
 
     def isolate(self, trajectories: list[Path], logs: LogOptions) -> None:
         """Which effects the trajectories could show and tell apart."""

@@ -1,88 +1,46 @@
-"""What was found, added: a machine file that extends the user's own, and the FMUs built from it."""
+"""What was found, added: the extended model is built, replayed and run, the diagnosis says how."""
 
 from __future__ import annotations
 
-import json
-import math
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from diagnosis.verdict import Diagnosis, Estimate, Named
-from fmus.common.errors import MachineError
-from fmus.common.machine_file import load_machine, machine_data
-
-BANNER = """\
-# Written by flexhex diagnose: the machine of {base} with the effects that measured runs show.
-# The file it extends is unchanged. Runs: {runs}
-"""
+from diagnosis.logs import Options
+from diagnosis.verdict import Diagnosis
+from flexhex.rebuild import Rebuilt, rebuild
+from fmus.common.machine_file import read_toml
 
 
 def add(
-    found: Diagnosis, machine_file: Path, out: Path, say: Callable[[str], None] = lambda text: None
+    found: Diagnosis,
+    machine_file: Path,
+    out: Path,
+    runs: Sequence[Path],
+    locked: Sequence[Path],
+    logs: Options,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """Write OUT/NAME-extended.toml, build its FMUs and system descriptions into OUT.
+    """The diagnosis with OUT/machine.toml, the gap of the rebuilt model and its closed loop.
 
-    Parameters that changed are not written: a note says so. Raises MachineError when what was
-    found makes no valid machine, BuildError when its code does not build.
+    Raises MachineError, LogError or BuildError for what cannot be read or built.
     """
-    from flexhex.build import Builder
-
-    path = out / f"{machine_file.stem}-extended.toml"
-    if not found.effects:
-        return replace(found, notes=(*found.notes, *_by_hand(found, machine_file)))
-    if path.resolve() == machine_file.resolve():
-        raise MachineError(f"{path}: would overwrite the machine file: give another --out")
-    out.mkdir(parents=True, exist_ok=True)
-    path.write_text(extended(found, machine_file, path), encoding="utf-8")
-    load_machine(path)
-    Builder(path, out, say).systems()
-    notes = (*found.notes, *_by_hand(found, machine_file))
-    return replace(found, machine=str(path), notes=notes)
+    made = rebuild(machine_file, found, out, runs, locked, options=logs, say=say)
+    return with_rebuilt(found, made)
 
 
-def _by_hand(found: Diagnosis, machine_file: Path) -> tuple[str, ...]:
-    if not found.changed:
-        return ()
-    names = ", ".join(change.parameter for change in found.changed)
-    return (f"{names}: write the new values into {machine_file.name} by hand",)
+def with_rebuilt(found: Diagnosis, made: Rebuilt) -> Diagnosis:
+    """What was found, without effects that the rebuilt model's locked runs speak against."""
+    effects = tuple(effect for effect in found.effects if effect.id not in made.withdrawn)
+    notes = (*found.notes, *made.notes, *(f"not added: {text}" for text in made.left_out))
+    if set(read_toml(made.machine_file)) - FRAME:
+        return replace(
+            found, effects=effects, machine=str(made.machine_file), shown=made.data(), notes=notes
+        )
+    notes = (*notes, "nothing was added: the machine file has no place for it, or it was withdrawn")
+    verdict = found.verdict if effects or found.changed else "unknown"
+    return replace(found, verdict=verdict, effects=effects, notes=notes)
 
 
-def extended(found: Diagnosis, machine_file: Path, path: Path) -> str:
-    """Text of a machine file at `path` that has the effects of another one and those found."""
-    base = Path(os.path.relpath(machine_file.resolve(), path.resolve().parent)).as_posix()
-    head = BANNER.format(base=base, runs=", ".join(Path(run).name for run in found.runs))
-    before = machine_data(machine_file).get("effects", [])
-    entries = [*before, *(entry for effect in found.effects for entry in added(effect))]
-    return f"{head}extends = {json.dumps(base)}\n" + "".join(map(_text, entries))
-
-
-def added(effect: Named) -> list[dict[str, Any]]:
-    """Entries of `[[effects]]`: one for each axis and shape."""
-    entries = []
-    parts = effect.parts or (((effect.axes or (0,))[0], effect.parameters),)
-    for axis, estimates in parts:
-        tables = {name: _table(estimate) for name, estimate in estimates.items()}
-        entry: dict[str, Any] = {"id": effect.id, **({"axes": [axis]} if axis else {})}
-        entries.append({**entry, "parameters": tables})
-    return entries
-
-
-def _table(e: Estimate) -> dict[str, Any]:
-    low, high = e.ci95
-    known = math.isfinite(low) and math.isfinite(high) and high > low
-    interval = {"source": "diagnosed", "ci95": [low, high]} if known else {"source": "assumed"}
-    return {"value": e.value, "unit": e.unit, **interval}
-
-
-def _text(entry: Mapping[str, Any]) -> str:
-    lines = ["", "[[effects]]", f"id = {json.dumps(entry['id'])}"]
-    if "axes" in entry:
-        lines.append(f"axes = {json.dumps(entry['axes'])}")
-    lines.append("[effects.parameters]")
-    for name, table in entry["parameters"].items():
-        inner = ", ".join(f"{key} = {json.dumps(value)}" for key, value in table.items())
-        lines.append(f"{name} = {{ {inner} }}")
-    return "\n".join(lines) + "\n"
+FRAME = {"extends", "diagnosed"}
+"""Keys of an extended machine file to which nothing was added."""

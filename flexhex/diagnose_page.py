@@ -12,18 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_plots import (
     candidate_bars,
     gap_bars,
     heat,
     residual_map,
     spectrum_map,
-    tracking_lines,
 )
 from flexhex.diagnose_view import (
     CHANGED,
     EFFECTS,
     GAP,
+    LOOPS,
+    SIDES,
     changed_rows,
     effect_rows,
     gap_rows,
@@ -32,7 +34,7 @@ from flexhex.diagnose_view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose_words import Asked, gap_name, next_steps, title, verdict
+from flexhex.diagnose_words import gap_name, title, verdict
 from flexhex.page import Part, write_page
 from flexhex.plots import Figure
 
@@ -80,34 +82,25 @@ def _gap(found: Diagnosis) -> list[Part]:
     gap = found.gap
     if not np.isfinite(gap.before).any():
         return []
-    values = judged(gap)
+    values = judged(found)
     drawn = gap_bars("Gap", gap.unit, values["before"], values["after"], values["floor"])
     text = "The floor is what does not repeat between passes: no model can go below it."
-    return [Part(gap_title(gap), text, GAP, gap_rows(gap), {"gap": drawn})]
+    return [Part(gap_title(gap), text, GAP, gap_rows(found), {"gap": drawn})]
 
 
 def _tracking(shown: Mapping[str, Any]) -> list[Part]:
     figures: dict[str, Figure] = {}
-    titles = {"rebuilt": "Rebuilt simulation against the runs", "tracking": "Tracking error"}
-    for key, name in titles.items():
-        values = shown.get(key)
-        if isinstance(values, Mapping) and values.get("per_axis"):
-            axes = {side: _by_axis(values["per_axis"], side) for side in ("before", "after")}
-            floor = _by_axis(values["per_axis"], "floor")
-            unit = str(values.get("unit", ""))
-            figures[key] = gap_bars(name, unit, axes["before"], axes["after"], floor)
-        if key == "tracking" and isinstance(values, Mapping) and values.get("trace"):
-            figures["loop"] = tracking_lines(values["trace"], str(values.get("unit", "")))
+    for k, (run, gaps) in enumerate(shown.get("simulation_gap", {}).items()):
+        before, after = (np.asarray(gaps[side], dtype=np.float64) for side in SIDES)
+        name = f"Simulation of {Path(run).name}"
+        figures[f"replay{k}"] = gap_bars(name, "N m", before, after)
+    if loops := shown.get("closed_loop", {}):
+        before, after = (np.array([sides[s]["e"] for sides in loops.values()]) for s in SIDES)
+        names = [f"on the {LOOPS.get(kind, kind)}" for kind in loops]
+        figures["loop"] = gap_bars("Tracking error", "µrad", before, after, names=names)
     lines = shown_lines(shown)
-    if not lines:
-        return []
-    return [Part("Rebuilt and run", " ".join(f"{line}." for line in lines), figures=figures)]
-
-
-def _by_axis(per_axis: Mapping[str, Mapping[str, Any]], side: str) -> Array:
-    ordered = [per_axis[key] for key in sorted(per_axis, key=int)]
-    values = [row.get(side) for row in ordered]
-    return np.array([np.nan if v is None else float(v) for v in values])
+    text = " ".join(f"{line}." for line in lines)
+    return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []
 
 
 def _next(found: Diagnosis, asked: Asked) -> list[Part]:

@@ -31,10 +31,15 @@ FAINT, FAINTEST = 0.04, 0.005
 
 
 def gap_bars(
-    name: str, unit: str, before: Array, after: Array, floor: Array | None = None
+    name: str,
+    unit: str,
+    before: Array,
+    after: Array,
+    floor: Array | None = None,
+    names: Sequence[str] | None = None,
 ) -> Figure:
-    """Before and after of each axis side by side, a black line where the floor is."""
-    axes = [f"axis {i + 1}" for i in range(len(before))]
+    """Before and after of each axis, or what `names` says, a black line where the floor is."""
+    axes = list(names or [f"axis {i + 1}" for i in range(len(before))])
     bars: list[dict[str, Any]] = [
         {"type": "bar", "x": axes, "y": rounded(v), "name": text, "marker": {"color": colour}}
         for v, text, colour in ((before, "before", BEFORE), (after, "after", AFTER))
@@ -122,18 +127,6 @@ def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:
     quiet = {"showlegend": False, "hoverinfo": "skip", "mode": "lines", "line": {"width": 0}}
     around = {"x": rounded(np.r_[x, x[::-1]]), "y": rounded(np.r_[low, high[::-1]])}
     return {**around, "fill": "toself", "fillcolor": "rgba(209,115,29,0.18)", **quiet}
-
-
-def tracking_lines(trace_data: Mapping[str, Sequence[float]], unit: str) -> Figure:
-    """Tracking error of the closed loop over time."""
-    t = np.asarray(trace_data["time"], dtype=np.float64)
-    lines = [
-        trace(t, np.asarray(trace_data[name], dtype=np.float64), name, colour)
-        for name, colour in (("before", BEFORE), ("after", AFTER))
-        if name in trace_data
-    ]
-    layout = {"legend": TOP, "margin": MARGIN, "yaxis": {"rangemode": "tozero"}}
-    return figure("Closed loop over time", "time [s]", f"error [{unit}]", lines, **layout)
 
 
 def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from diagnosis.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_words import (
-    Asked,
     listed,
     measured,
-    next_steps,
     number,
     percent,
     title,
@@ -28,6 +28,9 @@ from flexhex.diagnose_words import (
 )
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
+SIDES = ("before", "after")
+LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
+"""Plants of the closed loop, as `flexhex.rebuild` calls them."""
 WORSE = 1.02
 """Growth of a gap from which on it counts as worse."""
 MOST_FINDINGS = 10
@@ -50,7 +53,7 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
         rows = changed_rows(found)
         out.print(table("Parameters that are not what the machine file says", CHANGED, rows))
     if np.isfinite(found.gap.before).any():
-        out.print(table(gap_title(found.gap), GAP, gap_rows(found.gap), total=True))
+        out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=True))
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
@@ -112,8 +115,17 @@ def changed_rows(found: Diagnosis) -> Rows:
     return rows
 
 
-def judged(gap: Gap) -> Mapping[str, np.ndarray[Any, Any]]:
-    """before, after, floor (n,) on the locked runs where there are any."""
+def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
+    """before, after, floor (n,) on the locked runs where there are any.
+
+    Where only parameters changed, `before` is the model with those of the machine file.
+    """
+    gap = found.gap
+    if found.verdict == "changed":
+        nominal = gap.locked.get("nominal", gap.nominal)
+        gap = replace(
+            gap, before=nominal, locked={k: v for k, v in gap.locked.items() if k != "before"}
+        )
     own = {"before": gap.before, "after": gap.after, "floor": gap.floor}
     return {**own, **{name: gap.locked[name] for name in own if name in gap.locked}}
 
@@ -137,9 +149,9 @@ def closed(before: float, after: float, floor: float) -> str:
     return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
 
 
-def gap_rows(gap: Gap) -> Rows:
+def gap_rows(found: Diagnosis) -> Rows:
     """A row for each axis, then all of them together."""
-    values = judged(gap)
+    gap, values = found.gap, judged(found)
     before, after, floor = values["before"], values["after"], values["floor"]
     lines = [("torque", gap.torque), ("before", before), ("after", after), ("floor", floor)]
     rows: Rows = []
@@ -153,23 +165,21 @@ def gap_rows(gap: Gap) -> Rows:
 
 
 def shown_lines(shown: Mapping[str, Any]) -> list[str]:
-    """The rebuilt simulation and the closed loop in a line each, where they were run."""
-    names = {"rebuilt": "Rebuilt simulation, gap", "tracking": "Closed loop, tracking error"}
+    """The replayed runs and the closed loops in a line each, where they were run."""
     lines = []
-    for key, text in names.items():
-        if isinstance(figures := shown.get(key), Mapping):
-            unit = figures.get("unit", "")
-            line = f"{text}: {_value(figures, 'before')} {unit} before, "
-            line += f"{_value(figures, 'after')} {unit} after"
-            if figures.get("floor") is not None:
-                line += f", {_value(figures, 'floor')} {unit} is what does not repeat"
-            lines.append(line)
+    for run, gaps in shown.get("simulation_gap", {}).items():
+        before, after = (rms(np.asarray(gaps[side], dtype=np.float64)) for side in SIDES)
+        lines.append(
+            f"Rebuilt simulation of {Path(run).name}: gap {number(before)} N m before,"
+            f" {number(after)} N m after"
+        )
+    for kind, sides in shown.get("closed_loop", {}).items():
+        (e, tau), (e_after, tau_after) = ((sides[s]["e"], sides[s]["tau_fb"]) for s in SIDES)
+        lines.append(
+            f"Closed loop on the {LOOPS.get(kind, kind)}: tracking error {number(e)} µrad before,"
+            f" {number(e_after)} µrad after; feedback {number(tau)} and {number(tau_after)} N m"
+        )
     return lines
-
-
-def _value(figures: Mapping[str, Any], name: str) -> str:
-    value = figures.get(name)
-    return "–" if value is None else number(float(value))
 
 
 def remarks(found: Diagnosis) -> tuple[str, ...]:

@@ -91,21 +91,17 @@ def maps(axes: tuple[int, ...] = (3,)) -> tuple[Map, ...]:
 
 
 def shown() -> dict[str, object]:
-    """Rebuilt simulation and closed loop."""
-    axes = {
-        str(i + 1): {"before": 24.0 + i, "after": 8.0 + 0.2 * i, "floor": 5.0} for i in range(N)
-    }
-    t = np.linspace(0, 10, 400)
-    lines = {"time": t.tolist(), "before": (30 + np.sin(t)).tolist(), "after": (9 + 0 * t).tolist()}
-    torque = {str(i + 1): {"before": 0.05, "after": 0.01, "floor": 0.009} for i in range(N)}
+    """Replay of a locked run and closed loops, as `flexhex.rebuild` gives them."""
+
+    def loop(before: float, after: float) -> dict[str, object]:
+        sides = {"before": before, "after": after}
+        return {k: {"e": e, "tau_fb": e * 2e-4} for k, e in sides.items()} | {"unit": "urad, N m"}
+
+    gaps = {"unit": "N m", "before": [0.05] * N, "after": [0.01] * N}
     return {
-        "tracking": {
-            "unit": "µrad",
-            **{"before": 26.4, "after": 8.5, "floor": 5.0},
-            "per_axis": axes,
-            "trace": lines,
-        },
-        "rebuilt": {"unit": "N m", "before": 0.051, "after": 0.0102, "per_axis": torque},
+        "machine": "out/diagnose/machine.toml",
+        "simulation_gap": {"out/run9.csv": gaps},
+        "closed_loop": {"model": loop(30.1, 2.2), "machine": loop(26.4, 8.5)},
     }
 
 
@@ -126,7 +122,7 @@ BASIC = Diagnosis(
     ("run9.csv",),
 )
 PAYLOAD = Changed("end_effector.m", 3.2, estimate(3.71, 0.1, "kg"))
-NAMED = replace(BASIC, machine="out/diagnose/tflex-coulomb.toml", shown=shown())
+NAMED = replace(BASIC, machine="out/diagnose/machine.toml", shown=shown())
 PAIR = replace(BASIC, effects=(coulomb((2, 4)), cogging()), changed=(PAYLOAD,), locked=())
 SET = replace(
     BASIC,

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import flexhex.diagnose as command
 from diagnosis.isolability import Isolability
+from diagnosis.logs import Options as LogOptions
 from diagnosis.verdict import Diagnosis
 from diagnosis.workflow import Options
 from fmus.common.errors import LogError, UsageError
@@ -48,10 +49,17 @@ class Workflow:
         return self.found
 
     def add(
-        self, found: Diagnosis, machine_file: Path, out: Path, say: Callable[[str], None]
+        self,
+        found: Diagnosis,
+        machine_file: Path,
+        out: Path,
+        runs: list[Path],
+        locked: list[Path],
+        logs: LogOptions,
+        say: Callable[[str], None],
     ) -> Diagnosis:
         """As the real one is called."""
-        say("plant")
+        say("building the extended model")
         self.added = True
         return replace(found, machine=ADDED)
 
@@ -179,7 +187,7 @@ def test_locked_takes_all_words_to_the_next_option(
         (["--locked", "a", "b"], ["--locked", "a", "--locked", "b"]),
         (["--locked=a", "b"], ["--locked=a", "b"]),
         (["r", "--locked", "a", "--json"], ["r", "--locked", "a", "--json"]),
-        (["--locked", "a", "--", "b"], ["--locked", "a", "--", "b"]),
+        (["--", "--locked", "a", "b"], ["--", "--locked", "a", "b"]),
     ],
 )
 def test_greedy_words_are_repeated(words: list[str], expected: list[str]) -> None:
@@ -236,6 +244,8 @@ MISTAKES = {
     "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run and as"),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
     "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
+    "zero": (["a.csv", "--torque-constant", "0"], "must be positive"),
+    "endless": (["a.csv", "--torque-constant", "inf"], "must be positive"),
     "not a number": (["a.csv", "--torque-constant", "nan"], "must be positive"),
     "unit": (["a.csv", "--unit", "deg"], "--unit deg: write NAME=VALUE"),
 }

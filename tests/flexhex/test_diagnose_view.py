@@ -15,10 +15,11 @@ import pytest
 from rich.console import Console
 
 from diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
+from flexhex.diagnose_next import Asked, next_steps
 from flexhex.diagnose_page import write_diagnosis
 from flexhex.diagnose_plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose_view import closed, diagnosis_json, gap_rows, print_diagnosis
-from flexhex.diagnose_words import Asked, listed, measured, next_steps, number, phrase, verdict
+from flexhex.diagnose_words import listed, measured, number, percent, phrase, verdict
 from fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
@@ -147,6 +148,13 @@ def test_number_has_significant_digits(value: float, text: str) -> None:
     assert number(value) == text
 
 
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.934, "93 %"), (0.998, "99 %"), (0.9996, "100 %"), (math.nan, "–")]
+)
+def test_hundred_percent_is_said_only_of_all(share: float, text: str) -> None:
+    assert percent(share) == text
+
+
 def test_words_are_listed() -> None:
     assert [listed([]), listed(["a"]), listed(["a", "b"]), listed(["a", "b", "c"], "or")] == [
         "",
@@ -178,11 +186,21 @@ def test_closed_gap_is_measured_above_the_floor(
 
 def test_gap_is_that_of_the_locked_runs_where_there_are_any() -> None:
     both = gap(left=0.02)
-    own = replace(both, locked={})
     third = 2
-    assert gap_rows(own)[third][3] == number(float(both.after[third]))
-    assert gap_rows(both)[third][3] == number(1.05 * float(both.after[third]))
-    assert len(gap_rows(both)) == 7, "six axes and all of them"
+    own = gap_rows(replace(BASIC, gap=replace(both, locked={})))
+    assert own[third][3] == number(float(both.after[third]))
+    locked = gap_rows(replace(BASIC, gap=both))
+    assert locked[third][3] == number(1.05 * float(both.after[third]))
+    assert len(locked) == 7, "six axes and all of them"
+
+
+def test_changed_values_are_judged_against_those_of_the_machine_file() -> None:
+    """Fitted parameters are what was found then: before and after would be the same."""
+    nominal = number(float(CHANGED.gap.locked["nominal"][2]))
+    assert gap_rows(CHANGED)[2][2] == nominal
+    assert gap_rows(BASIC)[2][2] == number(float(BASIC.gap.locked["before"][2])) != nominal
+    own = replace(CHANGED, gap=replace(CHANGED.gap, locked={}))
+    assert gap_rows(own)[2][2] == number(float(CHANGED.gap.nominal[2]))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -195,9 +213,14 @@ def test_terminal_of_80_columns_cuts_nothing(name: str) -> None:
 
 def test_terminal_holds_findings_notes_and_what_was_run() -> None:
     text = shown(NAMED, 200)
-    for words in (*NAMED.findings, *NAMED.notes, "Rebuilt simulation, gap: 0.0510 N m before"):
+    for words in (
+        *NAMED.findings,
+        *NAMED.notes,
+        "Rebuilt simulation of run9.csv: gap 0.0500 N m before, 0.0100 N m after",
+    ):
         assert words in text
-    assert "Closed loop, tracking error: 26.4 µrad before, 8.50 µrad after" in text
+    assert "Closed loop on the machine: tracking error 26.4 µrad before, 8.50 µrad after" in text
+    assert "Closed loop on the extended model (a prediction): tracking error 30.1 µrad" in text
     many = replace(NAMED, findings=tuple(f"finding {k}" for k in range(14)))
     assert "finding 9\n" in shown(many)
     assert "finding 10\n" not in shown(many)
@@ -216,7 +239,7 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
-    assert next_steps(CHANGED, ASKED)[0][1].endswith("--locked run9.csv --machine COPY.toml")
+    assert next_steps(CHANGED, ASKED)[0][1] == again
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
@@ -255,7 +278,7 @@ def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -
 
 def test_page_draws_what_there_is(tmp_path: Path) -> None:
     _, figures = page(NAMED, tmp_path)
-    expected = {"gap", "rebuilt", "tracking", "loop", "round1", "round2", "confusion0", "spectrum3"}
+    expected = {"gap", "replay0", "loop", "round1", "round2", "confusion0", "spectrum3"}
     assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
 

@@ -1,0 +1,62 @@
+"""What to do after a diagnosis: a sentence, and the command that does it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diagnosis.verdict import Diagnosis, Named
+from flexhex.diagnose_words import listed, title
+from fmus.common.effects import library
+
+APPLICABLE = ("named", "set", "changed")
+"""Verdicts with something to add to the machine file."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The command as it was typed, word by word, for the suggestion of the next one."""
+
+    words: tuple[str, ...]
+    base: str = "hexapod"
+
+    def again(self, *more: str, runs: Sequence[str] = ()) -> str:
+        """The same command with more runs and more words at its end."""
+        at = self.words.index("diagnose") + 1 if "diagnose" in self.words else len(self.words)
+        return shlex.join([*self.words[:at], *runs, *self.words[at:], *more])
+
+
+def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
+    """What to do next: a sentence and the command for it, "" where there is none."""
+    steps = [step for e in found.effects for step in _separate(e, asked)]
+    something = bool(found.effects or found.changed)
+    if found.machine:
+        steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
+    elif found.verdict in APPLICABLE and asked.base == "hexapod":
+        what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
+        steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
+    if something and not found.locked:
+        text = "Judge it on another trajectory that nothing was fitted to:"
+        steps.append((text, asked.again("--locked", "OTHER_RUN")))
+    if found.verdict == "unknown":
+        text = "Look at the residual maps in the report; write an effect for what they show"
+        steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
+    if found.verdict == "none":
+        text = "To learn what a planned experiment could find at all:"
+        steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
+    if found.verdict == "cannot tell":
+        text = "Measure two trajectories, each at least twice, every axis through its whole range"
+        steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
+    return steps
+
+
+def _separate(effect: Named, asked: Asked) -> list[tuple[str, str]]:
+    if not effect.rivals:
+        return []
+    names = listed([title(name) for name in (effect.id, *effect.rivals)])
+    plan = library()[effect.id].experiment if effect.id in library() else "another experiment"
+    if not (effect.experiment or "").endswith(".csv"):
+        return [(f"To tell {names} apart, measure: {plan}.", "")]
+    text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
+    return [(text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]
