@@ -3,13 +3,34 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.bases import base_of
+from diagnosis.blocks import Run, Signal, blocks
+from diagnosis.calibrate import Calibrated, Fitted, about
+from diagnosis.candidates import Bench, compiled
+from diagnosis.logs import Log
+from diagnosis.noise import ORDER, Noise
+from diagnosis.regression import Columns, Regression
+from diagnosis.rounds import PROMISING
+from diagnosis.runs import FASTEST, motion_of
+from diagnosis.trajectory import Trajectory, read_trajectory
+
+if TYPE_CHECKING:
+    from diagnosis.base import Base
+    from diagnosis.workflow import Options
+
 Array = NDArray[np.float64]
+NOISE = 0.005
+"""Noise of a smoothed torque that is assumed before anything was measured [N m]."""
+CLEAR = 4.0
+"""An effect is found when it lowers the sum of squares by so many times what is looked at."""
 ALIKE = 0.9
 """Share from which on two effects count as one that cannot be told apart."""
 
@@ -42,3 +63,89 @@ class Isolability:
             "share": [[float(v) if math.isfinite(v) else None for v in row] for row in self.share],
             "smallest": {"unit": "N m", "values": smallest},
         }
+
+
+def isolability(
+    paths: Sequence[Path],
+    machine_file: Path | None,
+    options: Options,
+    progress: Callable[[str, int, int], None],
+) -> Isolability:
+    """What runs along trajectories could show, at the nominal model and an assumed noise.
+
+    All effects are put on the axis that moves most. LogError for trajectories that cannot be
+    read or are too short.
+    """
+    progress("reading", 0, 3)
+    planned = [read_trajectory(path) for path in paths]
+    log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
+    base = base_of(options.base, machine_file, log)
+    made = _planned(base, planned)
+    progress("effects along the trajectories", 1, 3)
+    axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
+    bench = Bench(made, compiled(base.n, without=base.holds))
+    names = [*bench.effects, *bench.whole]
+    share, smallest = np.eye(len(names)), np.full(len(names), np.nan)
+    for j, truth in enumerate(names):
+        progress(truth, 1, 3)
+        columns, torque = _example(bench, truth, axis)
+        seen = _as_data(made.regression, columns)
+        falls = np.array([_best(bench, seen, name, axis) for name in names])
+        if falls[j] <= 0:
+            continue
+        share[j] = np.clip(falls / falls[j], 0.0, 1.0)
+        smallest[j] = torque * np.sqrt(CLEAR * PROMISING / falls[j])
+    progress("done", 3, 3)
+    places = tuple((axis + 1,) if name in bench.effects else () for name in names)
+    return Isolability(tuple(names), places, share, smallest)
+
+
+def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
+    """The nominal model along the trajectories, without any data."""
+    p, gains, widths = (
+        np.array([known.nominal for known in listed])
+        for listed in (base.linear, base.curved, base.widths)
+    )
+    runs = []
+    for k, t in enumerate(planned):
+        step = max(1, round(FASTEST / t.ts))
+        r = t.r[::step]
+        whole = np.ones(len(r), dtype=bool)
+        motion = motion_of(Signal(0.0, step * t.ts, r, whole), None)
+        tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
+        runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
+    n = base.n
+    noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
+    listed = blocks(base, runs, base.spacing)
+    return about(base, listed, Fitted(p, gains, widths, 0.0), noise)
+
+
+def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
+    """Columns of an effect of typical shape and size, one column, and its torque RMS [N m]."""
+    item = bench.effects.get(name)
+    shape = {s.name: s.start for s in item.effect.shapes} if item else {}
+    if "source" in shape:
+        shape["source"] = float((axis + 1) % bench.n + 1)
+    columns = bench.columns(name, axis, shape)
+    gains = np.array([g.typical for g in item.effect.gains]) if item else np.full(2, 0.01)
+    values = columns.values @ gains[:, None]
+    return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * NOISE
+
+
+def _as_data(regression: Regression, columns: Columns) -> Regression:
+    """The regression with an effect as its only data."""
+    y = np.zeros(len(regression.y))
+    y[regression.layout.rows(columns.axis)] = columns.values[:, 0]
+    grams = []
+    for (G, _), fold in zip(regression.grams, regression.layout.folds, strict=True):
+        mine = regression.layout.fold == fold
+        grams.append((G, regression.twin[mine].T @ y[mine]))
+    return replace(regression, y=y, known=grams)
+
+
+def _best(bench: Bench, seen: Regression, name: str, axis: int) -> float:
+    """Largest fall of the sum of squares by an effect of any shape of its grid."""
+    grid = bench.grid(name, axis)
+    first = grid[0][1]
+    stacked = np.hstack([columns.values for _, columns in grid])
+    return float(seen.falls(first.axis, stacked, first.values.shape[1]).max())

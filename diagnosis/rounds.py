@@ -245,7 +245,7 @@ def repeating(made: Calibrated, residual: Array) -> Array:
     """
     products = made.layout.twin(residual) * residual
     total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
-    return np.maximum(np.array(total), 0.0)
+    return np.asarray(np.maximum(np.array(total), 0.0))
 
 
 def _count(bench: Bench) -> int:

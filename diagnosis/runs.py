@@ -45,7 +45,7 @@ def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
             Run(
                 log.name,
                 trajectory,
-                _motion(thin, rates),
+                motion_of(thin, rates),
                 _thick(thin.valid)[2:-2],
                 _signal(torques, thin),
                 _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
@@ -57,7 +57,7 @@ def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
     return found
 
 
-def _motion(theta: Signal, rates: Channel | None) -> Motion:
+def motion_of(theta: Signal, rates: Channel | None) -> Motion:
     """All but two samples at either end; rates from their own channel where there is one.
 
     Differences of fourth order: those of second order lose a thousandth of an inertia's torque at
