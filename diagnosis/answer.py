@@ -236,7 +236,7 @@ class Elsewhere:
         self.blocks, self.ours = tuple(blocks), bench
         names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
         self.there = about(ours.base, blocks, ours.fitted, ours.noise, names)
-        self._bench = Bench(self.there, list(bench.effects.values()))
+        self._bench = Bench(self.there, list(bench.effects.values()), bench.across)
         self._thin: dict[int, list[Array]] = {}
 
     def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:

@@ -38,7 +38,8 @@ class Run:
     """One run as the diagnosis sees it.
 
     trajectory: runs that share it are its passes; shift [s]: run time minus the time that the
-    passes share; tau: torque that the drives report [N m]; command: what they were asked for.
+    passes share; start [s]: when it began on the machine's own clock, as far as the order of the
+    runs tells; tau: torque that the drives report [N m]; command: what they were asked for.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Run:
     tau: Signal
     command: Signal | None = None
     shift: float = 0.0
+    start: float = 0.0
     payload: float = 0.0
     meta: Mapping[str, str] = field(default_factory=dict)
 

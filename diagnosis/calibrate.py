@@ -47,7 +47,8 @@ class Calibrated:
     """The base model about its fitted values, ready for candidates.
 
     y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
-    is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample (samples, n).
+    is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample
+    (samples, n). between: products of rows are taken between passes.
     """
 
     base: Base
@@ -59,6 +60,7 @@ class Calibrated:
     B: tuple[Array, ...]
     raw: tuple[Array, ...]
     noise: Noise
+    between: bool = True
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
@@ -107,7 +109,7 @@ class Calibrated:
         """Row of the next pass at the same instant, of the rows of one axis."""
         starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])
         partner = np.arange(starts[-1])
-        for ring in rings(self.blocks):
+        for ring in rings(self.blocks) if self.between else ():
             for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
                 both = self.kept[a] & self.kept[b]
                 place = [np.cumsum(self.kept[k]) - 1 + starts[k] for k in (a, b)]

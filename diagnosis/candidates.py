@@ -71,8 +71,9 @@ def compiled(
 class Bench:
     """Candidate columns beside a calibrated base model."""
 
-    def __init__(self, made: Calibrated, effects: Sequence[Compiled]) -> None:
-        self.made, self.n = made, made.base.n
+    def __init__(self, made: Calibrated, effects: Sequence[Compiled], across: bool = False) -> None:
+        """across: time goes on from run to run instead of starting anew."""
+        self.made, self.n, self.across = made, made.base.n, across
         self.effects = {c.effect.id: c for c in effects}
         self._turn: tuple[int, list[Array]] = (-1, [])
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
@@ -83,7 +84,8 @@ class Bench:
         found = []
         for block, tau in zip(self.made.blocks, self.made.raw, strict=True):
             motion = block.run.motion
-            time = np.broadcast_to(motion.time[:, None] - motion.t0, tau.shape)
+            clock = motion.time - motion.t0 + (block.run.start if self.across else 0.0)
+            time = np.broadcast_to(clock[:, None], tau.shape)
             taud = np.gradient(tau, motion.ts, axis=0)
             listed = (motion.theta, motion.thetad, motion.thetadd, tau, taud, time)
             found.append(np.stack(listed, axis=2))

@@ -94,7 +94,7 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     ]
     text = toml_text(
         {"extends": Path(base).as_posix(), "diagnosed": True, **sections},
-        {"effects": known + found} if found else {},
+        {"effects": known + found} if diagnosis.effects else {},
         head,
     )
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -277,11 +277,12 @@ def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
     rows = len(made.regression.y) / bench.n * len(axes)
     noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
-    return bool(
-        np.sqrt(gained / rows) * noise > SMALLEST * torque
-        and gained > LEAST_SHARE * energy[axes].sum()
-        and gained > LEAST_FIRST * first[axes].sum()
-    )
+    if np.sqrt(gained / rows) * noise < SMALLEST * torque:
+        return False
+    if not made.between:  # the noise itself is among what is left
+        return True
+    shares = LEAST_SHARE * energy[axes].sum(), LEAST_FIRST * first[axes].sum()
+    return bool(gained > max(shares))
 
 
 def _is_rival(winner: Found, other: Found) -> bool:

@@ -23,12 +23,15 @@ def runs_of(groups: Sequence[RunGroup], n: int) -> list[Run]:
 
     Raises LogError for another number of axes.
     """
+    listed = [(group.trajectory, log) for group in groups for log in group.logs]
     return [
-        run for group in groups for log in group.logs for run in _pieces(log, group.trajectory, n)
+        run
+        for place, (trajectory, log) in enumerate(listed, start=1)
+        for run in _pieces(log, trajectory, n, place)
     ]
 
 
-def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
+def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
     angles, torques = log["theta"], log["tau_meas"]
     for name, channel in (("theta", angles), ("tau_meas", torques)):
         if channel.width != n:
@@ -50,6 +53,7 @@ def _pieces(log: Log, trajectory: str, n: int) -> list[Run]:
                 _signal(torques, thin),
                 _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
                 log.shift,
+                _start(log, place),
                 payload_of(log),
                 log.meta,
             )
@@ -75,6 +79,16 @@ def motion_of(theta: Signal, rates: Channel | None) -> Motion:
         near, far = rate[3:-1] - rate[1:-3], rate[4:] - rate[:-4]
         first, second = rate[2:-2], (8 * near - far) / (12 * ts)
     return Motion(theta.t0 + 2 * ts, ts, th[2:-2], first, second)
+
+
+def _start(log: Log, place: int) -> float:
+    """When a run began [s]: one after the other, by their number or else as they were named."""
+    try:
+        number = int(log.meta["run"])
+    except (KeyError, ValueError):
+        number = place
+    channel = log["theta"]
+    return (number - 1) * channel.ts * len(channel.values)
 
 
 def _thick(valid: NDArray[np.bool_]) -> NDArray[np.bool_]:

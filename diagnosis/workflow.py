@@ -31,14 +31,17 @@ from diagnosis.confusion import confusion
 from diagnosis.guard import POOR, believed, kept_off, only, poor_axes, sentence
 from diagnosis.maps import maps
 from diagnosis.naming import named_of, tried_of
+from diagnosis.noise import measured
 from diagnosis.path import PathBase, common_lag, driven
-from diagnosis.rounds import Round, search
+from diagnosis.rounds import Round, one_round, search, unexplained
 from diagnosis.runs import runs_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
 from fmus.common.effects import library
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+DRIFTS = ("thermal_drift", "offset_drift")
+"""Effects that go on from run to run."""
 MOST_ROWS = 16_000
 """Instants of all runs together; more is thinned."""
 STILL = 2e-3
@@ -162,8 +165,9 @@ def _searched(
         return _cannot_tell(made.base, runs, why, findings, names)
     progress("commanded against reported torque", 3, 5)
     sides += _drives(made, runs, judged)
+    sides += _drifts(sides[0], judged)
     named = [effect for side in sides for effect in side.named]
-    main = sides[0] if sides[0].matters or not sides[-1].matters else sides[-1]
+    main = next((side for side in sides if side.matters), sides[0])
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     extended = made.regression
     if sides[0].held.parts:
@@ -204,6 +208,27 @@ def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> lis
     side = _side(there, compiled(base.n, known), driven(judged, lag), lambda text: None)
     where = "between commanded and reported torque: "
     return [replace(side, notes=tuple(where + note for note in side.notes))]
+
+
+def _drifts(first: _Side, judged: Sequence[Run]) -> list[_Side]:
+    """What changes from run to run, and so drops out between passes."""
+    made = replace(first.held.bench.made, between=False)
+    if not made.noise.repeats:
+        return []
+    known = {name: library()[name] for name in DRIFTS}
+    bench = Bench(made, compiled(made.base.n, known), across=True)
+    regression = made.regression
+    if first.held.parts:
+        regression = regression.extended([part.columns for part in first.held.parts])
+    found = one_round(bench, regression, unexplained(made, regression))
+    if found.chosen is None:
+        return []
+    held, notes = joint(bench, [found.chosen]), list[str]()
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing))
+        held = _not_worse(held, others, notes)
+    return [_Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
 
 
 def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:
@@ -264,7 +289,9 @@ def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     plain, bare = made.regression.q, np.zeros(len(made.known))
     before, _ = repeat_rms(made, made.residual(plain))
     after, _ = repeat_rms(made, held.residual)
-    floor = made.noise.floor if made.noise.repeats else np.full(made.base.n, np.nan)
+    floor = np.full(made.base.n, np.nan)
+    if made.noise.repeats:
+        floor = measured(made.blocks, held.residual).floor
     judged: dict[str, Array] = {}
     if others is not None:
         judged = {
