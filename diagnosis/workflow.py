@@ -42,6 +42,8 @@ from fmus.common.errors import LogError
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
+RANGE = (0.4, 2.5)
+"""Smallest and largest change of a parameter that is believed, relative."""
 MOST_ROWS = 16_000
 """Instants of all runs together; more is thinned."""
 STILL = 2e-3
@@ -142,6 +144,14 @@ def _side(
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
         held = _not_worse(held, others, notes)
+    crowded = _approximated(held)
+    if crowded:
+        held = kept_off(held, crowded)
+        listed = ", ".join(str(axis + 1) for axis in crowded)
+        notes.append(
+            f"several effects together come near what repeats on axis {listed}, but leave some of"
+            " it: they only imitate something else and are not named"
+        )
     remains = _remains(held, notes)
     return _Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
 
@@ -232,10 +242,21 @@ def _drifts(first: _Side, judged: Sequence[Run]) -> list[_Side]:
 
 
 def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:
-    """Changes that no effect found on the same axis could have taken part in."""
+    """Changes that no effect found on the same axis could have taken part in.
+
+    An effect that acts through the inertias leaves none of them to be trusted.
+    """
     axes = {axis for effect in named for axis in effect.axes}
     own = tuple(f"[{axis}" for axis in axes)
-    return [c for c in changed if not any(mark in c.parameter for mark in own)]
+    apart = [c for c in changed if not any(mark in c.parameter for mark in own)]
+    return [c for c in apart if not named or _possible(c)]
+
+
+def _possible(change: Changed) -> bool:
+    """Whether a parameter could have such a value: not half or twice what it was."""
+    value, nominal = change.estimate.value, change.nominal
+    small = abs(nominal) < 1e-9
+    return small or (RANGE[0] < value / nominal < RANGE[1])
 
 
 def diagnose_files(
@@ -304,13 +325,25 @@ def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
+def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:
+    """Axes on which something repeats that nothing explains, and how much (n,) [N m]."""
+    made = held.bench.made
+    remains, certain = repeat_rms(made, held.residual)
+    if not made.noise.repeats:
+        return np.zeros(made.base.n, dtype=bool), remains
+    return (remains > GAP * made.torque_rms) & (certain > CERTAIN), remains
+
+
+def _approximated(held: Joint) -> list[int]:
+    """Axes with two effects or more that still leave something behind."""
+    gap, _ = _open(held)
+    count = [sum(part.axis == i for part in held.parts) for i in range(held.bench.n)]
+    return [i for i in range(held.bench.n) if gap[i] and count[i] > 1]
+
+
 def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
     """Axes on which something repeats that nothing explains."""
-    made = held.bench.made
-    if not made.noise.repeats:
-        return ()
-    remains, certain = repeat_rms(made, held.residual)
-    gap = (remains > GAP * made.torque_rms) & (certain > CERTAIN)
+    gap, remains = _open(held)
     if gap.any():
         axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
         size = float(remains[gap].max())
@@ -333,6 +366,12 @@ def _verdict(
         notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
         return "changed" if changed else "cannot tell"
     if any(side.remains for side in sides):
+        return "unknown"
+    if not all(_possible(change) for change in changed):
+        notes.append(
+            "only impossible parameters could explain the runs: something is missing that the"
+            " library does not tell from them"
+        )
         return "unknown"
     return "changed" if changed else "none"
 
