@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from diagnosis.base import Base, Known
 from diagnosis.blocks import Block, torque_at
-from diagnosis.noise import Noise, measured, rings, settled, whiten
+from diagnosis.noise import Noise, alike, measured, rings, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
@@ -110,6 +110,9 @@ class Calibrated:
         starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])
         partner = np.arange(starts[-1])
         for ring in rings(self.blocks) if self.between else ():
+            first = self.blocks[ring[0]]
+            if not all(alike(first, self.blocks[k]) for k in ring[1:]):
+                continue
             for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
                 both = self.kept[a] & self.kept[b]
                 place = [np.cumsum(self.kept[k]) - 1 + starts[k] for k in (a, b)]

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 ORDER = 2
 """Order of the model that whitens an axis."""
+ALIKE = 0.02
+"""Largest RMS difference of two passes' angles, relative to their motion."""
 LEAST = 1e-9
 """Smallest scale [N m]: noiseless data must not divide by zero."""
 
@@ -37,6 +39,14 @@ def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
     for k, block in enumerate(blocks[1:], start=1):
         if blocks[k - 1].run.trajectory == block.run.trajectory:
             yield k - 1, k
+
+
+def alike(a: Block, b: Block) -> bool:
+    """Whether two passes moved alike, so that products between them leave the noise out."""
+    first, second = (block.smooth(block.run.motion.theta) for block in (a, b))
+    both = a.usable & b.usable
+    apart, size = (first - second)[both], first[both] - first[both].mean(axis=0)
+    return bool((apart**2).mean() < ALIKE**2 * (size**2).mean())
 
 
 def rings(blocks: Sequence[Block]) -> list[list[int]]:

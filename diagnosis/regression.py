@@ -11,6 +11,8 @@ from scipy.stats import f as f_distribution
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+UNKNOWN = 1e-10
+"""Relative curvature below which a direction is not determined."""
 ABSORBED = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -41,10 +43,15 @@ class Layout:
         bounds = np.searchsorted(self.axis, [axis, axis + 1])
         return slice(int(bounds[0]), int(bounds[1]))
 
+    @cached_property
+    def mutual(self) -> bool:
+        """Whether every row is its partner's partner: two passes, or none to compare with."""
+        return bool((self.partner[self.partner] == np.arange(len(self.partner))).all())
+
     def twin(self, values: Array, axis: int | None = None) -> Array:
-        """Rows (R, ...) or those of an axis (R_i, ...) as the other pass has them."""
+        """Rows (R, ...), or (R_i, ...) of an axis, as the other pass has them."""
         rows = self.rows(axis)
-        first = rows.start or 0
+        first = (rows.start or 0) if len(values) < len(self.axis) else 0
         return np.asarray(values[self.partner[rows] - first])
 
 
@@ -105,8 +112,15 @@ class Regression:
             mine = self.layout.fold == fold
             twin = self.twin[mine]
             G = twin.T @ self.B[mine]
-            made.append(((G + G.T) / 2, twin.T @ self.y[mine]))
+            made.append(((G + G.T) / 2, self._between(twin, self.B[mine], self.y, mine)))
         return made
+
+    def _between(self, twin: Array, own: Array, values: Array, mine: Array | slice) -> Array:
+        """Products (k, ...) of columns with values (R, ...) of other passes, both ways round."""
+        product = twin.T @ values[mine]
+        if not self.layout.mutual:
+            product = (product + own.T @ self.layout.twin(values)[mine]) / 2
+        return np.asarray(product)
 
     @cached_property
     def _inverse(self) -> Array:
@@ -116,11 +130,14 @@ class Regression:
             G = G + part
         size = np.sqrt(np.maximum(np.diag(G), 1e-12))
         known = self.prior > 0
-        least = np.where(known, 0.5 * self.prior / size**2, 1e-10)
+        least = np.where(known, 0.5 * self.prior / size**2, 0.0)
         values, vectors = np.linalg.eigh(G / np.outer(size, size))
         floors = (vectors**2 * least[:, None]).sum(axis=0)
+        safe = np.maximum(values, floors)
+        # what neither rows nor prior determine stays where it is
+        inverse = np.where(safe > UNKNOWN, 1 / np.maximum(safe, UNKNOWN), 0.0)
         kept = vectors / size[:, None]
-        return np.asarray((kept / np.maximum(values, floors)) @ kept.T)
+        return np.asarray((kept * inverse) @ kept.T)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
@@ -143,10 +160,11 @@ class Regression:
         grams = []
         for (G, b), fold in zip(self.grams, self.layout.folds, strict=True):
             mine = self.layout.fold == fold
-            own, cross = twin[mine].T @ C[mine], self.twin[mine].T @ C[mine]
-            own = (own + own.T) / 2
-            whole = np.block([[G, cross], [cross.T, own]])
-            grams.append((whole, np.concatenate([b, twin[mine].T @ self.y[mine]])))
+            own = twin[mine].T @ C[mine]
+            cross = self._between(self.twin[mine], self.B[mine], C, mine)
+            whole = np.block([[G, cross], [cross.T, (own + own.T) / 2]])
+            more = self._between(twin[mine], C[mine], self.y, mine)
+            grams.append((whole, np.concatenate([b, more])))
         prior = np.concatenate([self.prior, np.zeros(C.shape[1])])
         return Regression(self.y, np.hstack([self.B, C]), prior, self.layout, grams)
 
@@ -160,7 +178,11 @@ class Regression:
     def products(self, axis: int | None, C: Array) -> tuple[Array, Array, Array]:
         """(C between passes, B^T C (nb, k), C^T residual (k,)) for columns on an axis."""
         rows, twin = self.layout.rows(axis), self.layout.twin(C, axis)
-        return twin, self.twin[rows].T @ C, twin.T @ self.residual[rows]
+        cross, c = self.twin[rows].T @ C, twin.T @ self.residual[rows]
+        if not self.layout.mutual:
+            cross = (cross + self.B[rows].T @ twin) / 2
+            c = (c + C.T @ self.layout.twin(self.residual, axis)) / 2
+        return twin, cross, c
 
     def falls(self, axis: int | None, C: Array, k: int) -> Array:
         """Falls of the sum of squares for candidates of k neighbouring columns each."""

@@ -40,7 +40,7 @@ TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
 REFINE, STARTS = 3, 3
 """Halvings of the grid's distances, from so many points of it."""
-MINOR = 0.15
+MINOR = 0.05
 """An axis joins an effect's others when it gains this share of the best one; what is left of it
 comes again in the next round."""
 

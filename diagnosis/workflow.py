@@ -221,9 +221,12 @@ def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> lis
 
 
 def _drifts(first: _Side, judged: Sequence[Run]) -> list[_Side]:
-    """What changes from run to run, and so drops out between passes."""
+    """What changes from run to run, and so drops out between passes.
+
+    Not asked where something repeats that nothing explains: it would be taken for a drift.
+    """
     made = replace(first.held.bench.made, between=False)
-    if not made.noise.repeats:
+    if not made.noise.repeats or first.remains:
         return []
     known = {name: library()[name] for name in DRIFTS}
     bench = Bench(made, compiled(made.base.n, known), across=True)
