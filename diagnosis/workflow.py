@@ -33,7 +33,7 @@ from diagnosis.maps import maps
 from diagnosis.naming import named_of, tried_of
 from diagnosis.noise import measured
 from diagnosis.path import PathBase, common_lag, driven
-from diagnosis.rounds import Round, one_round, search, unexplained
+from diagnosis.rounds import Round, Scored, one_round, search, unexplained
 from diagnosis.runs import runs_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
 from fmus.common.effects import library
