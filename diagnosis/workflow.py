@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,36 +12,28 @@ from numpy.typing import NDArray
 
 from diagnosis import logs
 from diagnosis.answer import (
-    CERTAIN,
-    GAP,
     Elsewhere,
     Joint,
     axis_rms,
-    joint,
-    lasting,
     repeat_rms,
 )
 from diagnosis.base import Base
 from diagnosis.bases import base_of
-from diagnosis.blocks import JUDGED, Run, blocks, spacing_for
+from diagnosis.blocks import Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated, calibrate
-from diagnosis.candidates import Bench, Compiled, compiled
+from diagnosis.candidates import compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
-from diagnosis.guard import POOR, believed, kept_off, only, poor_axes, sentence
+from diagnosis.guard import POOR, poor_axes
 from diagnosis.maps import maps
-from diagnosis.naming import named_of, tried_of
+from diagnosis.naming import tried_of
 from diagnosis.noise import measured
-from diagnosis.path import PathBase, common_lag, driven
-from diagnosis.rounds import Round, Scored, one_round, search, unexplained
 from diagnosis.runs import runs_of
+from diagnosis.sides import Side, drifts_of, drives_of, side_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
-from fmus.common.effects import library
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
-DRIFTS = ("thermal_drift", "offset_drift")
-"""Effects that go on from run to run."""
 RANGE = (0.4, 2.5)
 """Smallest and largest change of a parameter that is believed, relative."""
 MOST_ROWS = 16_000
@@ -106,56 +98,6 @@ def diagnose(
     return _searched(made, runs, judged, options, progress, findings, names)
 
 
-@dataclass(frozen=True)
-class _Side:
-    """One place where model and data meet: what was found there, and what remains."""
-
-    held: Joint
-    rounds: tuple[Round, ...]
-    others: Elsewhere | None
-    named: tuple[Named, ...]
-    remains: tuple[int, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def matters(self) -> bool:
-        """Whether anything was found or is left here."""
-        return bool(self.named or self.remains)
-
-
-def _side(
-    made: Calibrated,
-    effects: Sequence[Compiled],
-    judged: Sequence[Run],
-    say: Callable[[str], None],
-) -> _Side:
-    """Search, hold against the locked runs, and see what remains."""
-    bench = Bench(made, effects)
-    rounds = search(bench, say)
-    found = [r.chosen for r in rounds if r.chosen]
-    notes: list[str] = []
-    repeats = made.noise.repeats
-    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
-    poor = poor_axes(made, held.residual)
-    if poor:
-        held = kept_off(held, poor)
-        notes.append(sentence(poor))
-    others = None
-    if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
-        held = _not_worse(held, others, notes)
-    crowded = _approximated(held)
-    if crowded:
-        held = kept_off(held, crowded)
-        listed = ", ".join(str(axis + 1) for axis in crowded)
-        notes.append(
-            f"several effects together come near what repeats on axis {listed}, but leave some of"
-            " it: they only imitate something else and are not named"
-        )
-    remains = _remains(held, notes)
-    return _Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
-
-
 def _searched(
     made: Calibrated,
     runs: Sequence[Run],
@@ -168,14 +110,14 @@ def _searched(
     """The answer for a base model that fits the runs well enough."""
     n = made.base.n
     known = compiled(n, without=made.base.holds)
-    sides = [_side(made, known, judged, lambda text: progress(text, 2, 5))]
+    sides = [side_of(made, known, judged, lambda text: progress(text, 2, 5))]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
         why = "; ".join(sides[0].notes)
         return _cannot_tell(made.base, runs, why, findings, names)
     progress("commanded against reported torque", 3, 5)
-    sides += _drives(made, runs, judged)
-    sides += _drifts(sides[0], judged)
+    sides += drives_of(made, runs, judged)
+    sides += drifts_of(sides[0], judged)
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), sides[0])
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
@@ -203,45 +145,6 @@ def _searched(
         findings,
         *names,
     )
-
-
-def _drives(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[_Side]:
-    """The same between commanded and reported torque, where logs have both."""
-    lag, base = common_lag(runs), made.base
-    ours = driven(runs, lag)
-    if not ours:
-        return []
-    path = PathBase(base.n, base.window, made.spacing, base.settle)
-    blocked = blocks(path, ours, made.spacing)
-    there = calibrate(path, blocked)
-    known = {name: e for name, e in library().items() if e.acts_on == "drive"}
-    side = _side(there, compiled(base.n, known), driven(judged, lag), lambda text: None)
-    where = "between commanded and reported torque: "
-    return [replace(side, notes=tuple(where + note for note in side.notes))]
-
-
-def _drifts(first: _Side, judged: Sequence[Run]) -> list[_Side]:
-    """What changes from run to run, and so drops out between passes.
-
-    Not asked where something repeats that nothing explains: it would be taken for a drift.
-    """
-    made = replace(first.held.bench.made, between=False)
-    if not made.noise.repeats or first.remains:
-        return []
-    known = {name: library()[name] for name in DRIFTS}
-    bench = Bench(made, compiled(made.base.n, known), across=True)
-    regression = made.regression
-    if first.held.parts:
-        regression = regression.extended([part.columns for part in first.held.parts])
-    found = one_round(bench, regression, unexplained(made, regression))
-    if found.chosen is None:
-        return []
-    held, notes = joint(bench, [found.chosen]), list[str]()
-    others = None
-    if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing))
-        held = _not_worse(held, others, notes)
-    return [_Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
 
 
 def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:
@@ -289,25 +192,6 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     return ""
 
 
-def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
-    """Withdraw effects, axis by axis, that make the locked runs worse."""
-    kept = held.parts
-    while kept:
-        whole = others.squares(kept)
-        falls = []
-        for part in kept:
-            rest = others.squares([p for p in kept if p is not part])
-            axes = slice(None) if part.axis is None else part.axis
-            falls.append(float(np.sum(rest[axes] - whole[axes])))
-        worst = int(np.argmin(falls))
-        if falls[worst] > 0:
-            break
-        part = kept.pop(worst)
-        where = "" if part.axis is None else f" on axis {part.axis + 1}"
-        notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
-    return held if len(kept) == len(held.parts) else only(held, kept)
-
-
 def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     made = held.bench.made
     plain, bare = made.regression.q, np.zeros(len(made.known))
@@ -328,37 +212,9 @@ def _gap(held: Joint, others: Elsewhere | None) -> Gap:
     return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
-def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:
-    """Axes on which something repeats that nothing explains, and how much (n,) [N m]."""
-    made = held.bench.made
-    remains, certain = repeat_rms(made, held.residual)
-    if not made.noise.repeats:
-        return np.zeros(made.base.n, dtype=bool), remains
-    return (remains > GAP * made.torque_rms) & (certain > CERTAIN), remains
-
-
-def _approximated(held: Joint) -> list[int]:
-    """Axes with two effects or more that still leave something behind."""
-    gap, _ = _open(held)
-    count = [sum(part.axis == i for part in held.parts) for i in range(held.bench.n)]
-    return [i for i in range(held.bench.n) if gap[i] and count[i] > 1]
-
-
-def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
-    """Axes on which something repeats that nothing explains."""
-    gap, remains = _open(held)
-    if gap.any():
-        axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
-        size = float(remains[gap].max())
-        notes.append(
-            f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
-        )
-    return tuple(int(i) for i in np.flatnonzero(gap))
-
-
 def _verdict(
     made: Calibrated,
-    sides: Sequence[_Side],
+    sides: Sequence[Side],
     named: Sequence[Named],
     changed: Sequence[Changed],
     notes: list[str],

@@ -1,0 +1,180 @@
+"""The places where model and data meet: mechanism, drives, and what changes from run to run.
+
+Each is searched by the same rules, held against the locked runs and asked what it leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.answer import CERTAIN, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
+from diagnosis.blocks import JUDGED, Run, blocks
+from diagnosis.calibrate import Calibrated, calibrate
+from diagnosis.candidates import Bench, Compiled, compiled
+from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
+from diagnosis.naming import named_of
+from diagnosis.path import PathBase, common_lag, driven
+from diagnosis.rounds import Round, Scored, one_round, search, unexplained
+from diagnosis.verdict import Named
+from fmus.common.effects import library
+
+Array = NDArray[np.float64]
+DRIFTS = ("thermal_drift", "offset_drift")
+"""Effects that go on from run to run."""
+NOTICED = 0.5
+"""Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One place where model and data meet: what was found there, and what remains."""
+
+    held: Joint
+    rounds: tuple[Round, ...]
+    others: Elsewhere | None
+    named: tuple[Named, ...]
+    remains: tuple[int, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything was found or is left here."""
+        return bool(self.named or self.remains)
+
+
+def side_of(
+    made: Calibrated,
+    effects: Sequence[Compiled],
+    judged: Sequence[Run],
+    say: Callable[[str], None],
+    least: float = 0.0,
+) -> Side:
+    """Search, hold against the locked runs, and see what remains.
+
+    least: smallest gain that is worth a word, relative to the typical one of its effect.
+    """
+    bench = Bench(made, effects)
+    rounds = search(bench, say)
+    found = [r.chosen for r in rounds if r.chosen]
+    notes: list[str] = []
+    repeats = made.noise.repeats
+    held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
+    pairs = zip(held.parts, held.beta, strict=True)
+    worth = [part for part, beta in pairs if not least or _size(bench, part, beta) >= least]
+    held = held if len(worth) == len(held.parts) else only(held, worth)
+    poor = poor_axes(made, held.residual)
+    if poor:
+        held = kept_off(held, poor)
+        notes.append(sentence(poor))
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
+        held = _not_worse(held, others, notes)
+    crowded = _approximated(held)
+    if crowded:
+        held = kept_off(held, crowded)
+        listed = ", ".join(str(axis + 1) for axis in crowded)
+        notes.append(
+            f"several effects together come near what repeats on axis {listed}, but leave some of"
+            " it: they only imitate something else and are not named"
+        )
+    remains = _remains(held, notes)
+    return Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
+
+
+def _size(bench: Bench, part: Scored, beta: Array) -> float:
+    """Largest gain of an effect, relative to its typical one."""
+    gains = bench.effects[part.id].effect.gains
+    return max(abs(float(b)) / g.typical for b, g in zip(beta, gains, strict=True))
+
+
+def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
+    """Withdraw effects, axis by axis, that make the locked runs worse."""
+    kept = held.parts
+    while kept:
+        whole = others.squares(kept)
+        falls = []
+        for part in kept:
+            rest = others.squares([p for p in kept if p is not part])
+            axes = slice(None) if part.axis is None else part.axis
+            falls.append(float(np.sum(rest[axes] - whole[axes])))
+        worst = int(np.argmin(falls))
+        if falls[worst] > 0:
+            break
+        part = kept.pop(worst)
+        where = "" if part.axis is None else f" on axis {part.axis + 1}"
+        notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
+    return held if len(kept) == len(held.parts) else only(held, kept)
+
+
+def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:
+    """Axes on which something repeats that nothing explains, and how much (n,) [N m]."""
+    made = held.bench.made
+    remains, certain = repeat_rms(made, held.residual)
+    if not made.noise.repeats:
+        return np.zeros(made.base.n, dtype=bool), remains
+    return (remains > GAP * made.torque_rms) & (certain > CERTAIN), remains
+
+
+def _approximated(held: Joint) -> list[int]:
+    """Axes with two effects or more that still leave something behind."""
+    gap, _ = _open(held)
+    count = [sum(part.axis == i for part in held.parts) for i in range(held.bench.n)]
+    return [i for i in range(held.bench.n) if gap[i] and count[i] > 1]
+
+
+def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
+    """Axes on which something repeats that nothing explains."""
+    gap, remains = _open(held)
+    if gap.any():
+        axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
+        size = float(remains[gap].max())
+        notes.append(
+            f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
+        )
+    return tuple(int(i) for i in np.flatnonzero(gap))
+
+
+def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
+    """The same between commanded and reported torque, where logs have both."""
+    lag, base = common_lag(runs), made.base
+    ours = driven(runs, lag)
+    if not ours:
+        return []
+    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    blocked = blocks(path, ours, made.spacing)
+    there = calibrate(path, blocked)
+    known = {name: e for name, e in library().items() if e.acts_on == "drive"}
+    # loops and clocks of the axes differ by some microseconds without being a fault
+    drives = compiled(base.n, known)
+    side = side_of(there, drives, driven(judged, lag), lambda text: None, NOTICED)
+    where = "between commanded and reported torque: "
+    return [replace(side, notes=tuple(where + note for note in side.notes))]
+
+
+def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
+    """What changes from run to run, and so drops out between passes.
+
+    Not asked where something repeats that nothing explains: it would be taken for a drift.
+    """
+    made = replace(first.held.bench.made, between=False)
+    if not made.noise.repeats or first.remains:
+        return []
+    known = {name: library()[name] for name in DRIFTS}
+    bench = Bench(made, compiled(made.base.n, known), across=True)
+    regression = made.regression
+    if first.held.parts:
+        regression = regression.extended([part.columns for part in first.held.parts])
+    found = one_round(bench, regression, unexplained(made, regression))
+    if found.chosen is None:
+        return []
+    held, notes = joint(bench, [found.chosen]), list[str]()
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing))
+        held = _not_worse(held, others, notes)
+    return [Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
