@@ -13,10 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import oaconvolve
 from scipy.sparse import csr_array
 
 from diagnosis.base import Known, Motion
 from diagnosis.blocks import Run, Signal
+from diagnosis.smoothing import hann_weights
 
 Array = NDArray[np.float64]
 
@@ -85,8 +87,10 @@ def driven(runs: Sequence[Run], lag: float) -> list[Run]:
     return [_driven(run, replace(asked, t0=asked.t0 + lag)) for run, asked in listed]
 
 
-def common_lag(runs: Sequence[Run]) -> float:
+def common_lag(runs: Sequence[Run], window: float) -> float:
     """Time [s] by which the drives' reports lag behind the commands, the median of the axes.
+
+    Seen under the window [s] of the diagnosis: the noise of a raw command would make it shorter.
 
     The current loop and the logger make it; an axis that lags more has an effect.
     """
@@ -94,20 +98,29 @@ def common_lag(runs: Sequence[Run]) -> float:
     for run in driven(runs, 0.0):
         motion = run.motion
         assert isinstance(motion, Driven)
-        rate = np.gradient(motion.command, motion.ts, axis=0)
-        apart = motion.command - motion.reported
+        taps = np.hanning(max(5, round(window / motion.ts)) + 2)
+        command, reported = (
+            oaconvolve(signal, taps[:, None] / taps.sum(), mode="valid", axes=0)
+            for signal in (motion.command, motion.reported)
+        )
+        rate, apart = np.gradient(command, motion.ts, axis=0), command - reported
         apart = apart - apart.mean(axis=0)
         lags.append((rate * apart).sum(axis=0) / np.maximum((rate**2).sum(axis=0), 1e-300))
     return float(np.median(np.mean(lags, axis=0))) if lags else 0.0
 
 
 def _driven(run: Run, command: Signal) -> Run:
+    """Both torques as means about the joints' instants: a command that is held has no instants
+    of its own, and samples of it come half a hold too early."""
     m = run.motion
-    asked, told = (_at(signal, m.time) for signal in (command, run.tau))
+    (asked, known), (told, heard) = (_at(signal, m) for signal in (command, run.tau))
     motion = Driven(m.t0, m.ts, m.theta, m.thetad, m.thetadd, asked, told)
-    return replace(run, motion=motion, tau=command)
+    valid = run.valid & known & heard
+    return replace(run, motion=motion, valid=valid, tau=Signal(m.t0, m.ts, asked, valid))
 
 
-def _at(signal: Signal, time: Array) -> Array:
-    own = signal.t0 + signal.ts * np.arange(len(signal.values))
-    return np.column_stack([np.interp(time, own, column) for column in signal.values.T])
+def _at(signal: Signal, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:
+    """Means (samples, n) about the instants of a motion, and where they are known."""
+    window = 2 * motion.ts
+    weights, filled = hann_weights(motion.time, signal.t0, signal.ts, signal.valid, window)
+    return np.asarray(weights @ signal.values), filled

@@ -141,7 +141,7 @@ def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
 
 def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
     """The same between commanded and reported torque, where logs have both."""
-    lag, base = common_lag(runs), made.base
+    lag, base = common_lag(runs, made.base.window), made.base
     ours = driven(runs, lag)
     if not ours:
         return []
