@@ -18,8 +18,9 @@ PAIRS = {
 """What leads and what follows: largest relative difference; delay [s] that is normal."""
 LONGEST = 30.0
 """Seconds at the start and at the end that are compared."""
-SAMPLES = 0.6
-"""Part of a sample period that a delay or its growth must exceed to be told."""
+SAMPLES, GROWTH = 0.6, 2.0
+"""Sample periods that a delay, or its growth over the run, must exceed to be told: held signals
+seem to move by a sample when their step pattern changes."""
 
 
 def delays(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
@@ -49,7 +50,7 @@ def _compare(
         return []
     period = max(lead.ts, follow.ts)
     shown = f"{names[1]} follows {names[0]}"
-    if abs(last - first) > SAMPLES * period:
+    if abs(last - first) > GROWTH * period:
         rate = (last - first) / (end - begin)
         text = (
             f"{shown} by {first * 1e3:.4g} ms at the start and {last * 1e3:.4g} ms at the end:"

@@ -12,7 +12,7 @@ from diagnosis.logs.log import Array, Channel, Finding, Mask
 from fmus.common.errors import LogError
 
 NEEDED = ("theta", "tau_meas")
-PLATEAU = 5
+PLATEAU = 16
 """Samples at the extreme value that make a plateau."""
 JUMP, MOST_JUMPS = 10.0, 1e-3
 """A step of the angle that is so many times the 99.9 % quantile is a jump; more of them than this
