@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated, about
-from diagnosis.candidates import Bench
+from diagnosis.candidates import Bench, known_torque
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
 from diagnosis.rounds import Found, Scored, unexplained
@@ -235,7 +235,11 @@ class Elsewhere:
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
         names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
-        self.there = about(ours.base, blocks, ours.fitted, ours.noise, names)
+        plain = about(ours.base, blocks, ours.fitted, ours.noise, names)
+        given = known_torque(plain)
+        self.there = plain
+        if given:
+            self.there = about(ours.base, blocks, ours.fitted, ours.noise, names, given)
         self._bench = Bench(self.there, list(bench.effects.values()), bench.across)
         self._thin: dict[int, list[Array]] = {}
 

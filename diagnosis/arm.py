@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from diagnosis.base import DELAY, Known, Motion
+from fmus.common.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
@@ -98,6 +99,7 @@ class RigidArmBase:
     widths: tuple[Known, ...] = ()
     delay = DELAY
     holds: frozenset[str] = frozenset()
+    given: tuple[EffectUse, ...] = ()
     complete = False
 
     def __init__(self, arm: Arm, ts: float) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from diagnosis.base import DELAY, Known, Motion
+from fmus.common.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 TERMS = (
@@ -35,6 +36,7 @@ class AxisBase:
     settle = 0.2
     delay = DELAY
     holds = frozenset({"viscous_friction"})
+    given: tuple[EffectUse, ...] = ()
     complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()

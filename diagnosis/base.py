@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from fmus.common.effect_use import EffectUse
+
 Array = NDArray[np.float64]
 
 
@@ -77,6 +79,8 @@ class Base(Protocol):
     """Delay of all reported torques together [s]."""
     holds: frozenset[str]
     """Ids of effects that the base model has terms for already: no candidates."""
+    given: tuple[EffectUse, ...]
+    """Effects that the model has already, at the values of its file."""
     complete: bool
     """Whether it should explain most of the torque before any effect is added."""
 

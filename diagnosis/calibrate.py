@@ -7,7 +7,7 @@ its nonlinear parameters stand beside every candidate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from diagnosis.base import Base, Known
 from diagnosis.blocks import Block, torque_at
-from diagnosis.noise import Noise, alike, measured, rings, settled, whiten
+from diagnosis.noise import Noise, alike, rings, settled, whiten
 from diagnosis.regression import Layout, Regression
 
 Array = NDArray[np.float64]
@@ -23,7 +23,6 @@ LOOSE = 2.0
 """Beside candidates a parameter may differ from its nominal value by this many tolerances."""
 HISTORY = 0.3
 """One standard deviation of a hysteresis' state at the start of a trajectory."""
-STEPS = 2
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
 """Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
 this many smoothing windows."""
@@ -142,46 +141,17 @@ class Calibrated:
         return [y - B @ q for y, B in zip(self.y, self.B, strict=True)]
 
 
-def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
-    """Fit the base model: the linear part, then widths and delay by Gauss-Newton."""
-    fitted = Fitted(
-        np.array([k.nominal for k in base.linear]),
-        np.array([k.nominal for k in base.curved]),
-        np.array([k.nominal for k in base.widths]),
-        0.0,
-    )
-    flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
-    made = about(base, blocks, fitted, flat)
-    noise = measured(blocks, made.residual(made.regression.q))
-    for _ in range(STEPS):
-        made = about(base, blocks, fitted, noise)
-        fitted = _moved(made)
-    made = about(base, blocks, fitted, noise)
-    noise = measured(blocks, made.residual(made.regression.q))
-    return replace(made, noise=noise)
-
-
-def _moved(made: Calibrated) -> Fitted:
-    """The values after one Gauss-Newton step, kept within bounds."""
-    base, now = made.base, made.fitted
-    step = made.regression.q * made.scale
-    n_p, n_c = len(base.linear), len(base.curved)
-    nominal = np.array([k.nominal for k in base.widths])
-    widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
-    p = np.array([k.nominal for k in base.linear]) + step[:n_p]
-    gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
-    delay = float(np.clip(now.delay + step[n_p + n_c + len(nominal)], -0.005, 0.005))
-    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay)
-
-
 def about(
     base: Base,
     blocks: Sequence[Block],
     fitted: Fitted,
     noise: Noise,
     trajectories: Sequence[str] | None = None,
+    given: Sequence[Array] = (),
 ) -> Calibrated:
     """Columns and torque about given nonlinear values.
+
+    given: torque (m, n) [N m] of each block that known effects explain already.
 
     trajectories: those of the fit, when the blocks are others; their history is not these's.
     """
@@ -197,7 +167,9 @@ def about(
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
     offset = fitted.widths - np.array([k.nominal for k in base.widths])
-    ys, Bs, raws = [], [], []
+    ys: list[Array] = []
+    Bs: list[Array] = []
+    raws: list[Array] = []
     for block in blocks:
         motion = block.run.motion
         raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
@@ -217,6 +189,8 @@ def about(
         )
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
+        if given:
+            y = y - given[len(ys)]
         Bs.append(np.concatenate(parts, axis=2) * scale)
         ys.append(y)
         raws.append(raw)

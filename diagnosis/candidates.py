@@ -208,6 +208,24 @@ class Bench:
         return list(self._whole[0])
 
 
+def known_torque(made: Calibrated) -> list[Array]:
+    """Torque (m, n) [N m] of each block that the model's own effects explain; [] for none."""
+    uses = [use for use in made.base.given if use.axes]
+    if not uses:
+        return []
+    bench = Bench(made, compiled(made.base.n, {use.id: use.effect for use in uses}))
+    total = [np.zeros((len(block.at), made.base.n)) for block in made.blocks]
+    for use in uses:
+        for place, axis in enumerate(use.axes):
+            gains = np.array([row[place] for row in use.gains])
+            for k, values in enumerate(bench.thin(use.id, axis - 1, use.shape)):
+                if values.ndim == 3:
+                    total[k] += values @ gains
+                else:
+                    total[k][:, axis - 1] += values @ gains
+    return total
+
+
 def _thinned(weights: csr_array, values: Array) -> Array:
     flat = weights @ values.reshape(len(values), -1)
     return np.asarray(flat.reshape(-1, *values.shape[1:]))

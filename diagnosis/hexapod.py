@@ -53,7 +53,7 @@ class HexapodBase:
     complete = True
 
     def __init__(self, machine: Machine) -> None:
-        self.machine, self.n = machine, machine.n_arms
+        self.machine, self.n, self.given = machine, machine.n_arms, machine.effects
         listed = _actuator(machine)
         self._kept = [k for k, known in enumerate(listed) if not known.group.startswith("c[")]
         self.linear = (*(listed[k] for k in self._kept), *_mechanism(machine))
@@ -78,10 +78,10 @@ class HexapodBase:
         for place, k in enumerate(self._kept):
             full[k] = par[place]
         mechanism = Mechanism.split(par[len(self._kept) :], n)
-        model.g = g
+        self._g, model.g = np.array(ca.DM(model.g), dtype=float).ravel(), g
         tau = project(linkage, loads(linkage, model.motion(xd, xdd), mechanism))
         tau += model.actuator_torque(full, x[:n], xd[:n], model.basis(x[:n], ca.SX.zeros(n)))
-        Phi = ca.substitute(ca.jacobian(tau, par), g, ca.SX(list(self.machine.gravity.g)))
+        Phi = ca.substitute(ca.jacobian(tau, par), g, ca.SX(self._g))
         sparsity = Phi.sparsity()
         self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
         entries: Any = Phi.nonzeros()
@@ -158,11 +158,11 @@ class HexapodBase:
 
     def torque(self, motion: Motion, p: Array) -> Array:
         """B p (samples, n) [N m]."""
-        return self._under(motion, p, np.array(self.machine.gravity.g))
+        return self._under(motion, p, self._g)
 
     def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
         """Tilted base: torque for a turn of a radian about the world's x and y."""
-        g = np.array(self.machine.gravity.g)
+        g = self._g
         level = self._under(motion, p, g)
         columns = [self._under(motion, p, g + np.cross(g, axis)) - level for axis in np.eye(3)[:2]]
         return {"gravity_tilt": np.stack(columns, axis=2)}

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
 from scipy.sparse import csr_array
 
 from diagnosis.base import Known, Motion
 from diagnosis.blocks import Run, Signal
 from diagnosis.smoothing import hann_weights
+from fmus.common.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
@@ -38,6 +38,7 @@ class PathBase:
     widths: tuple[Known, ...] = ()
     delay = Known("delay", "s", 0.0, 1e-7, "delay")
     holds: frozenset[str] = frozenset()
+    given: tuple[EffectUse, ...] = ()
     complete = True
 
     def __init__(self, n: int, window: float, spacing: float, settle: float) -> None:
@@ -85,28 +86,6 @@ def driven(runs: Sequence[Run], lag: float) -> list[Run]:
         return []
     listed = [(run, run.command) for run in runs if run.command is not None]
     return [_driven(run, replace(asked, t0=asked.t0 + lag)) for run, asked in listed]
-
-
-def common_lag(runs: Sequence[Run], window: float) -> float:
-    """Time [s] by which the drives' reports lag behind the commands, the median of the axes.
-
-    Seen under the window [s] of the diagnosis: the noise of a raw command would make it shorter.
-
-    The current loop and the logger make it; an axis that lags more has an effect.
-    """
-    lags = []
-    for run in driven(runs, 0.0):
-        motion = run.motion
-        assert isinstance(motion, Driven)
-        taps = np.hanning(max(5, round(window / motion.ts)) + 2)
-        command, reported = (
-            oaconvolve(signal, taps[:, None] / taps.sum(), mode="valid", axes=0)
-            for signal in (motion.command, motion.reported)
-        )
-        rate, apart = np.gradient(command, motion.ts, axis=0), command - reported
-        apart = apart - apart.mean(axis=0)
-        lags.append((rate * apart).sum(axis=0) / np.maximum((rate**2).sum(axis=0), 1e-300))
-    return float(np.median(np.mean(lags, axis=0))) if lags else 0.0
 
 
 def _driven(run: Run, command: Signal) -> Run:

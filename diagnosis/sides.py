@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import CERTAIN, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
 from diagnosis.blocks import JUDGED, Run, blocks
-from diagnosis.calibrate import Calibrated, calibrate
+from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench, Compiled, compiled
+from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
-from diagnosis.path import PathBase, common_lag, driven
+from diagnosis.path import PathBase, driven
 from diagnosis.rounds import Round, Scored, one_round, search, unexplained
 from diagnosis.verdict import Named
 from fmus.common.effects import library
@@ -141,19 +142,30 @@ def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
 
 def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
     """The same between commanded and reported torque, where logs have both."""
-    lag, base = common_lag(runs, made.base.window), made.base
-    ours = driven(runs, lag)
-    if not ours:
+    if not driven(runs, 0.0):
         return []
+    base = made.base
     path = PathBase(base.n, base.window, made.spacing, base.settle)
-    blocked = blocks(path, ours, made.spacing)
-    there = calibrate(path, blocked)
+    lag = _common_lag(path, runs)
+    there = calibrate(path, blocks(path, driven(runs, lag), path.spacing))
     known = {name: e for name, e in library().items() if e.acts_on == "drive"}
     # loops and clocks of the axes differ by some microseconds without being a fault
     drives = compiled(base.n, known)
     side = side_of(there, drives, driven(judged, lag), lambda text: None, NOTICED)
     where = "between commanded and reported torque: "
     return [replace(side, notes=tuple(where + note for note in side.notes))]
+
+
+def _common_lag(path: PathBase, runs: Sequence[Run]) -> float:
+    """Time [s] by which the drives' reports lag behind the commands, the median of the axes.
+
+    The current loop and the logger make it; an axis that lags more has an effect. Found between
+    passes like all else: the noise of a command would make it shorter.
+    """
+    there = calibrate(path, blocks(path, driven(runs, 0.0), path.spacing))
+    bench = Bench(there, compiled(path.n, {"drive_lag": library()["drive_lag"]}))
+    falls = [there.regression.fall(bench.columns("drive_lag", i, {})) for i in range(path.n)]
+    return float(np.median([beta[0] for _, beta in falls]))
 
 
 def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:

@@ -20,10 +20,11 @@ from diagnosis.answer import (
 from diagnosis.base import Base
 from diagnosis.bases import base_of
 from diagnosis.blocks import Run, blocks, spacing_for
-from diagnosis.calibrate import Calibrated, calibrate
+from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
+from diagnosis.fit import calibrate
 from diagnosis.guard import POOR, poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of

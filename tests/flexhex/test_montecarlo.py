@@ -205,7 +205,11 @@ def test_ctrl_c_keeps_finished_runs_and_leaves_no_traceback(out: Path, tmp_path:
     """The signal goes to all processes of the group, as a terminal sends it."""
     (tmp_path / "app.py").write_text(APP, encoding="utf-8")
     store = out / "study" / "c.jsonl"
-    words = [sys.executable, str(tmp_path / "app.py"), *command(out, "--name", "c", "-j", "2", "-n", "12")]
+    words = [
+        sys.executable,
+        str(tmp_path / "app.py"),
+        *command(out, "--name", "c", "-j", "2", "-n", "12"),
+    ]
     env = os.environ | {"PYTHONPATH": ":".join(map(os.path.abspath, sys.path[:]))}
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     running = subprocess.Popen(words, env=env, start_new_session=True, **pipes)  # type: ignore[call-overload]
