@@ -6,12 +6,12 @@ import importlib
 import math
 import multiprocessing
 import signal
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -108,12 +108,13 @@ def _outcome(future: Any) -> Scored | str:
 @contextmanager
 def _deaf() -> Iterator[None]:
     """Processes started meanwhile never hear Ctrl-C, not even while they import: it is for the
-    one that leads, the others end their run and clean up after it."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    one that leads, the others end their run and clean up after it.
+
+    The signal is held back, not ignored: one that comes meanwhile arrives afterwards.
+    """
+    resource_tracker.ensure_running()  # it would let the signal through while it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
