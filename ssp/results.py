@@ -199,7 +199,7 @@ def load(path: str | Path) -> Result:
     except FileNotFoundError:
         raise LogError(f"{path}: no such file") from None
     except (OSError, KeyError, RuntimeError) as error:
-        raise LogError(f"{path}: not a readable HDF5 result, maybe truncated ({error})") from None
+        raise LogError(f"{path}: not a readable HDF5 result, maybe truncated") from error
 
 
 def _read(file: h5py.File) -> Result:
