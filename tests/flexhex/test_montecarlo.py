@@ -11,7 +11,9 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -211,8 +213,10 @@ def test_ctrl_c_keeps_finished_runs_and_leaves_no_traceback(out: Path, tmp_path:
         *command(out, "--name", "c", "-j", "2", "-n", "12"),
     ]
     env = os.environ | {"PYTHONPATH": ":".join(map(os.path.abspath, sys.path[:]))}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    running = subprocess.Popen(words, env=env, start_new_session=True, **pipes)  # type: ignore[call-overload]
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    # tests in the background of a shell ignore the signal, and so would what they start
+    pipes["preexec_fn"] = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    running = subprocess.Popen(words, env=env, start_new_session=True, **pipes)
     end = time.monotonic() + 60
     while not store.exists() and running.poll() is None and time.monotonic() < end:
         time.sleep(0.02)
