@@ -43,6 +43,11 @@ class Compiled:
         return [s for s in self.effect.shapes if len(s.grid) > 1 and not s.whole]
 
     @property
+    def freedom(self) -> int:
+        """How many numbers a fit of it may choose."""
+        return len(self.effect.gains) + len(self.searched)
+
+    @property
     def shapes(self) -> list[dict[str, float]]:
         """The grid of its nonlinear parameters."""
         names = [shape.name for shape in self.effect.shapes]

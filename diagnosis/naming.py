@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from diagnosis.answer import Joint, shares
@@ -12,7 +13,9 @@ from fmus.common.effects import library
 
 def named_of(held: Joint, rounds: Sequence[Round]) -> list[Named]:
     rivals = _rivals(rounds)
-    share = dict(zip([e.id for e in held.effects], shares(held), strict=True))
+    # of what changes from run to run nobody knows how much is noise
+    known_share = shares(held) if held.bench.made.between else [math.nan] * len(held.effects)
+    share = dict(zip([e.id for e in held.effects], known_share, strict=True))
     grouped: dict[str, list[int]] = {}
     for k, part in enumerate(held.parts):
         grouped.setdefault(part.id, []).append(k)

@@ -15,6 +15,8 @@ UNKNOWN = 1e-10
 """Relative curvature below which a direction is not determined."""
 ABSORBED = 1e-5
 """Share of a column's square below which the base model explains all of it."""
+WEAK = 0.1
+"""Share that must repeat of what the base model leaves of a column: products of less are chance."""
 
 
 @dataclass(frozen=True)
@@ -185,15 +187,20 @@ class Regression:
         return twin, cross, c
 
     def falls(self, axis: int | None, C: Array, k: int) -> Array:
-        """Falls of the sum of squares for candidates of k neighbouring columns each."""
+        """Falls of the sum of squares for candidates of k neighbouring columns each.
+
+        0 for columns that hardly repeat between passes.
+        """
         twin, cross, c = self.products(axis, C)
         solved = self.solve(cross)
+        left = ((C - self.B[self.layout.rows(axis)] @ solved) ** 2).sum(axis=0)
         found = []
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
             own = twin[:, part].T @ C[:, part]
-            S = _safe(own - cross[:, part].T @ solved[:, part], own)
-            found.append(c[part] @ np.linalg.solve(S, c[part]))
+            S = own - cross[:, part].T @ solved[:, part]
+            weak = (np.diag(S) < WEAK * left[part]).any()
+            found.append(0.0 if weak else c[part] @ np.linalg.solve(_safe(S, own), c[part]))
         return np.array(found)
 
     def fall(self, columns: Columns) -> tuple[float, Array]:

@@ -131,7 +131,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
         winner = min(_ties(large), key=lambda found: _choices(bench, found))
         axes = {part.axis for part in winner.parts}
         others = [f for f in tried if f.id != winner.id and axes & {p.axis for p in f.parts}]
-        names = tuple(f.id for f in others if _is_rival(winner, f))
+        names = tuple(f.id for f in others if _plausible(bench, winner, f) and _is_rival(winner, f))
         chosen = Found(winner.id, winner.parts, names)
     return Round(tuple(tried), shares, chosen)
 
@@ -154,6 +154,18 @@ def _choices(bench: Bench, found: Found) -> int:
     return len(item.shapes) if item else 1
 
 
+def _plausible(bench: Bench, winner: Found, other: Found) -> bool:
+    """Whether another effect may be a rival at all.
+
+    One that needs more freedom to explain less only imitates, like a slow harmonic that follows
+    any curved stiffness.
+    """
+    mine, its = bench.effects.get(winner.id), bench.effects.get(other.id)
+    if mine is None or its is None:
+        return True
+    return its.freedom <= mine.freedom or _outside(other) > _outside(winner)
+
+
 def _allowed(bench: Bench, scored: Scored) -> bool:
     """Whether the gains may have these signs and sizes: no friction pushes."""
     item = bench.effects.get(scored.id)
@@ -173,14 +185,15 @@ def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scor
         first = grid[0][1]
         stacked = np.hstack([columns.values for _, columns in grid])
         falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
-    best = max((float(values.max()) for values in falls.values()), default=0.0)
-    found = []
-    for name, values in falls.items():
-        top = int(np.argmax(values))
-        if values[top] < max(PROMISING, CONTENDER * best):
-            continue
+    best, found = 0.0, []
+    for name, values in sorted(falls.items(), key=lambda item: -float(item[1].max())):
+        # what falls where fitted alone sets no measure: many shapes fit chance
+        if values.max() < max(PROMISING, CONTENDER * best):
+            break
         shape, columns = _refined(bench, regression, name, at, values)
-        found.append(Scored(name, axis, shape, regression.gain(columns), columns))
+        gain = regression.gain(columns)
+        best = max(best, gain.outside)
+        found.append(Scored(name, axis, shape, gain, columns))
     return found
 
 
@@ -227,9 +240,9 @@ def _climbed(
                 if not s.low <= value <= s.high:
                     continue
                 trial = bench.columns(*place, {**shape, s.name: float(value)})
-                better, _ = regression.fall(trial)
+                (better,) = regression.falls(trial.axis, trial.values, trial.values.shape[1])
                 if better > fall:
-                    shape, columns, fall = {**shape, s.name: float(value)}, trial, better
+                    shape, columns, fall = {**shape, s.name: float(value)}, trial, float(better)
     return shape, columns, fall
 
 

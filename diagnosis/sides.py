@@ -5,13 +5,14 @@ Each is searched by the same rules, held against the locked runs and asked what 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import CERTAIN, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
+from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench, Compiled, compiled
@@ -19,7 +20,7 @@ from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
 from diagnosis.path import PathBase, driven
-from diagnosis.rounds import Round, Scored, one_round, search, unexplained
+from diagnosis.rounds import Found, Round, Scored, one_round, search, unexplained
 from diagnosis.verdict import Named
 from fmus.common.effects import library
 
@@ -60,8 +61,8 @@ def side_of(
     """
     bench = Bench(made, effects)
     rounds = search(bench, say)
-    found = [r.chosen for r in rounds if r.chosen]
     notes: list[str] = []
+    found = _natural(bench, [r.chosen for r in rounds if r.chosen], notes)
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
     pairs = zip(held.parts, held.beta, strict=True)
@@ -74,7 +75,7 @@ def side_of(
     others = None
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
-        held = _not_worse(held, others, notes)
+        held = _transferred(_not_worse(held, others, notes), others, notes)
     crowded = _approximated(held)
     if crowded:
         held = kept_off(held, crowded)
@@ -85,6 +86,24 @@ def side_of(
         )
     remains = _remains(held, notes)
     return Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
+
+
+def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Found]:
+    """Effects without those that an axis shows more often than it can have them: a family of
+    curves that follows something else."""
+    count = Counter((part.id, part.axis) for effect in found for part in effect.parts)
+    items = bench.effects
+    crowd = {key for key, n in count.items() if key[0] in items and n > items[key[0]].effect.most}
+    for name, axis in sorted(crowd, key=str):
+        where = "" if axis is None else f" on axis {axis + 1}"
+        notes.append(
+            f"{name}{where} would have to be there {count[name, axis]} times: it only imitates"
+            " something else and is not named"
+        )
+    kept = [
+        replace(e, parts=tuple(p for p in e.parts if (p.id, p.axis) not in crowd)) for e in found
+    ]
+    return [effect for effect in kept if effect.parts]
 
 
 def _size(bench: Bench, part: Scored, beta: Array) -> float:
@@ -110,6 +129,28 @@ def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
         where = "" if part.axis is None else f" on axis {part.axis + 1}"
         notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
     return held if len(kept) == len(held.parts) else only(held, kept)
+
+
+def _transferred(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
+    """Keep effects off axes on which they leave most of what repeats in the locked runs: what
+    fits one motion and not another imitates."""
+    if not held.parts or not others.there.noise.repeats:
+        return held
+    before, _ = repeat_rms(others.there, others.residual((), (), held.bench.made.regression.q))
+    after, certain = repeat_rms(others.there, others.residual(held.parts, held.beta, held.q))
+    open_ = (certain > CERTAIN) & (after > GAP * held.bench.made.torque_rms)
+    poor = [
+        i
+        for i in sorted({part.axis for part in held.parts if part.axis is not None})
+        if open_[i] and after[i] ** 2 > (1 - EXPLAINED) * before[i] ** 2
+    ]
+    for i in poor:
+        names = ", ".join(dict.fromkeys(part.id for part in held.parts if part.axis == i))
+        notes.append(
+            f"{names} on axis {i + 1} fits the runs but leaves {after[i] / before[i]:.0%} of what"
+            " repeats in the locked ones: it only imitates something else and is not named"
+        )
+    return kept_off(held, poor) if poor else held
 
 
 def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:

@@ -125,7 +125,8 @@ def functions(machine: Machine) -> list[ca.Function]:
     if bank:
         given = effects.Inputs.of(bank)
         taken, added, stated = effects.torque(bank, theta, thetad, given)
-        force, M, symmetric = force - taken, M + added, added.nnz() == 0
+        rows, columns = added.sparsity().get_triplet()
+        force, M, symmetric = force - taken, M + added, rows == columns
         arguments, more_in = [*arguments, *given.symbols], list(effects.INPUT_NAMES)
         rates, more_out = [*rates, stated], ["stated"]
     thetadd = solve_symmetric(M, force) if symmetric else RowFactor.of(M).solve(force)

@@ -22,6 +22,7 @@ class CrossCoupling(Effect):
         Shape("source", "1", 1.0, 6.0, 1.0, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "axis", whole=True),
         Shape("kind", "1", 0.0, 3.0, 3.0, (0.0, 1.0, 2.0, 3.0), "0..3, see there", whole=True),
     )
+    most = 6
     excites = "each axis moving alone while the others hold"
     confused_with = ("drive_gain",)
     experiment = "multisines, the axes one after the other"

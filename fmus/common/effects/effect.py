@@ -110,6 +110,7 @@ class Effect:
               mechanism: no columns, `mechanism` changes the model
     line      how the plant delays a drive's torque exactly, where columns are a first order
     feedforward  "" where the feedforward compensates it, else the reason why not
+    most      how many of it, with other shapes, one axis can have
     """
 
     id: str
@@ -124,6 +125,7 @@ class Effect:
     experiment: str
     spec: Experiment
     feedforward: str = ""
+    most: int = 1
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""

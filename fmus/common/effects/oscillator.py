@@ -1,4 +1,4 @@
-"""A flexible mode: a mass that swings on the joint."""
+"""A flexible mode: part of what a joint carries swings on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(47))
 
 
 class FlexibleMode(Effect):
-    """J_2 q'' with q'' = w^2 (theta - q) + 2 zeta w (thetad - q'), w = 2 pi f."""
+    """J_2 (q'' - thetadd) with q'' = w^2 (theta - q) + 2 zeta w (thetad - q'), w = 2 pi f.
+
+    J_2 is a part of the inertia that the model has already: what stood still against the joint
+    swings. A mass that was added is another inertia beside it.
+    """
 
     id, title, acts_on = "flexible_mode", "flexible mode", "torque"
     gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1.0, "inertia that swings"),)
@@ -22,17 +26,22 @@ class FlexibleMode(Effect):
         Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.02, 0.06, 0.2), "damping ratio"),
     )
     states = (State("q", "rad"), State("qd", "rad/s"))
+    most = 3
     excites = "accelerations about its frequency"
     confused_with = ("drive_lag", "time_delay")
     experiment = "chirp through its frequency"
     spec = Experiment("chirp", {"f0": 1.0, "f1": 40.0, "amplitude": 0.002})
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        w = 2 * ca.pi * shape["f"]
-        return w**2 * (s.theta - state[0]) + 2 * shape["zeta"] * w * (s.thetad - state[1])
+        return self._pull(s, state, shape) - s.thetadd
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return ca.vertcat(state[1], self.columns(s, state, shape))
+        return ca.vertcat(state[1], self._pull(s, state, shape))
+
+    @staticmethod
+    def _pull(s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        w = 2 * ca.pi * shape["f"]
+        return w**2 * (s.theta - state[0]) + 2 * shape["zeta"] * w * (s.thetad - state[1])
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
         """Exact for an acceleration of the joint that changes linearly.

@@ -46,6 +46,7 @@ class CableForce(Effect):
         Shape("theta_0", "rad", -1.5, 1.5, 0.05, (-0.1, -0.05, 0.0, 0.05, 0.1), "where it begins"),
         Shape("side", "1", -1.0, 1.0, 1.0, (-1.0, 1.0), "1: above theta_0, -1: below", whole=True),
     )
+    most = 2
     excites = "angles on both sides of where it begins"
     confused_with = ("quadratic_stiffness", "cubic_stiffness")
     experiment = "slow triangle through as much of the stroke as possible"
