@@ -14,7 +14,8 @@ from diagnosis.calibrate import Calibrated, about
 from diagnosis.candidates import Bench, known_torque
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Found, Scored, unexplained
+from diagnosis.rounds import Found, unexplained
+from diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5

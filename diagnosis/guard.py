@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import Joint, axis_rms, joint
 from diagnosis.calibrate import Calibrated
-from diagnosis.rounds import Scored
+from diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 POOR = 0.5

@@ -18,8 +18,8 @@ from diagnosis.candidates import Bench, compiled
 from diagnosis.logs import Log
 from diagnosis.noise import ORDER, Noise
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import PROMISING
 from diagnosis.runs import FASTEST, motion_of
+from diagnosis.scored import PROMISING
 from diagnosis.trajectory import Trajectory, read_trajectory
 
 if TYPE_CHECKING:

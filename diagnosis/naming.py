@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 
 from diagnosis.answer import Joint, shares
-from diagnosis.rounds import Round, Scored
+from diagnosis.rounds import Round
+from diagnosis.scored import Scored
 from diagnosis.verdict import Candidate, Estimate, Named
 from fmus.common.effects import library
 

@@ -15,21 +15,17 @@ from numpy.typing import NDArray
 
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
-from diagnosis.regression import Columns, Gain, Regression
-from fmus.common.effects import Shape
+from diagnosis.regression import Regression
+from diagnosis.scored import Scored, leaders
 
 Array = NDArray[np.float64]
 MOST, ROUNDS = 4, 8
 """Most effects of a diagnosis; an effect may come again with another shape."""
 LEVEL = 0.01
 """False alarms that all candidates together may raise."""
-PROMISING = 25.0
-"""Fall of the sum of squares below which a candidate is not looked at any further."""
 LEAST_SHARE, LEAST_FIRST = 0.12, 0.04
 """Share of what repeats on its axis that an effect must explain on trajectories left out: of what
 is left in its round, and of what was there at first."""
-CONTENDER = 0.4
-"""Candidates with less than this share of the best fall on their axis are left at that."""
 SMALLEST = 0.0015
 """Smallest effect that is worth naming, RMS relative to the torque's."""
 NEAR, CLOSE = 0.9, 0.7
@@ -38,22 +34,9 @@ T_APART = 2.5
 """t at which two effects' gains differ from second to second."""
 TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
-REFINE, STARTS = 3, 3
-"""Halvings of the grid's distances, from so many points of it."""
 MINOR = 0.05
 """An axis joins an effect's others when it gains this share of the best one; what is left of it
 comes again in the next round."""
-
-
-@dataclass(frozen=True)
-class Scored:
-    """An effect on one axis (None: on the whole): its best shape, what it brings, its columns."""
-
-    id: str
-    axis: int | None
-    shape: dict[str, float]
-    gain: Gain
-    columns: Columns
 
 
 @dataclass(frozen=True)
@@ -174,76 +157,6 @@ def _allowed(bench: Bench, scored: Scored) -> bool:
     spread = 2 * np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
     bounds = zip(item.effect.gains, scored.gain.beta, spread, strict=True)
     return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
-
-
-def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
-    """Effects on an axis (None: on the whole) that come near the best one there."""
-    names, at = bench.names(axis), axis or 0
-    falls: dict[str, Array] = {}
-    for name in names:
-        grid = bench.grid(name, at)
-        first = grid[0][1]
-        stacked = np.hstack([columns.values for _, columns in grid])
-        falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
-    best, found = 0.0, []
-    for name, values in sorted(falls.items(), key=lambda item: -float(item[1].max())):
-        # what falls where fitted alone sets no measure: many shapes fit chance
-        if values.max() < max(PROMISING, CONTENDER * best):
-            break
-        shape, columns = _refined(bench, regression, name, at, values)
-        gain = regression.gain(columns)
-        best = max(best, gain.outside)
-        found.append(Scored(name, axis, shape, gain, columns))
-    return found
-
-
-def _refined(
-    bench: Bench, regression: Regression, name: str, axis: int, falls: Array
-) -> tuple[dict[str, float], Columns]:
-    """The best shape near the grid: searched from the best point for each of the last shape.
-
-    A sharp maximum may hide beside a blunt one of the grid: a mode that rings for long is missed
-    by all but its neighbours.
-    """
-    grid, item = bench.grid(name, axis), bench.effects.get(name)
-    searched = item.searched if item else []
-    if not searched:
-        return grid[int(np.argmax(falls))]
-    groups: dict[float, int] = {}
-    for k, (shape, _) in enumerate(grid):
-        value = shape[searched[-1].name] if len(searched) > 1 else 0.0
-        if value not in groups or falls[k] > falls[groups[value]]:
-            groups[value] = k
-    starts = sorted(groups.values(), key=lambda k: -falls[k])[:STARTS]
-    best = [
-        _climbed(bench, regression, (name, axis), searched, (*grid[k], float(falls[k])))
-        for k in starts
-    ]
-    shape, columns, _ = max(best, key=lambda found: found[2])
-    return shape, columns
-
-
-def _climbed(
-    bench: Bench,
-    regression: Regression,
-    place: tuple[str, int],
-    searched: Sequence[Shape],
-    start: tuple[dict[str, float], Columns, float],
-) -> tuple[dict[str, float], Columns, float]:
-    """Uphill from a point of the grid, with half the distance to its neighbours each time."""
-    shape, columns, fall = start
-    steps = {s.name: sorted(abs(g - shape[s.name]) for g in s.grid)[1] for s in searched}
-    for level in range(1, REFINE + 1):
-        for s in searched:
-            centre = shape[s.name]
-            for value in (centre - steps[s.name] / 2**level, centre + steps[s.name] / 2**level):
-                if not s.low <= value <= s.high:
-                    continue
-                trial = bench.columns(*place, {**shape, s.name: float(value)})
-                (better,) = regression.falls(trial.axis, trial.values, trial.values.shape[1])
-                if better > fall:
-                    shape, columns, fall = {**shape, s.name: float(value)}, trial, float(better)
-    return shape, columns, fall
 
 
 def unexplained(made: Calibrated, regression: Regression) -> Array:

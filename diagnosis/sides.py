@@ -20,7 +20,8 @@ from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
 from diagnosis.path import PathBase, driven
-from diagnosis.rounds import Found, Round, Scored, one_round, search, unexplained
+from diagnosis.rounds import Found, Round, one_round, search, unexplained
+from diagnosis.scored import Scored
 from diagnosis.verdict import Named
 from fmus.common.effects import library
 

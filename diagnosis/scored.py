@@ -1,0 +1,102 @@
+"""One effect on one axis: its best shape, and what it brings beside the base model's columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.candidates import Bench
+from diagnosis.regression import Columns, Gain, Regression
+from fmus.common.effects import Shape
+
+Array = NDArray[np.float64]
+PROMISING = 25.0
+"""Fall of the sum of squares below which a candidate is not looked at any further."""
+CONTENDER = 0.4
+"""Candidates with less than this share of the best fall on their axis are left at that."""
+REFINE, STARTS = 3, 3
+"""Halvings of the grid's distances, from so many points of it."""
+
+
+@dataclass(frozen=True)
+class Scored:
+    """An effect on one axis (None: on the whole): its best shape, what it brings, its columns."""
+
+    id: str
+    axis: int | None
+    shape: dict[str, float]
+    gain: Gain
+    columns: Columns
+
+
+def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
+    """Effects on an axis (None: on the whole) that come near the best one there."""
+    names, at = bench.names(axis), axis or 0
+    falls: dict[str, Array] = {}
+    for name in names:
+        grid = bench.grid(name, at)
+        first = grid[0][1]
+        stacked = np.hstack([columns.values for _, columns in grid])
+        falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
+    best, found = 0.0, []
+    for name, values in sorted(falls.items(), key=lambda item: -float(item[1].max())):
+        # what falls where fitted alone sets no measure: many shapes fit chance
+        if values.max() < max(PROMISING, CONTENDER * best):
+            break
+        shape, columns = _refined(bench, regression, name, at, values)
+        gain = regression.gain(columns)
+        best = max(best, gain.outside)
+        found.append(Scored(name, axis, shape, gain, columns))
+    return found
+
+
+def _refined(
+    bench: Bench, regression: Regression, name: str, axis: int, falls: Array
+) -> tuple[dict[str, float], Columns]:
+    """The best shape near the grid: searched from the best point for each of the last shape.
+
+    A sharp maximum may hide beside a blunt one of the grid: a mode that rings for long is missed
+    by all but its neighbours.
+    """
+    grid, item = bench.grid(name, axis), bench.effects.get(name)
+    searched = item.searched if item else []
+    if not searched:
+        return grid[int(np.argmax(falls))]
+    groups: dict[float, int] = {}
+    for k, (shape, _) in enumerate(grid):
+        value = shape[searched[-1].name] if len(searched) > 1 else 0.0
+        if value not in groups or falls[k] > falls[groups[value]]:
+            groups[value] = k
+    starts = sorted(groups.values(), key=lambda k: -falls[k])[:STARTS]
+    best = [
+        _climbed(bench, regression, (name, axis), searched, (*grid[k], float(falls[k])))
+        for k in starts
+    ]
+    shape, columns, _ = max(best, key=lambda found: found[2])
+    return shape, columns
+
+
+def _climbed(
+    bench: Bench,
+    regression: Regression,
+    place: tuple[str, int],
+    searched: Sequence[Shape],
+    start: tuple[dict[str, float], Columns, float],
+) -> tuple[dict[str, float], Columns, float]:
+    """Uphill from a point of the grid, with half the distance to its neighbours each time."""
+    shape, columns, fall = start
+    steps = {s.name: sorted(abs(g - shape[s.name]) for g in s.grid)[1] for s in searched}
+    for level in range(1, REFINE + 1):
+        for s in searched:
+            centre = shape[s.name]
+            for value in (centre - steps[s.name] / 2**level, centre + steps[s.name] / 2**level):
+                if not s.low <= value <= s.high:
+                    continue
+                trial = bench.columns(*place, {**shape, s.name: float(value)})
+                (better,) = regression.falls(trial.axis, trial.values, trial.values.shape[1])
+                if better > fall:
+                    shape, columns, fall = {**shape, s.name: float(value)}, trial, float(better)
+    return shape, columns, fall
