@@ -190,7 +190,7 @@ def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> l
     path = PathBase(base.n, base.window, made.spacing, base.settle)
     lag = _common_lag(path, runs)
     there = calibrate(path, blocks(path, driven(runs, lag), path.spacing))
-    known = {name: e for name, e in library().items() if e.acts_on == "drive"}
+    known = {name: e for name, e in library().items() if e.reported}
     # loops and clocks of the axes differ by some microseconds without being a fault
     drives = compiled(base.n, known)
     side = side_of(there, drives, driven(judged, lag), lambda text: None, NOTICED)

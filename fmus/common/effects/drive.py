@@ -14,6 +14,7 @@ class DriveLag(Effect):
 
     id, title, acts_on, line = "drive_lag", "lag of the drive", "drive", "lag"
     gains = (Gain("T_lag", "s", 2e-4, 0.0, 0.005, "time constant"),)
+    reported = True
     excites = "torques that change fast"
     confused_with = ("time_delay", "flexible_mode")
     experiment = "chirp: a lag loses amplitude at high frequency, a delay does not"
@@ -28,6 +29,7 @@ class TimeDelay(Effect):
 
     id, title, acts_on, line = "time_delay", "delay of the drive", "drive", "delay"
     gains = (Gain("T_delay", "s", 2e-4, 0.0, 0.005, "delay"),)
+    reported = True
     excites = "torques that change fast"
     confused_with = ("drive_lag", "flexible_mode")
     experiment = "chirp: a lag loses amplitude at high frequency, a delay does not"

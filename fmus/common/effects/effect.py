@@ -110,6 +110,8 @@ class Effect:
               mechanism: no columns, `mechanism` changes the model
     line      how the plant delays a drive's torque exactly, where columns are a first order
     feedforward  "" where the feedforward compensates it, else the reason why not
+    reported  whether it can also stand between the commanded and the reported torque, where
+              the motor constant, which turns the report into torque, has no say
     most      how many of it, with other shapes, one axis can have
     """
 
@@ -125,6 +127,7 @@ class Effect:
     experiment: str
     spec: Experiment
     feedforward: str = ""
+    reported: bool = False
     most: int = 1
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

@@ -9,13 +9,16 @@ import casadi as ca
 from fmus.common import actuator
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
 
+WIDTHS = (0.002, 0.004, 0.008, 0.03, 0.06, 0.12)
+"""Below 6 mrad it may also be dry friction before it slides; then both are named as a set."""
+
 
 class SecondHysteresis(Effect):
     """c_2 z_2 with z_2' = (thetad - |thetad| z_2) / sigma_2.  [SH, Eq. (23)]"""
 
     id, title, acts_on = "second_hysteresis", "second hysteresis", "torque"
     gains = (Gain("c_2", "N m", 0.02, -5.0, 5.0, "height"),)
-    shapes = (Shape("sigma_2", "rad", 6e-3, 0.5, 0.05, (0.008, 0.03, 0.06, 0.12), "width"),)
+    shapes = (Shape("sigma_2", "rad", 1.5e-3, 0.5, 0.05, WIDTHS, "width"),)
     states = (State("z_2", "1"),)
     excites = "reversals after long and after short ways"
     confused_with = ("coulomb_friction", "stribeck_friction")

@@ -8,6 +8,9 @@ from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Sh
 
 BRISK = Experiment("random", {"period": 0.7, "move": 0.35}, ((0.0, 0.0), (25.0, 2.0)))
 
+GRID = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+"""Limits to try [N m]."""
+
 
 class TorqueConstantSaturation(Effect):
     """s tau max(0, |tau| - tau_k): the iron saturates, torque lags behind the current."""
@@ -32,7 +35,8 @@ class TorqueSaturation(Effect):
 
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
     gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
-    shapes = (Shape("tau_lim", "N m", 0.1, 100.0, 5.0, (2.0, 3.0, 4.0, 6.0, 8.0), "limit"),)
+    shapes = (Shape("tau_lim", "N m", 0.1, 100.0, 5.0, GRID, "limit"),)
+    reported = True
     excites = "torques beyond the limit"
     confused_with = ("torque_constant_saturation",)
     experiment = "brisk random setpoints, with a payload in the second half"
