@@ -92,6 +92,14 @@ def test_column_that_the_base_explains_gains_nothing() -> None:
     assert abs(found.outside) < 1e-3
 
 
+def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
+    """1e-8 of the square of a column is rounding of its motion, however well it fits."""
+    made, other = regression(layout()), signals(layout(), 1, 77)
+    made = replace(made, y=made.y + 3 * other[:, 0])
+    assert made.gain(Columns(0, made.B[:, :1] + 1e-4 * other)).inside < 1.0
+    assert made.gain(Columns(0, made.B[:, :1] + 1e-2 * other)).inside > 1e4
+
+
 def test_noise_gains_inside_and_loses_outside() -> None:
     """Inside what chi-squared of k says; outside it is lost again."""
     made = regression(layout())
