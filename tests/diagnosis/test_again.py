@@ -1,0 +1,61 @@
+"""A machine file with what was found, asked again about the same runs: nothing is left to find."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden_effects import case_of, generate
+from diagnosis.extend import extended_file
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+from fmus.common.machine_file import load_machine
+from tests.conftest import MACHINE_FILE
+from tests.hidden.test_hidden import seed_of
+
+EFFECT = "cogging_harmonic"
+OPTIONS = Options(confidence=0)
+
+
+@dataclass(frozen=True)
+class Twice:
+    """The answers for a machine file and for the one that was made of the first answer."""
+
+    first: Diagnosis
+    second: Diagnosis
+    extended: Path
+
+
+@pytest.fixture(scope="module")
+def twice() -> Twice:
+    """A cogging of 3 % of torque RMS hidden by the foreign generator."""
+    folder = Path(mkdtemp())
+    case = case_of(("seed", seed_of("single", EFFECT, 0.03)))
+    made = generate(case, folder / "logs", folder / "sealed")
+    first = diagnose(made.paths, made.locked, MACHINE_FILE, OPTIONS)
+    extended = extended_file(MACHINE_FILE, first, folder / "extended.toml")
+    return Twice(first, diagnose(made.paths, made.locked, extended, OPTIONS), extended)
+
+
+def test_effect_is_found_and_written(twice: Twice) -> None:
+    assert [effect.id for effect in twice.first.effects] == [EFFECT]
+    assert [use.id for use in load_machine(twice.extended).effects] == [EFFECT]
+
+
+def test_nothing_is_found_again(twice: Twice) -> None:
+    assert twice.second.verdict == "none", twice.second.notes
+    assert twice.second.effects == ()
+    assert twice.second.changed == ()
+
+
+def test_second_begins_with_the_gap_at_which_the_first_ended(twice: Twice) -> None:
+    axes = [axis - 1 for axis in twice.first.effects[0].axes]
+    before, after = (twice.first.gap.locked[name][axes] for name in ("before", "after"))
+    again = twice.second.gap.locked["before"][axes]
+    assert (after < 0.7 * before).all(), "the effect must be large enough to matter"
+    # the gains are those of the joint fit, to the figures of the file; the noise is the rest
+    np.testing.assert_allclose(again, after, rtol=0.05)
