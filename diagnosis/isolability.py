@@ -21,6 +21,7 @@ from diagnosis.regression import ABSORBED, Columns, Regression
 from diagnosis.rounds import PROMISING
 from diagnosis.runs import FASTEST, motion_of
 from diagnosis.trajectory import Trajectory, read_trajectory
+from fmus.common.errors import LogError
 
 if TYPE_CHECKING:
     from diagnosis.base import Base, Known
@@ -77,9 +78,12 @@ def isolability(
     read or are too short.
     """
     progress("reading", 0, 3)
-    planned = [read_trajectory(path) for path in paths]
+    planned = [read_trajectory(path, options.log) for path in paths]
     log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
     base = base_of(options.base, machine_file, log)
+    for t, path in zip(planned, paths, strict=True):
+        if t.r.shape[1] != base.n:
+            raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
     axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))

@@ -14,6 +14,8 @@ from diagnosis.logs import Channel, Log, RunGroup
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+FEWEST = 8
+"""Samples below which a stretch between two breaks is left out."""
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
 
@@ -41,7 +43,7 @@ def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
         part = _cut(angles, start, end)
         step = max(1, round(FASTEST / part.ts))
         thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
-        if len(thin.values) < 8:
+        if len(thin.values) < FEWEST:
             continue
         rates = log.channels.get("thetad")
         found.append(
@@ -57,6 +59,12 @@ def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
                 payload_of(log),
                 log.meta,
             )
+        )
+    if not found:
+        seconds = angles.ts * len(angles.values)
+        raise LogError(
+            f"{log.name}: {seconds:.3g} s of angles without a break are too short: is `time` in"
+            " seconds?"
         )
     return found
 

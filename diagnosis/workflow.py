@@ -77,6 +77,7 @@ def diagnose(
     progress("reading", 0, 5)
     ours = [logs.read_log(path, options.log) for path in paths]
     theirs = [logs.read_log(path, options.log) for path in locked]
+    logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0])
