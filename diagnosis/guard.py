@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 POOR = 0.5
 """Share of the torque's RMS that a model may leave unexplained."""
 TOGETHER = 0.8
-"""Least correlation of a torque with the nominal model's: -0.97 was measured with a turned sign,
-0.62 with two axes exchanged."""
+"""Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
+with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
 SURE = 2.0
 """Without repeats, the residual's mean square must be this much larger without an effect."""
 
