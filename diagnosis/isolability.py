@@ -17,13 +17,14 @@ from diagnosis.calibrate import Calibrated, Fitted, about
 from diagnosis.candidates import Bench, compiled
 from diagnosis.logs import Log
 from diagnosis.noise import ORDER, Noise
-from diagnosis.regression import Columns, Regression
+from diagnosis.regression import ABSORBED, Columns, Regression
 from diagnosis.runs import FASTEST, motion_of
 from diagnosis.scored import PROMISING
 from diagnosis.trajectory import Trajectory, read_trajectory
+from fmus.common.errors import LogError
 
 if TYPE_CHECKING:
-    from diagnosis.base import Base
+    from diagnosis.base import Base, Known
     from diagnosis.workflow import Options
 
 Array = NDArray[np.float64]
@@ -77,22 +78,25 @@ def isolability(
     read or are too short.
     """
     progress("reading", 0, 3)
-    planned = [read_trajectory(path) for path in paths]
+    planned = [read_trajectory(path, options.log) for path in paths]
     log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
     base = base_of(options.base, machine_file, log)
+    for t, path in zip(planned, paths, strict=True):
+        if t.r.shape[1] != base.n:
+            raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
     axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
     bench = Bench(made, compiled(base.n, without=base.holds))
-    names = [*bench.effects, *bench.whole]
+    names = [*bench.names(axis), *bench.whole]  # one axis alone has no coupling
     share, smallest = np.eye(len(names)), np.full(len(names), np.nan)
     for j, truth in enumerate(names):
         progress(truth, 1, 3)
         columns, torque = _example(bench, truth, axis)
         seen = _as_data(made.regression, columns)
         falls = np.array([_best(bench, seen, name, axis) for name in names])
-        if falls[j] <= 0:
-            continue
+        if falls[j] <= ABSORBED * float((columns.values**2).sum()):
+            continue  # the base model takes it up whole
         share[j] = np.clip(falls / falls[j], 0.0, 1.0)
         smallest[j] = torque * np.sqrt(CLEAR * PROMISING / falls[j])
     progress("done", 3, 3)
@@ -103,7 +107,7 @@ def isolability(
 def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
     """The nominal model along the trajectories, without any data."""
     p, gains, widths = (
-        np.array([known.nominal for known in listed])
+        np.array([_supposed(known) for known in listed])
         for listed in (base.linear, base.curved, base.widths)
     )
     runs = []
@@ -118,6 +122,11 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
     noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
     listed = blocks(base, runs, base.spacing)
     return about(base, listed, Fitted(p, gains, widths, 0.0), noise)
+
+
+def _supposed(known: Known) -> float:
+    """The nominal value; one of its unit where nothing is known, lest there be no torque at all."""
+    return known.nominal if np.isfinite(known.tolerance) else 1.0
 
 
 def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:

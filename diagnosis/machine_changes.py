@@ -99,6 +99,8 @@ def _other(data: Data, change: Changed) -> None:
         note = f"{name} was {change.nominal:.6g}, 95 % {low:.6g} to {high:.6g}"
         _put(data["flexures"], key, values, note)
         _check(Flexures, data["flexures"])
+    elif re.match(r"(upper|lower|flexure)\[\d+\]\.", name):
+        raise LookupError("a machine file has one such part for all arms: not written")
     else:
         raise LookupError("a machine file has no place for it")
 

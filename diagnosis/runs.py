@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,21 +15,63 @@ from diagnosis.logs import Channel, Log, RunGroup
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+SHARE = 0.25
+"""Length, relative to the longest, below which a piece of a broken log is left out."""
+FEWEST = 8
+"""Samples below which a stretch between two breaks is left out."""
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
 
 
 def runs_of(groups: Sequence[RunGroup], n: int) -> list[Run]:
-    """Runs of n axes; a log with breaks becomes several.
+    """Runs of n axes; a log with breaks becomes several, each part of it a trajectory.
 
     Raises LogError for another number of axes.
     """
     listed = [(group.trajectory, log) for group in groups for log in group.logs]
+    found: list[Run] = []
+    for trajectory in dict.fromkeys(name for name, _ in listed):
+        pieces = [
+            _long(_pieces(log, trajectory, n, place))
+            for place, (name, log) in enumerate(listed, start=1)
+            if name == trajectory
+        ]
+        found += _parts(trajectory, pieces)
+    return found
+
+
+def _long(pieces: list[Run]) -> list[Run]:
+    """Pieces of a log without those that are too short beside the others."""
+    longest = max(len(run.valid) for run in pieces)
+    return [run for run in pieces if len(run.valid) >= SHARE * longest]
+
+
+def _parts(trajectory: str, pieces: Sequence[list[Run]]) -> list[Run]:
+    """Pieces of all passes; those that lie on one another, one of each pass, are one trajectory."""
+    parts: list[list[tuple[int, Run]]] = []
+    for number, own in enumerate(pieces):
+        for run in own:
+            for part in parts:
+                if all(k != number for k, _ in part) and _overlap(part[0][1], run) > 0.5:
+                    part.append((number, run))
+                    break
+            else:
+                parts.append([(number, run)])
+    if len(parts) == 1:
+        return [run for _, run in parts[0]]
     return [
-        run
-        for place, (trajectory, log) in enumerate(listed, start=1)
-        for run in _pieces(log, trajectory, n, place)
+        replace(run, trajectory=f"{trajectory}, part {k}")
+        for k, part in enumerate(parts, start=1)
+        for _, run in part
     ]
+
+
+def _overlap(a: Run, b: Run) -> float:
+    """Share of the shorter of two pieces that lies on the other, in the passes' common time."""
+    starts = [run.motion.t0 - run.shift for run in (a, b)]
+    seconds = [run.motion.ts * len(run.valid) for run in (a, b)]
+    ends = [start + length for start, length in zip(starts, seconds, strict=True)]
+    return (min(ends) - max(starts)) / min(seconds)
 
 
 def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
@@ -41,7 +84,7 @@ def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
         part = _cut(angles, start, end)
         step = max(1, round(FASTEST / part.ts))
         thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
-        if len(thin.values) < 8:
+        if len(thin.values) < FEWEST:
             continue
         rates = log.channels.get("thetad")
         found.append(
@@ -57,6 +100,12 @@ def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
                 payload_of(log),
                 log.meta,
             )
+        )
+    if not found:
+        seconds = angles.ts * len(angles.values)
+        raise LogError(
+            f"{log.name}: {seconds:.3g} s of angles without a break are too short: is `time` in"
+            " seconds?"
         )
     return found
 

@@ -52,9 +52,11 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> Path:
     return path
 
 
-def read_trajectory(path: str | Path) -> Trajectory:
+def read_trajectory(path: str | Path, options: Options | None = None) -> Trajectory:
     """Read r, or the angles where no r was logged, from a trajectory or a log of any kind."""
-    path = Path(path)
+    path, options = Path(path), options or Options()
+    if path.is_dir():
+        raise LogError(f"{path}: is a folder: name the files in it")
     if not path.is_file():
         raise LogError(f"{path}: no such file")
     if path.suffix.lower() not in READERS:
@@ -62,12 +64,14 @@ def read_trajectory(path: str | Path) -> Trajectory:
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"diagnosis.logs.{module}"), function)
     try:
-        raw: Raw = reader(path, Options())
+        raw: Raw = reader(path, options)
     except OSError as error:
         raise LogError(f"{path}: cannot be read ({error})") from None
     table, name = _source(path, raw)
-    time = table.time * factor(table.where, "time", table.unit)
-    values = table.values[name] * factor(table.where, name, table.units[name])
+    units = options.units
+    time = table.time * factor(table.where, "time", units.get("time", table.unit))
+    unit = units.get(name, table.units[name])
+    values = table.values[name] * factor(table.where, name, unit)
     channel = clock_of(table.where, time, table.joins).channel(values)
     if not (channel.valid.all() and np.isfinite(channel.values).all()):
         raise LogError(f"{path}: {name} has gaps: a trajectory must be whole")

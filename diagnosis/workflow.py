@@ -25,7 +25,7 @@ from diagnosis.candidates import compiled
 from diagnosis.changed import changes
 from diagnosis.confusion import confusion
 from diagnosis.fit import calibrate
-from diagnosis.guard import POOR, poor_axes
+from diagnosis.guard import POOR, poor_axes, strange_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of
 from diagnosis.noise import measured
@@ -77,6 +77,7 @@ def diagnose(
     progress("reading", 0, 5)
     ours = [logs.read_log(path, options.log) for path in paths]
     theirs = [logs.read_log(path, options.log) for path in locked]
+    logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0])
@@ -94,6 +95,14 @@ def diagnose(
         text = (
             f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
             " another machine, another order or sign of the axes, or other units?"
+        )
+        return _cannot_tell(base, runs, text, findings, names)
+    strange = strange_axes(made) if base.complete else []
+    if strange:
+        axes = ", ".join(str(i + 1) for i in strange)
+        text = (
+            f"the torque of axis {axes} does not go with what the machine file says of this motion:"
+            " another machine, another order or sign of the axes?"
         )
         return _cannot_tell(base, runs, text, findings, names)
     return _searched(made, runs, judged, options, progress, findings, names)

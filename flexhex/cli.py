@@ -12,6 +12,7 @@ import typer
 
 from flexhex.commands import compare_command, study_command
 from flexhex.diagnose import Greedy, diagnose_command
+from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import FlexhexError
 
 app = typer.Typer(
@@ -122,6 +123,9 @@ def identify(
     settle: Annotated[
         float, typer.Option(help="left out at the start of each log [s]", min=0.0, max=1e6)
     ] = 2.0,
+    torque_constant: TorqueConstant = None,
+    unit: Unit = None,
+    rename: Rename = None,
     json: AsJson = False,
 ) -> None:
     """Fit the 162 parameters to logs by least squares."""
@@ -130,8 +134,9 @@ def identify(
     from flexhex.console import fit_json, print_fit
     from fmus.common.machine_file import load_machine
 
+    given = log_options(torque_constant, unit or [], rename or [])
     described = load_machine(found_machine(machine))
-    found = fit(described, [read_log(path) for path in logs], settle)
+    found = fit(described, [read_log(path, given) for path in logs], settle)
     if json:
         print(fit_json(described, found))
     else:

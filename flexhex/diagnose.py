@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import sys
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +21,7 @@ from rich.progress import (
 )
 from typer.core import TyperCommand
 
+from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -73,15 +76,9 @@ def diagnose_command(
     isolability: Annotated[
         bool, typer.Option("--isolability", help="which effects could these trajectories show?")
     ] = False,
-    torque_constant: Annotated[
-        str | None, typer.Option(metavar="N m/A", help="of logs in A: 3.0, or one for each axis")
-    ] = None,
-    unit: Annotated[
-        list[str] | None, typer.Option(metavar="CHANNEL=UNIT", help="unit a log does not tell")
-    ] = None,
-    rename: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=CHANNEL", help="what a column is")
-    ] = None,
+    torque_constant: TorqueConstant = None,
+    unit: Unit = None,
+    rename: Rename = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="folder for all that is written")] = Path(
         "out/diagnose"
     ),
@@ -97,11 +94,14 @@ def diagnose_command(
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
-    both = {path.resolve() for path in runs} & {path.resolve() for path in locked or []}
-    if both:
-        raise UsageError(f"{min(both).name} is given as a run and as a locked one: choose")
+    if isolability and (locked or apply):
+        which = "--locked" if locked else "--apply"
+        raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
+    once_each(runs, locked or [])
     logs = log_options(torque_constant, unit or [], rename or [])
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
+    writable("--report" if report else "--out", page)
+    writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)
     if isolability:
         session.isolate(runs, logs)
@@ -241,28 +241,25 @@ def interactive() -> bool:
     return sys.stdin.isatty()
 
 
-def log_options(constant: str | None, units: list[str], names: list[str]) -> LogOptions:
-    """How to read logs; UsageError tells what is wrong with an option."""
-    from diagnosis.logs import Options as LogOptions
-
-    constants: float | tuple[float, ...] | None = None
-    if constant is not None:
-        try:
-            constants = tuple(float(word) for word in constant.split(","))
-        except ValueError:
-            text = f"--torque-constant {constant}: write a number, or one for each axis: 3.0,3.1"
-            raise UsageError(text) from None
-        if not all(0 < value < float("inf") for value in constants):
-            raise UsageError(f"--torque-constant {constant}: must be positive")
-        constants = constants[0] if len(constants) == 1 else constants
-    return LogOptions(constants, _pairs("--unit", units), _pairs("--rename", names))
+def once_each(runs: list[Path], locked: list[Path]) -> None:
+    """UsageError when a file is named twice: noise that repeats would be taken for an effect."""
+    for option, paths in (("", runs), ("--locked ", locked)):
+        twice = [p for k, p in enumerate(paths) if p.resolve() in {q.resolve() for q in paths[:k]}]
+        if twice:
+            raise UsageError(f"{option}{twice[0]} is given twice: name each run once")
+    both = {path.resolve() for path in runs} & {path.resolve() for path in locked}
+    if both:
+        raise UsageError(f"{min(both).name} is given as a run and as a locked one: choose")
 
 
-def _pairs(option: str, words: list[str]) -> dict[str, str]:
-    made = {}
-    for word in words:
-        name, _, value = word.rpartition("=")
-        if not (name and value):
-            raise UsageError(f"{option} {word}: write NAME=VALUE")
-        made[name] = value
-    return made
+def writable(option: str, page: Path) -> None:
+    """UsageError, before anything is computed, when a page cannot be written."""
+    try:
+        page.parent.mkdir(parents=True, exist_ok=True)
+        if page.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "it is a folder: name a file")
+        with tempfile.TemporaryFile(dir=page.parent):
+            pass
+    except OSError as error:
+        shown = page if option == "--report" else page.parent
+        raise UsageError(f"{option} {shown}: cannot be written ({error.strerror})") from None

@@ -65,7 +65,10 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
         columns.append(Column(k, plain, own or unit))
     times = [k for k, c in enumerate(columns) if _is_time(c.name, options)]
     if not times:
-        shown = ", ".join(name for name in names[:12] if name)
+        shown = (
+            ", ".join(name for name in names[:12] if name.isprintable() and name)
+            or "no names: is it a CSV file?"
+        )
         raise LogError(f"{where}: no channel `time`; it has {shown}")
     plans, findings = [], []
     for k, end in zip(times, [*times[1:], len(columns)], strict=True):

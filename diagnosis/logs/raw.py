@@ -26,7 +26,7 @@ CHANNELS = (
 SCALARS = ("payload", "temperature")
 """Channels of width one, written without an index."""
 STRETCHES = 24
-_INDEX = re.compile(r"^(?P<base>.*?)\s*(?:\[(\d+)\]|\((\d+)\)|_(\d+)|(?<=[a-z])(\d+))$")
+_INDEX = re.compile(r"^(?P<base>.*?)\s*(?:\[(\d+)\]|\((\d+)\)|_(\d+)|(?<=[A-Za-z])(\d+))$")
 _UNIT = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\]\d][^\]]*)\]|\((?P<b>[^)\d][^)]*)\)|/\s*(?P<c>[^\d\s/]+))$"
 )

@@ -31,6 +31,8 @@ NEEDED = ("theta", "tau_meas")
 def read_log(path: str | Path, options: Options | None = None) -> Log:
     """Read one run; LogError tells file, channel and remedy for whatever is wrong."""
     path, options = Path(path), options or Options()
+    if path.is_dir():
+        raise LogError(f"{path}: is a folder: name the files in it, one for each run")
     if not path.is_file():
         raise LogError(f"{path}: no such file")
     if path.suffix.lower() not in READERS:
@@ -68,6 +70,11 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
                 channels["tau_meas" if channel == "current" else channel] = made
             del table.values[channel]
     _complete(name, channels)
+    if options.torque_constant is not None and not any(
+        "torque constant" in str(f) for f in findings
+    ):
+        text = "the torque constant that was given is not used: torques are in N m"
+        findings.append(Finding("units", name, text, True))
     findings += compared(name, clocks) + judged(name, channels) + delays(name, channels)
     return Log(name, channels, meta, tuple(findings))
 

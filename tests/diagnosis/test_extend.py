@@ -139,6 +139,17 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
     assert machine == before
 
 
+@pytest.mark.parametrize("name", ["upper[2].J", "lower[6].m", "flexure[5].k_u2"])
+def test_part_of_one_arm_is_said_not_to_be_written(name: str, tmp_path: Path) -> None:
+    made = extend(
+        MACHINE_FILE, diagnosis((), (changed(name, 0.1, 0.2, "kg"),)), tmp_path / "new.toml"
+    )
+    (text,) = made.left_out
+    assert text.startswith(f"{name} from 0.1 to 0.2 kg")
+    assert "one such part for all arms: not written" in text
+    assert load_machine(made.path) == load_machine(MACHINE_FILE)
+
+
 def test_effect_found_again_with_its_shape_grows(tmp_path: Path) -> None:
     once = diagnosis((named("cogging_harmonic", (cogging(2, 0.5, 0.25, 360.0),)),))
     first = extended_file(MACHINE_FILE, once, tmp_path / "first.toml")

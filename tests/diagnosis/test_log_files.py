@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib.util
 from collections.abc import Callable
 from pathlib import Path
 
@@ -181,43 +180,3 @@ def test_names_of_other_loggers_are_understood(tmp_path: Path) -> None:
     more = np.column_stack([values, values[:, 0]])
     log = read_log(write_csv(tmp_path / "b.csv", names, [*units, "m"], more), given)
     assert {"names", "extra"} <= kinds(log)
-
-
-@pytest.mark.parametrize(
-    ("package", "ending", "extra"), [("pyarrow", "parquet", "parquet"), ("asammdf", "mf4", "mdf")]
-)
-def test_missing_extra_is_named(package: str, ending: str, extra: str, tmp_path: Path) -> None:
-    if importlib.util.find_spec(package):
-        pytest.skip(f"{package} is installed")
-    path = tmp_path / f"a.{ending}"
-    path.write_bytes(b"")
-    with pytest.raises(LogError, match=rf"needs the package {package}: pip install .*{extra}"):
-        read_log(path)
-
-
-def test_parquet_is_read(tmp_path: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow", reason="the extra `parquet` is not installed")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    names, units, values = columns(motion(0.5))
-    fields = [
-        pyarrow.field(name, pyarrow.float64(), metadata={"unit": unit})
-        for name, unit in zip(names, units, strict=True)
-    ]
-    schema = pyarrow.schema(fields, metadata={"trajectory": "a"})
-    parquet.write_table(pyarrow.table(list(values.T), schema=schema), tmp_path / "a.parquet")
-    log = read_log(tmp_path / "a.parquet")
-    assert np.array_equal(log.theta, values[:, 1:3])
-    assert log.trajectory == "a"
-
-
-def test_mdf_is_read(tmp_path: Path) -> None:
-    asammdf = pytest.importorskip("asammdf", reason="the extra `mdf` is not installed")
-    names, units, values = columns(motion(0.5))
-    signals = [
-        asammdf.Signal(values[:, k], values[:, 0], unit=units[k], name=names[k])
-        for k in range(1, len(names))
-    ]
-    with asammdf.MDF() as file:
-        file.append(signals)
-        file.save(tmp_path / "a.mf4")
-    assert np.array_equal(read_log(tmp_path / "a.mf4").theta, values[:, 1:3])

@@ -1,0 +1,76 @@
+"""What a log does not tell, told on the command line; shared by `diagnose` and `identify`."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from fmus.common.errors import UsageError
+
+if TYPE_CHECKING:
+    from diagnosis.logs import Options
+
+TorqueConstant = Annotated[
+    str | None, typer.Option(metavar="N m/A", help="of logs in A: 3.0, or one for each axis")
+]
+Unit = Annotated[
+    list[str] | None, typer.Option(metavar="CHANNEL=UNIT", help="unit a log does not tell")
+]
+Rename = Annotated[list[str] | None, typer.Option(metavar="NAME=CHANNEL", help="what a column is")]
+
+
+def log_options(constant: str | None, units: list[str], names: list[str]) -> Options:
+    """How to read logs; UsageError tells what is wrong with an option."""
+    from diagnosis.logs import Options
+
+    constants: float | tuple[float, ...] | None = None
+    if constant is not None:
+        try:
+            constants = tuple(float(word) for word in constant.split(","))
+        except ValueError:
+            text = f"--torque-constant {constant}: write a number, or one for each axis: 3.0,3.1"
+            raise UsageError(text) from None
+        if not all(0 < value < float("inf") for value in constants):
+            raise UsageError(f"--torque-constant {constant}: must be positive")
+        constants = constants[0] if len(constants) == 1 else constants
+    return Options(constants, _units(units), _names(names))
+
+
+def _units(words: list[str]) -> dict[str, str]:
+    from diagnosis.logs.units import KNOWN
+
+    made = _pairs("--unit", words)
+    for name, unit in made.items():
+        if name not in KNOWN:
+            plain = re.sub(r"\W*\d+\W*$", "", name)
+            remedy = f"write {plain}={unit}, for all its axes" if plain in KNOWN else ""
+            raise UsageError(
+                f"--unit {name}={unit}: no channel of that name;"
+                f" {remedy or 'there are ' + ', '.join(KNOWN)}"
+            )
+    return made
+
+
+def _names(words: list[str]) -> dict[str, str]:
+    from diagnosis.logs.raw import CHANNELS
+
+    made = _pairs("--rename", words)
+    for name, channel in made.items():
+        if re.sub(r"\[\d+\]$", "", channel) not in ("time", *CHANNELS):
+            raise UsageError(
+                f"--rename {name}={channel}: no such channel; there are time,"
+                f" {', '.join(CHANNELS)}, with or without an axis: theta[1]"
+            )
+    return made
+
+
+def _pairs(option: str, words: list[str]) -> dict[str, str]:
+    made = {}
+    for word in words:
+        name, _, value = word.rpartition("=")
+        if not (name and value):
+            raise UsageError(f"{option} {word}: write NAME=VALUE")
+        made[name] = value
+    return made

@@ -1,0 +1,105 @@
+"""A machine file with what was found, asked again about the same runs: nothing is left to find.
+
+Both times the machine's truth file cannot be opened.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden_effects import case_of, generate
+from diagnosis.extend import extended_file
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+from fmus.common.machine_file import load_machine, truth_file
+from tests.conftest import MACHINE_FILE
+from tests.hidden.test_hidden import seed_of
+
+EFFECT = "cogging_harmonic"
+OPTIONS = Options(confidence=0)
+pytestmark = pytest.mark.slow
+
+
+class Sealed:
+    """While it is shut, whoever opens a truth file fails; `tried` are their names."""
+
+    shut = False
+    tried: tuple[str, ...] = ()
+
+    @classmethod
+    def watch(cls, event: str, arguments: tuple[object, ...]) -> None:
+        """Called by Python before any file is opened."""
+        if cls.shut and event == "open" and str(arguments[0]).endswith("-truth.toml"):
+            cls.tried += (str(arguments[0]),)
+            raise PermissionError(f"{arguments[0]} is sealed")
+
+
+sys.addaudithook(Sealed.watch)
+
+
+@dataclass(frozen=True)
+class Twice:
+    """The answers for a machine file and for the one that was made of the first answer."""
+
+    first: Diagnosis
+    second: Diagnosis
+    extended: Path
+
+
+@pytest.fixture(scope="module")
+def twice() -> Twice:
+    """A cogging of 3 % of torque RMS hidden by the foreign generator."""
+    folder = Path(mkdtemp())
+    case = case_of(("seed", seed_of("single", EFFECT, 0.03)))
+    made = generate(case, folder / "logs", folder / "sealed")
+    Sealed.shut = True
+    try:
+        first = diagnose(made.paths, made.locked, MACHINE_FILE, OPTIONS)
+        extended = extended_file(MACHINE_FILE, first, folder / "extended.toml")
+        return Twice(first, diagnose(made.paths, made.locked, extended, OPTIONS), extended)
+    finally:
+        Sealed.shut = False
+
+
+def test_effect_is_found_and_written(twice: Twice) -> None:
+    assert [effect.id for effect in twice.first.effects] == [EFFECT]
+    assert [use.id for use in load_machine(twice.extended).effects] == [EFFECT]
+
+
+def test_nobody_asked_for_the_truth(twice: Twice) -> None:
+    assert Sealed.tried == ()
+    assert truth_file(MACHINE_FILE).is_file(), "there must be something to be kept from"
+
+
+def test_seal_is_tight() -> None:
+    """The check above can fail."""
+    Sealed.shut = True
+    try:
+        with pytest.raises(PermissionError, match="sealed"):
+            truth_file(MACHINE_FILE).read_text()
+    finally:
+        Sealed.shut, Sealed.tried = False, ()
+
+
+def test_nothing_is_found_again(twice: Twice) -> None:
+    """What no effect explains is left both times, less of it the second time."""
+    assert twice.second.effects == ()
+    assert twice.second.changed == ()
+    left = [np.nan_to_num(one.gap.repeat_after) for one in (twice.first, twice.second)]
+    assert np.linalg.norm(left[1]) <= np.linalg.norm(left[0])
+
+
+def test_second_begins_where_the_first_ended_or_below(twice: Twice) -> None:
+    """Below: the base model is fitted anew with the effect in it, widths and all."""
+    axes = [axis - 1 for axis in twice.first.effects[0].axes]
+    before, after = (twice.first.gap.locked[name][axes] for name in ("before", "after"))
+    again = twice.second.gap.locked["before"][axes]
+    # measured: 73 mN m, 10.4 after the first and 7.3 at the start of the second
+    assert (after < 0.3 * before).all(), "the effect must be large enough to matter"
+    assert (again < 1.05 * after).all()

@@ -1,0 +1,115 @@
+"""A changed parameter is named with an interval that holds the truth; tolerances are no change."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from diagnosis.base import Known
+from diagnosis.calibrate import LOOSE
+from diagnosis.changed import FALL, changes
+from diagnosis.regression import Regression
+from diagnosis.verdict import Changed
+from tests.diagnosis.rowsets import layout, signals
+
+Array = NDArray[np.float64]
+KNOWN = (
+    Known("flexure[1].k_u2", "N m/rad", 4.0, 0.2, "flexure.k_u2"),
+    Known("flexure[2].k_u2", "N m/rad", 4.0, 0.2, "flexure.k_u2"),
+    Known("flexure[3].k_u2", "N m/rad", 4.0, 0.2, "flexure.k_u2"),
+    Known("o[1]", "N m", 0.1, 0.05, "o[1]", 0),
+    Known("end_effector.m", "kg", 3.0, 0.05, "end_effector.m"),
+    Known("end_effector.mc_z", "kg m", 0.6, 0.02, "end_effector.mc_z"),
+    Known("delay", "s", 0.0, 1e-4, "delay"),
+)
+SCALE = np.array([LOOSE * k.tolerance for k in KNOWN])
+ROWS = layout()
+GAIN = 0.5
+"""Effect of one tolerance twice over, relative to the noise of a row: 2400 rows tell it to 0.04."""
+
+
+def rows(off: dict[str, float], seed: int = 0) -> Regression:
+    """Rows of a machine whose parameters differ from KNOWN by `off`, in their units."""
+    rng = np.random.default_rng([1, seed])
+    B = GAIN * signals(ROWS, len(KNOWN), 100 + seed)
+    q = np.array([off.get(k.name, 0.0) for k in KNOWN]) / SCALE
+    y = B @ q + rng.standard_normal(len(B))
+    return Regression(y, B, np.ones(len(KNOWN)), ROWS)
+
+
+def held(found: Changed, truth: float) -> bool:
+    low, high = found.estimate.ci95
+    return low < truth < high
+
+
+@pytest.mark.parametrize(
+    ("name", "off"),
+    [("flexure[2].k_u2", 1.2), ("o[1]", -0.4), ("end_effector.mc_z", 0.15)],
+)
+def test_changed_parameter_alone_is_named(name: str, off: float) -> None:
+    (found,) = changes(rows({name: off}), KNOWN, {})
+    nominal = next(k.nominal for k in KNOWN if k.name == name)
+    assert (found.parameter, found.nominal) == (name, nominal)
+    assert held(found, nominal + off), found
+    assert not held(found, nominal)
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
+    said = [changes(rows({"o[1]": 0.4}, seed), KNOWN, {}) for seed in range(60)]
+    found = [one for listed in said for one in listed if one.parameter == "o[1]"]
+    assert len(found) == 60
+    hits = sum(held(one, 0.5) for one in found)
+    # wider than 95 %, for what the noise model does not know: deviations grow by sqrt(3)
+    assert hits >= 57
+    widths = [one.estimate.ci95[1] - one.estimate.ci95[0] for one in found]
+    # 2400 rows, of which 1200 differ: 1.96 x 2 sqrt(3) / (0.5 sqrt(2400)) x 0.1 N m
+    assert np.mean(widths) == pytest.approx(0.0277, rel=0.1)
+
+
+def test_what_is_within_tolerances_is_no_change() -> None:
+    """All parameters drawn from their tolerances, forty times."""
+    for seed in range(40):
+        rng = np.random.default_rng([3, seed])
+        off = {k.name: k.tolerance * float(rng.standard_normal()) for k in KNOWN}
+        assert changes(rows(off, seed), KNOWN, {}) == [], seed
+
+
+def test_change_of_three_tolerances_is_none_and_of_six_is_one() -> None:
+    # penalised: (3 / LOOSE)^2 x LOOSE^2 = 9 below FALL, 36 above it
+    assert 9 < FALL < 36
+    assert changes(rows({"o[1]": 3 * 0.05}), KNOWN, {}) == []
+    assert [c.parameter for c in changes(rows({"o[1]": 6 * 0.05}), KNOWN, {})] == ["o[1]"]
+
+
+def test_kind_that_changes_on_all_arms_is_named_as_one() -> None:
+    off = {k.name: 1.2 for k in KNOWN if k.group == "flexure.k_u2"}
+    (found,) = changes(rows(off), KNOWN, {})
+    assert found.parameter == "flexure.k_u2"
+    assert held(found, 5.2)
+
+
+def test_two_changes_are_both_named() -> None:
+    found = changes(rows({"o[1]": 0.4, "end_effector.mc_z": 0.2}), KNOWN, {})
+    assert {c.parameter for c in found} == {"o[1]", "end_effector.mc_z"}
+
+
+def test_payload_is_a_mass_and_not_its_moments() -> None:
+    """0.5 kg at 0.2 m move m and mc_z together."""
+    point = np.array([0, 0, 0, 0, 1.0, 0.2, 0])
+    made = rows({"end_effector.m": 0.5, "end_effector.mc_z": 0.1})
+    (found,) = changes(made, KNOWN, {"end_effector.m": point})
+    assert found.parameter == "end_effector.m"
+    assert held(found, 3.5)
+
+
+def test_delay_of_the_logger_is_no_parameter_of_the_machine() -> None:
+    assert changes(rows({"delay": 2e-3}), KNOWN, {}) == []
+
+
+def test_axes_of_unknown_mass_have_no_change() -> None:
+    free = tuple(replace(k, tolerance=np.inf) for k in KNOWN)
+    off = {k.name: 1.2 for k in KNOWN if k.group == "flexure.k_u2"}
+    assert changes(rows(off), free, {}) == []

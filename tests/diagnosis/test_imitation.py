@@ -1,0 +1,87 @@
+"""What only follows something else is taken back: too often on an axis, or not in locked runs."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import diagnosis.sides as sides
+
+
+def found(id: str, *axes: int | None) -> Any:
+    """An effect with its parts; `Found` by shape alone."""
+    return sides.Found(id, tuple(SimpleNamespace(id=id, axis=axis) for axis in axes), ())  # type: ignore[misc]
+
+
+def natural(*effects: Any) -> tuple[list[tuple[str, list[int]]], list[str]]:
+    most = {"cable": 2, "cogging": 8}
+    items = {id: SimpleNamespace(effect=SimpleNamespace(most=n)) for id, n in most.items()}
+    notes: list[str] = []
+    bench: Any = SimpleNamespace(effects=items)
+    kept = sides._natural(bench, effects, notes)
+    return [(e.id, [part.axis for part in e.parts]) for e in kept], notes
+
+
+def test_effect_as_often_as_an_axis_can_have_it_stays() -> None:
+    kept, notes = natural(found("cable", 0, 1), found("cable", 0), *4 * [found("cogging", 0)])
+    assert kept == [("cable", [0, 1]), ("cable", [0]), *4 * [("cogging", [0])]]
+    assert not notes
+
+
+def test_effect_too_often_on_an_axis_leaves_that_axis_alone() -> None:
+    kept, notes = natural(found("cable", 0, 1), found("cable", 0), found("cable", 0))
+    assert kept == [("cable", [1])]
+    assert len(notes) == 1
+    assert "cable on axis 1 would have to be there 3 times" in notes[0]
+
+
+def test_effect_of_the_whole_has_no_bound_of_the_library() -> None:
+    assert natural(found("gravity", None))[0] == [("gravity", [None])]
+
+
+def transferred(
+    monkeypatch: pytest.MonkeyPatch, after: float, certain: float, repeats: bool = True
+) -> tuple[list[int], list[str]]:
+    """Axes that keep their effect when 10 mN m were in the locked runs and `after` are left."""
+    kept = [SimpleNamespace(id="a", axis=0), SimpleNamespace(id="a", axis=1)]
+    left = {"before": (np.full(2, 0.01), np.full(2, 50.0))}
+    left["after"] = np.array([after, 0.0]), np.array([certain, 0.0])
+    monkeypatch.setattr(sides, "repeat_rms", lambda made, which: left[which])
+    monkeypatch.setattr(
+        sides,
+        "kept_off",
+        lambda held, axes: SimpleNamespace(parts=[p for p in held.parts if p.axis not in axes]),
+    )
+    made = SimpleNamespace(torque_rms=np.ones(2), regression=SimpleNamespace(q=None))
+    held: Any = SimpleNamespace(parts=kept, beta=(1, 1), q=None, bench=SimpleNamespace(made=made))
+    others: Any = SimpleNamespace(
+        there=SimpleNamespace(noise=SimpleNamespace(repeats=repeats)),
+        residual=lambda parts, beta, q: "after" if parts else "before",
+    )
+    notes: list[str] = []
+    return [part.axis for part in sides._transferred(held, others, notes).parts], notes
+
+
+def test_effect_that_leaves_most_in_the_locked_runs_is_taken_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    axes, notes = transferred(monkeypatch, 0.009, 30.0)
+    assert axes == [1]
+    assert "a on axis 1 fits the runs but leaves 90% of what repeats" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("after", "certain", "repeats"),
+    [
+        (0.006, 30.0, True),  # 64 % of the squares are explained there
+        (0.009, 3.0, True),  # what is left may be chance
+        (0.009, 30.0, False),  # nobody knows what of it repeats
+    ],
+)
+def test_effect_that_holds_in_the_locked_runs_or_is_not_certain_to_fail_stays(
+    monkeypatch: pytest.MonkeyPatch, after: float, certain: float, repeats: bool
+) -> None:
+    assert transferred(monkeypatch, after, certain, repeats) == ([0, 1], [])

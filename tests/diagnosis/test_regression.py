@@ -1,0 +1,224 @@
+"""The arithmetic that decides, on rows whose truth is known: bias, falls, folds, p-values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import binom, kstest
+
+from diagnosis.regression import Columns, Regression
+from diagnosis.scored import PROMISING
+from tests.diagnosis.rowsets import CLUSTER, alone, layout, regression, signals
+
+Array = NDArray[np.float64]
+
+
+def squares(y: Array, B: Array, prior: Array) -> float:
+    """Least penalised sum of squares, by a stacked least-squares problem."""
+    rows = np.vstack([B, np.diag(np.sqrt(prior))])
+    wanted = np.concatenate([y, np.zeros(len(prior))])
+    left = wanted - rows @ np.linalg.lstsq(rows, wanted, rcond=None)[0]
+    return float(left @ left)
+
+
+def noisy_motion(seed: int) -> Regression:
+    """Two columns; the motion of each pass, and so its columns, has noise of its own."""
+    rows = layout(instants=2000)
+    rng = np.random.default_rng([2, seed])
+    B = signals(rows, 2, seed)
+    seen = B + 0.5 * rng.standard_normal(B.shape)
+    y = B @ np.array([2.0, -1.0]) + 0.3 * rng.standard_normal(len(B))
+    return Regression(y, seen, np.zeros(2), rows)
+
+
+def test_products_between_passes_leave_no_bias_of_noisy_columns() -> None:
+    found = noisy_motion(1)
+    # 8000 rows, noise 0.64 beside columns of one: a deviation of 0.64 / sqrt(4000) = 0.01
+    assert found.q == pytest.approx([2.0, -1.0], abs=0.04)
+    # within passes a column of variance 1.25 passes on 1 / 1.25 of its gain
+    within = replace(found, layout=alone(found.layout))
+    assert within.q == pytest.approx([1.6, -0.8], abs=0.04)
+
+
+def test_gain_of_an_effect_is_as_unbiased_as_the_base() -> None:
+    rows = layout(instants=2000)
+    rng = np.random.default_rng([2, 3])
+    shared = signals(rows, 1, 3)
+    seen = shared + 0.5 * rng.standard_normal(shared.shape)
+    made = regression(rows)
+    made = replace(made, y=made.y + 1.5 * shared[:, 0])
+    found = made.gain(Columns(0, seen))
+    assert found.beta == pytest.approx([1.5], abs=0.06)
+    assert abs(found.beta[0] - 1.5) < 3 * np.sqrt(found.covariance[0, 0])
+    within = replace(made, layout=alone(rows)).gain(Columns(0, seen))
+    assert within.beta == pytest.approx([1.2], abs=0.06)
+
+
+@pytest.mark.parametrize("passes", [2, 3])
+@pytest.mark.parametrize("axis", [0, 1, None])
+def test_falls_are_the_gain_inside(axis: int | None, passes: int) -> None:
+    rows = layout(2, passes)
+    made = regression(rows, nb=4, prior=0.5)
+    C = signals(rows, 6, 5)[rows.rows(axis)]
+    found = made.falls(axis, C, 2)
+    for at in range(3):
+        part = Columns(axis, C[:, 2 * at : 2 * at + 2])
+        assert found[at] == pytest.approx(made.gain(part).inside, rel=1e-9)
+        assert found[at] == pytest.approx(made.fall(part)[0], rel=1e-9)
+
+
+def test_columns_that_hardly_repeat_fall_by_nothing() -> None:
+    """A chance product of two passes, however large, is no fall; one that repeats is."""
+    rows = layout(instants=100)
+    made = regression(rows)
+    once = 1e-3 * signals(rows, 1, 5) + np.random.default_rng(6).standard_normal((len(made.y), 1))
+    assert made.fall(Columns(0, once))[0] != 0.0
+    assert made.falls(0, np.hstack([once, signals(rows, 1, 5)]), 1)[0] == 0.0
+    assert made.falls(0, signals(rows, 1, 5), 1)[0] > 0.0
+
+
+@pytest.mark.parametrize("prior", [0.0, 40.0])
+def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
+    made = regression(alone(layout(2)), nb=4, prior=prior)
+    C = np.random.default_rng(6).standard_normal((len(made.y) // 2, 2))
+    full = np.vstack([np.zeros_like(C), C])
+    both = np.hstack([made.B, full])
+    before = squares(made.y, made.B, made.prior)
+    after = squares(made.y, both, np.append(made.prior, [0.0, 0.0]))
+    fall, beta = made.fall(Columns(1, C))
+    # a ridge of 1e-9 keeps absorbed columns from dividing by zero
+    assert fall == pytest.approx(before - after, rel=1e-6)
+    assert made.extended([Columns(1, C)]).q[-2:] == pytest.approx(beta, rel=1e-6)
+
+
+def test_column_that_the_base_explains_gains_nothing() -> None:
+    made = regression(layout())
+    made = replace(made, y=made.y + 5 * made.B[:, 0])
+    found = made.gain(Columns(0, made.B[:, :1] - 2 * made.B[:, 1:2]))
+    assert abs(found.inside) < 1e-3
+    assert abs(found.outside) < 1e-3
+
+
+def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
+    """1e-8 of the square of a column is rounding of its motion, however well it fits."""
+    made, other = regression(layout()), signals(layout(), 1, 77)
+    made = replace(made, y=made.y + 3 * other[:, 0])
+    assert made.gain(Columns(0, made.B[:, :1] + 1e-4 * other)).inside < 1.0
+    assert made.gain(Columns(0, made.B[:, :1] + 1e-2 * other)).inside > 1e4
+
+
+def test_noise_gains_inside_and_loses_outside() -> None:
+    """Inside what chi-squared of k says; outside it is lost again."""
+    made = regression(layout())
+    rng = np.random.default_rng(8)
+    drawn = [
+        made.gain(Columns(0, signals(made.layout, 2, int(s)))) for s in rng.integers(1e9, size=300)
+    ]
+    inside = np.array([gain.inside for gain in drawn])
+    outside = np.array([gain.outside for gain in drawn])
+    # two columns of which every value stands there twice: 2, deviation of the mean 2 / sqrt(300)
+    assert inside.mean() == pytest.approx(2.0, abs=0.5)
+    assert outside.mean() < -1.0
+    # by chance a fold agrees with the other: rarely, and a little
+    assert np.mean(outside > 0) < 0.25
+    assert np.mean(outside > PROMISING / 2) < 0.01
+
+
+def test_effect_gains_outside_what_it_gains_inside() -> None:
+    made = regression(layout())
+    C = signals(made.layout, 1, 9)
+    made = replace(made, y=made.y + 0.5 * C[:, 0])
+    found = made.gain(Columns(0, C))
+    # 2400 rows of 0.25: 600
+    assert found.inside == pytest.approx(600, rel=0.15)
+    assert found.outside == pytest.approx(found.inside, rel=0.05)
+    assert found.by_cluster.sum() == pytest.approx(found.outside, rel=1e-9)
+    assert found.p < 1e-12
+
+
+def test_effect_of_one_trajectory_alone_gains_nothing_outside() -> None:
+    made = regression(layout())
+    C = signals(made.layout, 1, 9)
+    turned = np.where(made.layout.fold == 0, 1.0, -0.8)
+    found = replace(made, y=made.y + 0.5 * turned * C[:, 0]).gain(Columns(0, C))
+    # 0.25 (1 - 0.8)^2 / 4 of 2400 rows are 6 and chance; outside each fold has the wrong sign
+    assert 0 < found.inside < 40
+    assert found.outside < -500
+
+
+def p_values(clustered: float, correlated: bool, count: int = 400) -> Array:
+    """p of random candidates where nothing is hidden; clustered: size of what a cluster shares."""
+    rows, found = layout(), []
+    for seed in range(count):
+        rng = np.random.default_rng([11, seed])
+        made = regression(rows, seed=seed)
+        # each pass has noise of its own, but for a cluster of it the same
+        group = np.arange(len(rows.axis)) // CLUSTER
+        shared = rng.standard_normal(group.max() + 1)[group]
+        C = rng.standard_normal((rows.cluster.max() + 1, 2))[rows.cluster]
+        if not correlated:
+            C = signals(rows, 2, seed + 1000)
+        noise = made.y + clustered * shared
+        found.append(replace(made, y=noise).gain(Columns(0, C)).p)
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("clustered", "correlated"), [(0.0, False), (1.0, True)])
+def test_wald_test_is_calibrated_where_nothing_is_hidden(
+    clustered: float, correlated: bool
+) -> None:
+    """Also where errors and columns go together within a cluster; 60 clusters."""
+    p = p_values(clustered, correlated)
+    # 400 draws: within what chance does to a share in 999 of 1000 cases
+    for level in (0.05, 0.2, 0.5):
+        low, high = binom.interval(0.999, len(p), level)
+        assert low <= (p < level).sum() <= high, level
+    assert kstest(p, "uniform").pvalue > 1e-3
+
+
+def test_wald_test_without_clusters_would_not_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check above can fail: rows taken as independent say `certain` far too often."""
+    rows = layout()
+    single = replace(rows, cluster=np.arange(len(rows.axis)))
+    found = []
+    for seed in range(100):
+        rng = np.random.default_rng([11, seed])
+        made = regression(single, seed=seed)
+        shared = rng.standard_normal(len(rows.axis) // CLUSTER)[
+            np.arange(len(rows.axis)) // CLUSTER
+        ]
+        C = rng.standard_normal((rows.cluster.max() + 1, 2))[rows.cluster]
+        found.append(replace(made, y=made.y + shared).gain(Columns(0, C)).p)
+    assert np.mean(np.array(found) < 0.05) > 0.2
+
+
+def test_parameters_without_data_stay_where_they_are() -> None:
+    rows = layout()
+    B = signals(rows, 2, 1)
+    B[:, 1] = 0.0
+    made = Regression(B[:, 0] * 3.0, B, np.zeros(2), rows)
+    assert made.q == pytest.approx([3.0, 0.0], abs=1e-6)
+
+
+def test_strain_is_what_tolerances_are_left_by() -> None:
+    rows = layout()
+    B = signals(rows, 2, 1)
+    made = Regression(B @ np.array([3.0, 0.0]), B, np.ones(2), rows)
+    assert made.strain == pytest.approx(9.0, rel=0.01)
+
+
+def test_effect_is_credited_with_the_strain_that_it_spares() -> None:
+    """A column beside a parameter that imitates it, on rows that cannot tell the two apart."""
+    rows = layout()
+    C = signals(rows, 1, 2)
+    B = C + 0.01 * signals(rows, 1, 4)
+    prior = np.array([4e4])
+    rng = np.random.default_rng(0)
+    made = Regression(2.0 * C[:, 0] + rng.standard_normal(len(C)), B, prior, rows)
+    found = made.gain(Columns(0, C))
+    relief = float(found.by_cluster[-1])
+    assert relief == pytest.approx(made.strain, rel=0.1)
+    assert relief > 100
