@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.regression import Regression
-from diagnosis.scored import Scored, leaders
+from diagnosis.scored import Scored, allowed, leaders
 
 Array = NDArray[np.float64]
 MOST, ROUNDS = 4, 8
@@ -93,7 +93,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
     for axis in places:
         for scored in leaders(bench, regression, axis):
             certain = scored.gain.p < LEVEL / count and scored.gain.outside > 0
-            if certain and _allowed(bench, scored):
+            if certain and allowed(bench, scored):
                 passing.setdefault(scored.id, []).append(scored)
     shares = {
         name: sum(s.gain.outside for s in parts) / max(_energy(energy, parts), 1e-300)
@@ -147,16 +147,6 @@ def _plausible(bench: Bench, winner: Found, other: Found) -> bool:
     if mine is None or its is None:
         return True
     return its.freedom <= mine.freedom or _outside(other) > _outside(winner)
-
-
-def _allowed(bench: Bench, scored: Scored) -> bool:
-    """Whether the gains may have these signs and sizes: no friction pushes."""
-    item = bench.effects.get(scored.id)
-    if item is None:
-        return True
-    spread = 2 * np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
-    bounds = zip(item.effect.gains, scored.gain.beta, spread, strict=True)
-    return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
 
 
 def unexplained(made: Calibrated, regression: Regression) -> Array:

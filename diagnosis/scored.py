@@ -19,6 +19,8 @@ CONTENDER = 0.4
 """Candidates with less than this share of the best fall on their axis are left at that."""
 REFINE, STARTS = 3, 3
 """Halvings of the grid's distances, from so many points of it."""
+AS_WELL, STARTS_AGAIN = 0.97, 6
+"""Share of the best fall at which another point of the grid does as well; how many are asked."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,41 @@ def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scor
         # what falls where fitted alone sets no measure: many shapes fit chance
         if values.max() < max(PROMISING, CONTENDER * best):
             break
-        shape, columns = _refined(bench, regression, name, at, values)
-        gain = regression.gain(columns)
-        best = max(best, gain.outside)
-        found.append(Scored(name, axis, shape, gain, columns))
+        scored = _scored(bench, regression, (name, axis), values)
+        best = max(best, scored.gain.outside)
+        found.append(scored)
     return found
+
+
+def _scored(
+    bench: Bench, regression: Regression, place: tuple[str, int | None], falls: Array
+) -> Scored:
+    """An effect on an axis with its best shape, or with one of the grid that does as well and
+    whose gains are possible."""
+    name, axis = place
+    shape, columns = _refined(bench, regression, name, axis or 0, falls)
+    best = Scored(name, axis, shape, regression.gain(columns), columns)
+    if allowed(bench, best):
+        return best
+    grid = bench.grid(name, axis or 0)
+    for k in np.argsort(-falls)[:STARTS_AGAIN]:
+        if falls[k] < AS_WELL * falls.max():
+            break
+        shape, columns = grid[k]
+        other = Scored(name, axis, shape, regression.gain(columns), columns)
+        if allowed(bench, other):
+            return other
+    return best
+
+
+def allowed(bench: Bench, scored: Scored) -> bool:
+    """Whether the gains may have these signs and sizes: no friction pushes."""
+    item = bench.effects.get(scored.id)
+    if item is None:
+        return True
+    spread = 2 * np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
+    bounds = zip(item.effect.gains, scored.gain.beta, spread, strict=True)
+    return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
 
 
 def _refined(

@@ -28,14 +28,18 @@ class TorqueConstantSaturation(Effect):
 
 
 class TorqueSaturation(Effect):
-    """clip (tau - clamp(tau, +-tau_lim)): the joint gets no more than tau_lim.
+    """clip (tau - tau / (1 + |tau / tau_lim|^p)^(1/p)): the joint gets no more than tau_lim.
 
     With clip = 1 the drive gives up all beyond tau_lim, though it reports what it was asked for.
+    A large p is a sharp corner, p = 2 an amplifier that gives way gradually (Rapp's model).
     """
 
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
     gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
-    shapes = (Shape("tau_lim", "N m", 0.1, 100.0, 5.0, GRID, "limit"),)
+    shapes = (
+        Shape("tau_lim", "N m", 0.1, 100.0, 5.0, GRID, "limit"),
+        Shape("p", "1", 1.0, 40.0, 16.0, (2.0, 16.0), "sharpness of the corner"),
+    )
     reported = True
     excites = "torques beyond the limit"
     confused_with = ("torque_constant_saturation",)
@@ -44,7 +48,8 @@ class TorqueSaturation(Effect):
     feedforward = "a drive at its limit has no more torque to give: slower moves are the cure"
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return s.tau - ca.fmax(-shape["tau_lim"], ca.fmin(shape["tau_lim"], s.tau))
+        p = shape["p"]
+        return s.tau * (1 - (1 + ca.fabs(s.tau / shape["tau_lim"]) ** p) ** (-1 / p))
 
 
 EFFECTS = (TorqueConstantSaturation(), TorqueSaturation())
