@@ -212,11 +212,13 @@ def _gap(held: Joint, others: Elsewhere | None) -> Gap:
         floor = measured(made.blocks, held.residual).floor
     judged: dict[str, Array] = {}
     if others is not None:
+        left = others.residual(held.parts, held.beta, held.q)
+        own = measured(others.blocks, left)
         judged = {
             "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
             "before": axis_rms(others.blocks, others.residual((), (), plain)),
-            "after": axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q)),
-        }
+            "after": axis_rms(others.blocks, left),
+        } | ({"floor": own.floor} if own.repeats else {})
     listed = (made.residual(bare), made.residual(plain), held.residual)
     one, two, three = (axis_rms(made.blocks, values) for values in listed)
     return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
