@@ -26,17 +26,23 @@ STEPS = (
 def check_ssp(path: Path) -> list[str]:
     """Complaints about a .ssp and every FMU in it. InterfaceError for one that cannot be read."""
     package = read_ssp(path)
-    document = parse(
-        read_member(open_zip(read_bytes(path), str(path)), "SystemStructure.ssd", str(path)),
-        f"{path}: SystemStructure.ssd",
-    )
-    found = [f"{path}: {text}" for text in _system(package, document)]
+    found = check_system(package)
     with tempfile.TemporaryDirectory() as folder:
         for source, data in sorted(package.fmus.items()):
             fmu = Path(folder) / Path(source).name
             fmu.write_bytes(data)
             found += [t.replace(str(fmu), f"{path}: {source}") for t in check_fmu(fmu)]
     return found
+
+
+def check_system(package: Package) -> list[str]:
+    """Complaints about the system description alone."""
+    path = package.path
+    document = parse(
+        read_member(open_zip(read_bytes(path), str(path)), "SystemStructure.ssd", str(path)),
+        f"{path}: SystemStructure.ssd",
+    )
+    return [f"{path}: {text}" for text in _system(package, document)]
 
 
 def _system(package: Package, document: Any) -> Iterator[str]:
@@ -124,8 +130,9 @@ def _parameters(instance: Instance) -> Iterator[str]:
     for name, value in instance.parameters.items():
         variable = instance.fmu.variables[name]
         if not variable.min <= value <= variable.max or not math.isfinite(value):
+            unit = f" {variable.unit}".removesuffix(" 1")
             yield (
-                f"{instance.name}.{name} = {value:.9g} {variable.unit},"
+                f"{instance.name}.{name} = {value:.9g}{unit},"
                 f" allowed {variable.min:.9g} to {variable.max:.9g}"
             )
         if variable.causality not in ("parameter", "input"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import html
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +14,9 @@ from fmugen import codegen, sources
 from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from fmugen.description import model_description
 from fmugen.pack import write_zip
+from fmugen.page import page
+from fmugen.picture import picture
+from fmugen.terminals import terminals
 from fmus.common.interface import Interface
 
 RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
@@ -54,7 +56,12 @@ def build_fmu(
     files = {f"sources/{name}": text.encode() for name, text in texts.items()}
     files["modelDescription.xml"] = model_description(interface, base_step, guid, units)
     files[f"binaries/linux64/{identifier}.so"] = binary
-    files["documentation/index.html"] = _documentation(interface).encode()
+    readme = step_c.with_name("README.md")
+    about = readme.read_text(encoding="utf-8") if readme.exists() else ""
+    text = page(interface, functions, room, base_step, about)
+    files["documentation/index.html"] = text.encode()
+    files["model.png"] = picture(interface)
+    files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(interface)
     return write_zip(out_dir / f"{identifier}.fmu", files)
 
 
@@ -93,22 +100,3 @@ def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache
             seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *STRICT))
             objects.append(compile_object(work / name, seen, cache, (*HIDDEN, *more)))
         return link_shared(objects, work / f"{identifier}.so").read_bytes()
-
-
-def _documentation(interface: Interface) -> str:
-    rows = "\n".join(
-        f"<tr><td>{html.escape(v.name)}{f'[1..{v.size}]' if v.size else ''}</td>"
-        f"<td>{v.causality}</td><td>{html.escape('various' if v.units else v.unit)}</td>"
-        f"<td>{html.escape(v.description)}</td></tr>"
-        for v in sources.variables(interface)
-    )
-    return (
-        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
-        f"<title>{interface.name}</title><style>body{{font:15px sans-serif;margin:2em}}"
-        "td,th{border:1px solid #ccc;padding:2px 8px;text-align:left}"
-        "table{border-collapse:collapse}</style></head><body>"
-        f"<h1>{interface.name}</h1><p>{html.escape(interface.description)}. Sample time"
-        f" {interface.Ts * 1e3:g} ms: inputs are read at k Ts, k from 1 on, results appear at"
-        " (k+1) Ts.</p><table><tr><th>variable</th><th>causality</th><th>unit</th>"
-        f"<th>meaning</th></tr>\n{rows}\n</table></body></html>\n"
-    )
