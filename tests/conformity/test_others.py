@@ -74,6 +74,6 @@ def test_container_of_the_toolbox(tmp_path: Path, hexapod_ssp: Path) -> None:
     importlib.import_module("xmlschema")
     shutil.copyfile(hexapod_ssp, tmp_path / "hexapod.ssp")
     module = "fmu_manipulation_toolbox.cli.fmucontainer"
-    code = f"import sys; from {module} import fmucontainer; fmucontainer(sys.argv[1:])"
+    code = f"from {module} import fmucontainer; fmucontainer()"
     run(tmp_path, sys.executable, "-c", code, "-container", "hexapod.ssp:0.00025")
     assert unexplained(tmp_path / "hexapod.fmu", KNOWN["toolbox"]) == []

@@ -61,10 +61,7 @@ def test_vdmcheck_would_notice(vdmcheck: Path, fmu_dir: Path, tmp_path: Path) ->
 @pytest.mark.parametrize("name", NAMES)
 def test_toolbox_finds_nothing(fmu_dir: Path, name: str) -> None:
     pytest.importorskip("fmu_manipulation_toolbox")
-    code = (
-        "import sys; from fmu_manipulation_toolbox.cli.fmutool import fmutool;"
-        " fmutool(sys.argv[1:])"
-    )
+    code = "from fmu_manipulation_toolbox.cli.fmutool import fmutool; fmutool()"
     command = [sys.executable, "-c", code, "-input", str(fmu_dir / f"{name}.fmu"), "-check"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     said = done.stdout + done.stderr
