@@ -11,6 +11,7 @@ import casadi as ca
 import fmpy
 
 from fmugen import codegen, sources
+from fmugen.cmake import cmake_lists
 from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from fmugen.description import model_description
 from fmugen.pack import write_zip
@@ -54,6 +55,7 @@ def build_fmu(
     units = sorted(name for name in texts if name.endswith(".c"))
     binary = _compile(texts, units, identifier, cache or out_dir / "cache")
     files = {f"sources/{name}": text.encode() for name, text in texts.items()}
+    files["sources/CMakeLists.txt"] = cmake_lists(identifier, units).encode()
     files["modelDescription.xml"] = model_description(interface, base_step, guid, units)
     files[f"binaries/linux64/{identifier}.so"] = binary
     readme = step_c.with_name("README.md")
