@@ -82,14 +82,26 @@ def run(
 
 
 @app.command()
-def build(machine: MachineFile = DEFAULT_MACHINE, out: OutFolder = Path("out")) -> None:
+def build(
+    machine: MachineFile = DEFAULT_MACHINE,
+    out: OutFolder = Path("out"),
+    platform: Annotated[
+        str | None,
+        typer.Option(help="of linux64, win64, aarch64-linux, darwin64; default: this computer"),
+    ] = None,
+) -> None:
     """Build the FMUs and system descriptions of a machine."""
+    from fmugen.platforms import wanted
+
     from flexhex.build import Builder
     from flexhex.console import LiveProgress
 
+    platforms = wanted(platform) if platform is not None else ()
+
     with LiveProgress() as progress:
         progress.stage("building the FMUs")
-        written = Builder(found_machine(machine), out, progress.building).systems()
+        builder = Builder(found_machine(machine), out, progress.building, platforms)
+        written = builder.systems()
     for path in written:
         print(path)
 

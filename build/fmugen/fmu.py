@@ -17,6 +17,7 @@ from fmugen.description import model_description
 from fmugen.pack import write_zip
 from fmugen.page import page
 from fmugen.picture import picture
+from fmugen.platforms import PLATFORMS, host, tool
 from fmugen.terminals import terminals
 from fmus.common.interface import Interface
 
@@ -32,11 +33,13 @@ def build_fmu(
     out_dir: Path,
     base_step: float = 0.00025,
     cache: Path | None = None,
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
     The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
     (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
+    platforms: for which computers, as in `fmugen.platforms`; default: this one.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """
     room, identifier = step_c.parent.name, interface.name
@@ -53,11 +56,12 @@ def build_fmu(
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
 
     units = sorted(name for name in texts if name.endswith(".c"))
-    binary = _compile(texts, units, identifier, cache or out_dir / "cache")
     files = {f"sources/{name}": text.encode() for name, text in texts.items()}
     files["sources/CMakeLists.txt"] = cmake_lists(identifier, units).encode()
     files["modelDescription.xml"] = model_description(interface, base_step, guid, units)
-    files[f"binaries/linux64/{identifier}.so"] = binary
+    for name in platforms or (host(),):
+        place = f"binaries/{name}/{identifier}.{PLATFORMS[name].suffix}"
+        files[place] = _compile(texts, units, identifier, cache or out_dir / "cache", name)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
     text = page(interface, functions, room, base_step, about)
@@ -87,7 +91,10 @@ def _guid(texts: dict[str, str], description: bytes) -> str:
     return "{" + "-".join([h[:8], h[8:12], h[12:16], h[16:20], h[20:32]]) + "}"
 
 
-def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path) -> bytes:
+def _compile(
+    texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path, platform: str
+) -> bytes:
+    made_by = tool(platform)
     cache.mkdir(parents=True, exist_ok=True)
     headers = hashlib.sha256(
         "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
@@ -100,5 +107,7 @@ def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache
             # generated equations include nothing of ours: their object outlives header changes
             generated = name.endswith("_casadi.c")
             seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *STRICT))
-            objects.append(compile_object(work / name, seen, cache, (*HIDDEN, *more)))
-        return link_shared(objects, work / f"{identifier}.so").read_bytes()
+            flags = (*HIDDEN, *more)
+            objects.append(compile_object(work / name, seen, cache, flags, made_by))
+        library = work / f"{identifier}.{PLATFORMS[platform].suffix}"
+        return link_shared(objects, library, tool=made_by).read_bytes()

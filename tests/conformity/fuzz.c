@@ -309,7 +309,7 @@ static int any_call(subject *s, fmi2Status *status) {
     return setup(s, status);
   }
   if (choice < 990) {
-    return phase_call(s, below(2), status);
+    return phase_call(s, s->phase == T && below(4) == 0 ? 3 : below(2), status);
   }
   return phase_call(s, 2 + below(2), status);
 }
