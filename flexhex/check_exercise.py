@@ -45,6 +45,25 @@ class RefusedError(Exception):
     """Nothing further can be tried."""
 
 
+def play(library: Any, plan: dict[str, Any]) -> None:
+    """Outputs after each step with the inputs of plan["play"], one line ["row", values] each."""
+    given = plan["play"]
+    instance = Instance(library, plan)
+    if not instance.c or not instance.initialise():
+        say("complaint", f"cannot be initialised{instance.last}")
+        return
+    for k, row in enumerate(given["rows"]):
+        time, end = given["times"][k], given["times"][k + 1]
+        taken = instance.set(given["inputs"], row) if row else True
+        done = taken and instance.step(time, end - time)
+        values = instance.get(given["outputs"]) if done else None
+        if values is None:
+            say("complaint", f"step {k + 1} is refused{instance.last}")
+            return
+        print(json.dumps(["row", values]), flush=True)
+    instance.free()
+
+
 TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     identity,
     check_trials.starts,
@@ -73,6 +92,9 @@ def main() -> None:
     missing = [name for name in FUNCTIONS if not hasattr(library, name)]
     if missing:
         say("complaint", f"the binary lacks {', '.join(missing)}")
+        return
+    if "play" in plan:
+        play(library, plan)
         return
     for trial in TRIALS:
         say("doing", (trial.__doc__ or trial.__name__).splitlines()[0].rstrip("."))

@@ -18,6 +18,7 @@ from fmugen.pack import write_zip
 from fmugen.page import page
 from fmugen.picture import picture
 from fmugen.platforms import PLATFORMS, host, tool
+from fmugen.recorded import recorded
 from fmugen.terminals import terminals
 from fmus.common.interface import Interface
 
@@ -62,6 +63,8 @@ def build_fmu(
     for name in platforms or (host(),):
         place = f"binaries/{name}/{identifier}.{PLATFORMS[name].suffix}"
         files[place] = _compile(texts, units, identifier, cache or out_dir / "cache", name)
+        if name == host():
+            files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
     text = page(interface, functions, room, base_step, about)
@@ -69,6 +72,14 @@ def build_fmu(
     files["model.png"] = picture(interface)
     files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(interface)
     return write_zip(out_dir / f"{identifier}.fmu", files)
+
+
+def _results(interface: Interface, binary: bytes, guid: str) -> dict[str, bytes]:
+    """What the binary answers, from a place of its own: a library is loaded once for each path."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / interface.name
+        library.write_bytes(binary)
+        return recorded(interface, library, guid)
 
 
 def _runtime() -> dict[str, str]:
