@@ -58,6 +58,11 @@ def version() -> str:
     return _run([*compiler(), "--version"]).splitlines()[0]
 
 
+def own() -> Tool:
+    """This computer's own compiler."""
+    return Tool(compiler(), version())
+
+
 def compile_object(
     source: Path,
     headers: str,
@@ -69,7 +74,7 @@ def compile_object(
 
     tool: another compiler than this computer's own.
     """
-    tool = tool or Tool(compiler(), version())
+    tool = tool or own()
     command = [*tool.command, *tool.flags, *(f for f in flags if f not in tool.without)]
     key = hashlib.sha256(
         "\0".join([tool.version, *command, headers, source.read_text(encoding="utf-8")]).encode()
@@ -93,7 +98,7 @@ def link_shared(
     """Shared library of objects, without debug data or build identifiers."""
     target.parent.mkdir(parents=True, exist_ok=True)
     scratch = scratch_file(target)
-    tool = tool or Tool(compiler(), version())
+    tool = tool or own()
     _run([*tool.command, *tool.link, "-o", str(scratch), *map(str, objects), *libraries])
     scratch.replace(target)
     return target

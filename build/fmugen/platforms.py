@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from fmugen.compile import LINK, LOOPS, STRICT, Tool, compiler, version
+from fmugen.compile import LINK, LOOPS, STRICT, Tool, own
 from fmus.common.errors import BuildError, UsageError
 
 MINGW = "x86_64-w64-mingw32-gcc"
@@ -66,7 +66,7 @@ def tool(name: str) -> Tool:
     Raises BuildError that says what to install.
     """
     if name == host():
-        return Tool(compiler(), version())
+        return own()
     if name == "win64" and shutil.which(MINGW):
         link = ("-shared", "-s", "-static-libgcc", "-Wl,--no-insert-timestamp")
         flags = ("-std=c99", "-O2", "-ffp-contract=off")
