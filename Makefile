@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help run quick build test test-all golden check format bench clean lock
+.PHONY: help run quick build test test-all golden fuzz check format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -12,6 +12,7 @@ help:
 	@echo "make test      the tests (slow suites sampled)"
 	@echo "make test-all  every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
+	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
 	@echo "make check     linters, types, formatting"
 	@echo "make bench     speed: medians and ratios side by side"
 	@echo "make format    format Python and C"
@@ -42,6 +43,9 @@ test-all: $(READY)
 
 golden: $(READY)
 	$(BIN)/pytest tests/golden --update
+
+fuzz: build
+	$(BIN)/python -m tests.conformity.fuzz out/fmus/*.fmu
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

@@ -57,6 +57,8 @@ class Builder:
     machine_file: Path
     out: Path
     say: Say = lambda text: None
+    platforms: tuple[str, ...] = ()
+    """For which computers, as in `fmugen.platforms`; default: this one."""
 
     @cached_property
     def machine(self) -> Machine:
@@ -103,7 +105,8 @@ class Builder:
             ]
             if truth.exists():
                 cache = self.out / "cache"
-                jobs.insert(0, pool.submit(build_machine, self.real, truth, folder, None, cache))
+                job = partial(build_machine, self.real, truth, folder, None, cache, self.platforms)
+                jobs.insert(0, pool.submit(job))
             return [job.result() for job in jobs]
 
     def systems(self) -> list[Path]:
@@ -144,7 +147,12 @@ class Builder:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
             build_machine(
-                self.real, truth_file(self.machine_file), folder, starts, self.out / "cache"
+                self.real,
+                truth_file(self.machine_file),
+                folder,
+                starts,
+                self.out / "cache",
+                self.platforms,
             )
             return
         if starts:
@@ -156,7 +164,8 @@ class Builder:
 
     def _room(self, room: str, folder: Path, starts: Starts) -> Path:
         self.say(room)
-        return build_room(room, self.machine, folder, starts, self.out / "cache")
+        cache = self.out / "cache"
+        return build_room(room, self.machine, folder, starts, cache, self.platforms)
 
     def _starts_of(self, room: str) -> Starts:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)

@@ -1,8 +1,10 @@
-"""`flexhex check`: complaints about an FMU, a system description or a machine file."""
+"""`flexhex check`: complaints about an FMU, a system description or a machine file.
+
+`check_fmu` (archive, variables, structure, the binary in a child process), `check_ssp`.
+"""
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 from fmus.common.errors import FlexhexError, UsageError
@@ -21,21 +23,15 @@ def check_file(path: Path) -> list[str]:
 
 
 def _fmu(path: Path) -> list[str]:
-    from fmpy.validation import validate_fmu
+    from flexhex.check_fmu import check_fmu
 
-    if not zipfile.is_zipfile(path):
-        return [f"{path}: not a zip archive, so no FMU"]
-    try:
-        return [f"{path}: {text}" for text in validate_fmu(str(path))]
-    except Exception as error:  # fmpy raises plain Exception for unreadable descriptions
-        return [f"{path}: {str(error).splitlines()[0]}"]
+    return check_fmu(path)
 
 
 def _ssp(path: Path) -> list[str]:
-    from ssp.read import read_ssp
+    from flexhex.check_ssp import check_ssp
 
-    read_ssp(path)
-    return []
+    return check_ssp(path)
 
 
 def _toml(path: Path) -> list[str]:

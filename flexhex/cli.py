@@ -83,14 +83,26 @@ def run(
 
 
 @app.command()
-def build(machine: MachineFile = DEFAULT_MACHINE, out: OutFolder = Path("out")) -> None:
+def build(
+    machine: MachineFile = DEFAULT_MACHINE,
+    out: OutFolder = Path("out"),
+    platform: Annotated[
+        str | None,
+        typer.Option(help="of linux64, win64, aarch64-linux, darwin64; default: this computer"),
+    ] = None,
+) -> None:
     """Build the FMUs and system descriptions of a machine."""
+    from fmugen.platforms import wanted
+
     from flexhex.build import Builder
     from flexhex.console import LiveProgress
 
+    platforms = wanted(platform) if platform is not None else ()
+
     with LiveProgress() as progress:
         progress.stage("building the FMUs")
-        written = Builder(found_machine(machine), out, progress.building).systems()
+        builder = Builder(found_machine(machine), out, progress.building, platforms)
+        written = builder.systems()
     for path in written:
         print(path)
 
@@ -146,14 +158,30 @@ def identify(
 @app.command()
 def check(
     files: Annotated[list[Path], typer.Argument(help="FMUs, system descriptions, machine files")],
+    results: Annotated[
+        bool, typer.Option("--results", help="run FMUs against the results that they carry")
+    ] = False,
 ) -> None:
-    """Check FMUs (FMI rules), .ssp (wiring, units, sample times) and machine files."""
+    """Check FMUs (FMI rules, binary), .ssp (wiring, units, sample times) and machine files."""
     from flexhex.check import check_file
     from flexhex.console import print_findings
 
+    if results:
+        check_command_results(files)
+        return
     findings = {path: check_file(path) for path in files}
     print_findings(findings)
     if any(findings.values()):
+        raise typer.Exit(1)
+
+
+def check_command_results(files: list[Path]) -> None:
+    """Print the worst deviation of every output of FMUs; exit code 1 beyond tolerance."""
+    from flexhex.check_results import check_results, print_deviations
+
+    found = {path: check_results(path) for path in files}
+    print_deviations(found)
+    if not all(d.good for deviations in found.values() for d in deviations):
         raise typer.Exit(1)
 
 

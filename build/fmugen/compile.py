@@ -8,6 +8,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -23,6 +24,17 @@ SMALL = ("-Os", "-fno-math-errno")
 """For generated code: straight lines that hardly fit in the instruction cache, roots without
 their error report; the same bits as without either."""
 LINK = ("-shared", "-s", "-Wl,--build-id=none", "-Wl,-z,noexecstack")
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A compiler: its command and version, flags to compile and to link, flags it does not know."""
+
+    command: tuple[str, ...]
+    version: str
+    flags: tuple[str, ...] = FLAGS
+    link: tuple[str, ...] = LINK
+    without: tuple[str, ...] = ()
 
 
 @lru_cache
@@ -46,11 +58,26 @@ def version() -> str:
     return _run([*compiler(), "--version"]).splitlines()[0]
 
 
-def compile_object(source: Path, headers: str, cache: Path, flags: Sequence[str] = ()) -> Path:
-    """Object file of a C source; headers: hash of all that it may include."""
-    command = [*compiler(), *FLAGS, *flags]
+def own() -> Tool:
+    """This computer's own compiler."""
+    return Tool(compiler(), version())
+
+
+def compile_object(
+    source: Path,
+    headers: str,
+    cache: Path,
+    flags: Sequence[str] = (),
+    tool: Tool | None = None,
+) -> Path:
+    """Object file of a C source; headers: hash of all that it may include.
+
+    tool: another compiler than this computer's own.
+    """
+    tool = tool or own()
+    command = [*tool.command, *tool.flags, *(f for f in flags if f not in tool.without)]
     key = hashlib.sha256(
-        "\0".join([version(), *command, headers, source.read_text(encoding="utf-8")]).encode()
+        "\0".join([tool.version, *command, headers, source.read_text(encoding="utf-8")]).encode()
     ).hexdigest()[:24]
     target = cache / f"{source.stem}-{key}.o"
     if not target.exists():
@@ -62,11 +89,17 @@ def compile_object(source: Path, headers: str, cache: Path, flags: Sequence[str]
     return target
 
 
-def link_shared(objects: Sequence[Path], target: Path, libraries: Sequence[str] = ("-lm",)) -> Path:
+def link_shared(
+    objects: Sequence[Path],
+    target: Path,
+    libraries: Sequence[str] = ("-lm",),
+    tool: Tool | None = None,
+) -> Path:
     """Shared library of objects, without debug data or build identifiers."""
     target.parent.mkdir(parents=True, exist_ok=True)
     scratch = scratch_file(target)
-    _run([*compiler(), *LINK, "-o", str(scratch), *map(str, objects), *libraries])
+    tool = tool or own()
+    _run([*tool.command, *tool.link, "-o", str(scratch), *map(str, objects), *libraries])
     scratch.replace(target)
     return target
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from fmugen.sources import variables
-from fmugen.units import unit
+from fmugen.units import display_unit, unit
 from fmus.common.interface import Interface, Variable
 
 LOG_CATEGORIES = {
@@ -38,7 +38,11 @@ def model_description(
         root,
         "CoSimulation",
         modelIdentifier=interface.name,
+        needsExecutionTool="false",
         canHandleVariableCommunicationStepSize="true",
+        canInterpolateInputs="false",
+        maxOutputDerivativeOrder="0",
+        canRunAsynchronuously="false",
         canBeInstantiatedOnlyOncePerProcess="false",
         canNotUseMemoryManagementFunctions="false",
         canGetAndSetFMUstate="true",
@@ -89,12 +93,18 @@ def _variables(parent: etree._Element, listed: Sequence[Variable]) -> None:
                 variability=variable.variability,
             )
             real = etree.SubElement(scalar, "Real", unit=units[k])
+            shown = display_unit(variable, units[k])
+            if shown:
+                real.set("displayUnit", shown)
             for bound in ("min", "max"):
                 value = getattr(variable, bound)
                 if math.isfinite(value):
                     real.set(bound, repr(float(value)))
-            if variable.nominal is not None:
-                real.set("nominal", repr(float(variable.nominal)))
+            nominal = variable.nominal
+            if nominal is None and variable.causality != "parameter":
+                nominal = unit(units[k], name).nominal
+            if nominal is not None:
+                real.set("nominal", repr(float(nominal)))
             if variable.causality == "output":
                 scalar.set("initial", "calculated")
             else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import html
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,9 +11,15 @@ import casadi as ca
 import fmpy
 
 from fmugen import codegen, sources
+from fmugen.cmake import cmake_lists
 from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from fmugen.description import model_description
 from fmugen.pack import write_zip
+from fmugen.page import page
+from fmugen.picture import picture
+from fmugen.platforms import PLATFORMS, host, tool
+from fmugen.recorded import recorded
+from fmugen.terminals import terminals
 from fmus.common.interface import Interface
 
 RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
@@ -29,11 +34,13 @@ def build_fmu(
     out_dir: Path,
     base_step: float = 0.00025,
     cache: Path | None = None,
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
     The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
     (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
+    platforms: for which computers, as in `fmugen.platforms`; default: this one.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """
     room, identifier = step_c.parent.name, interface.name
@@ -50,12 +57,29 @@ def build_fmu(
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
 
     units = sorted(name for name in texts if name.endswith(".c"))
-    binary = _compile(texts, units, identifier, cache or out_dir / "cache")
     files = {f"sources/{name}": text.encode() for name, text in texts.items()}
+    files["sources/CMakeLists.txt"] = cmake_lists(identifier, units).encode()
     files["modelDescription.xml"] = model_description(interface, base_step, guid, units)
-    files[f"binaries/linux64/{identifier}.so"] = binary
-    files["documentation/index.html"] = _documentation(interface).encode()
+    for name in platforms or (host(),):
+        place = f"binaries/{name}/{identifier}.{PLATFORMS[name].suffix}"
+        files[place] = _compile(texts, units, identifier, cache or out_dir / "cache", name)
+        if name == host():
+            files |= _results(interface, files[place], guid)
+    readme = step_c.with_name("README.md")
+    about = readme.read_text(encoding="utf-8") if readme.exists() else ""
+    text = page(interface, functions, room, base_step, about)
+    files["documentation/index.html"] = text.encode()
+    files["model.png"] = picture(interface)
+    files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(interface)
     return write_zip(out_dir / f"{identifier}.fmu", files)
+
+
+def _results(interface: Interface, binary: bytes, guid: str) -> dict[str, bytes]:
+    """What the binary answers, from a place of its own: a library is loaded once for each path."""
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / interface.name
+        library.write_bytes(binary)
+        return recorded(interface, library, guid)
 
 
 def _runtime() -> dict[str, str]:
@@ -78,7 +102,10 @@ def _guid(texts: dict[str, str], description: bytes) -> str:
     return "{" + "-".join([h[:8], h[8:12], h[12:16], h[16:20], h[20:32]]) + "}"
 
 
-def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path) -> bytes:
+def _compile(
+    texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path, platform: str
+) -> bytes:
+    made_by = tool(platform)
     cache.mkdir(parents=True, exist_ok=True)
     headers = hashlib.sha256(
         "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
@@ -91,24 +118,7 @@ def _compile(texts: dict[str, str], units: Sequence[str], identifier: str, cache
             # generated equations include nothing of ours: their object outlives header changes
             generated = name.endswith("_casadi.c")
             seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *STRICT))
-            objects.append(compile_object(work / name, seen, cache, (*HIDDEN, *more)))
-        return link_shared(objects, work / f"{identifier}.so").read_bytes()
-
-
-def _documentation(interface: Interface) -> str:
-    rows = "\n".join(
-        f"<tr><td>{html.escape(v.name)}{f'[1..{v.size}]' if v.size else ''}</td>"
-        f"<td>{v.causality}</td><td>{html.escape('various' if v.units else v.unit)}</td>"
-        f"<td>{html.escape(v.description)}</td></tr>"
-        for v in sources.variables(interface)
-    )
-    return (
-        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
-        f"<title>{interface.name}</title><style>body{{font:15px sans-serif;margin:2em}}"
-        "td,th{border:1px solid #ccc;padding:2px 8px;text-align:left}"
-        "table{border-collapse:collapse}</style></head><body>"
-        f"<h1>{interface.name}</h1><p>{html.escape(interface.description)}. Sample time"
-        f" {interface.Ts * 1e3:g} ms: inputs are read at k Ts, k from 1 on, results appear at"
-        " (k+1) Ts.</p><table><tr><th>variable</th><th>causality</th><th>unit</th>"
-        f"<th>meaning</th></tr>\n{rows}\n</table></body></html>\n"
-    )
+            flags = (*HIDDEN, *more)
+            objects.append(compile_object(work / name, seen, cache, flags, made_by))
+        library = work / f"{identifier}.{PLATFORMS[platform].suffix}"
+        return link_shared(objects, library, tool=made_by).read_bytes()

@@ -57,12 +57,13 @@ def build_room(
     out_dir: Path,
     starts: Starts | None = None,
     cache: Path | None = None,
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Build `out_dir/<room>.fmu`; starts: parameter name -> value(s) baked in as defaults."""
     module: Any = importlib.import_module(f"fmus.{room}.equations")
     interface = room_interface(room, machine, starts)
     functions, base = module.functions(machine), machine.timing.base
-    return build_fmu(interface, functions, step_file(room), out_dir, base, cache)
+    return build_fmu(interface, functions, step_file(room), out_dir, base, cache, platforms)
 
 
 def machine_interface(machine: Machine, truth: Path) -> Interface:
@@ -78,6 +79,7 @@ def build_machine(
     out_dir: Path,
     starts: Starts | None = None,
     cache: Path | None = None,
+    platforms: Sequence[str] = (),
 ) -> Path:
     """Build `out_dir/machine.fmu`: the plant plus what the truth file hides."""
     from fmus.plant import truth as real
@@ -85,4 +87,4 @@ def build_machine(
     interface = with_starts(machine_interface(machine, truth), starts or {})
     functions = real.functions(machine, real.load_truth(truth))
     base = machine.timing.base
-    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache)
+    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)

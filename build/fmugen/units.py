@@ -7,14 +7,21 @@ import re
 from dataclasses import dataclass, field
 
 from fmus.common.errors import InterfaceError
+from fmus.common.interface import Variable
 
 
 @dataclass(frozen=True)
 class Unit:
-    """Exponents of kg, m, s, A, rad; display units as (name, factor from the SI unit)."""
+    """Exponents of kg, m, s, A, rad; display units as (name, factor from the SI unit).
+
+    usual: the display unit that people read most values in; nominal: an ordinary size of such a
+    signal on machines of this kind [unit], for importers that scale by it.
+    """
 
     exponents: dict[str, int] = field(default_factory=dict)
     display: tuple[tuple[str, float], ...] = ()
+    usual: str = ""
+    nominal: float | None = None
 
 
 _DEG = 180 / math.pi
@@ -24,23 +31,39 @@ UNITS: dict[str, Unit] = {
     "Hz": Unit({"s": -1}),
     "1/s": Unit({"s": -1}),
     "1/s2": Unit({"s": -2}),
-    "rad": Unit({"rad": 1}, (("deg", _DEG), ("urad", 1e6))),
+    "rad": Unit({"rad": 1}, (("deg", _DEG), ("urad", 1e6)), "deg", 0.1),
     "1/rad": Unit({"rad": -1}),
-    "rad/s": Unit({"rad": 1, "s": -1}, (("deg/s", _DEG),)),
-    "rad/s2": Unit({"rad": 1, "s": -2}, (("deg/s2", _DEG),)),
-    "m": Unit({"m": 1}, (("mm", 1e3), ("um", 1e6))),
+    "rad/s": Unit({"rad": 1, "s": -1}, (("deg/s", _DEG),), "deg/s", 1.0),
+    "rad/s2": Unit({"rad": 1, "s": -2}, (("deg/s2", _DEG),), "deg/s2", 10.0),
+    "m": Unit({"m": 1}, (("mm", 1e3), ("um", 1e6)), "mm", 0.1),
     "m/s": Unit({"m": 1, "s": -1}),
     "m/s2": Unit({"m": 1, "s": -2}),
     "kg": Unit({"kg": 1}),
     "kg m": Unit({"kg": 1, "m": 1}),
     "kg m2": Unit({"kg": 1, "m": 2}),
-    "N m": Unit({"kg": 1, "m": 2, "s": -2}, (("mN m", 1e3),)),
+    "N m": Unit({"kg": 1, "m": 2, "s": -2}, (("mN m", 1e3),), "", 1.0),
     "N m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
     "N m s/rad": Unit({"kg": 1, "m": 2, "s": -1, "rad": -1}),
     "N2 m2": Unit({"kg": 2, "m": 4, "s": -4}),
     "A": Unit({"A": 1}),
     "N m/A": Unit({"kg": 1, "m": 2, "s": -2, "A": -1}),
 }
+
+
+def display_unit(variable: Variable, name: str) -> str:
+    """What values of this unit are shown in: the variable's wish, else the usual; empty: none.
+
+    InterfaceError for a wish that is no display unit of the unit.
+    """
+    known = unit(name, variable.name)
+    if not variable.display:
+        return known.usual
+    if variable.display not in [shown for shown, _ in known.display]:
+        raise InterfaceError(
+            f"{variable.name}: cannot be shown in {variable.display!r}, its unit {name} has"
+            f" {', '.join(shown for shown, _ in known.display) or 'no display units'}"
+        )
+    return variable.display
 
 
 _SYMBOLS = {symbol: UNITS[symbol].exponents for symbol in ("kg", "m", "s", "A", "rad", "Hz")} | {

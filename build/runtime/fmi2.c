@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double LATEST = 562949953421312.0; /* 2^49 base steps: a double still tells eighths */
+
 const char *fmi2GetTypesPlatform(void) {
   return fmi2TypesPlatform;
 }
@@ -188,6 +190,11 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
     return flexhex_refuse(m, "fmi2SetupExperiment: from %s s to %s s, must be finite and in order",
                           flexhex_number(a, startTime), flexhex_number(b, stop));
+  }
+  if (fabs(startTime) > FLEXHEX_MODEL.base_step * LATEST) {
+    char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
+    return flexhex_refuse(m, "fmi2SetupExperiment: base steps of %s s are lost beside %s s",
+                          flexhex_number(b, FLEXHEX_MODEL.base_step), flexhex_number(a, startTime));
   }
   m->head->start_time = startTime;
   m->head->stop_time = stop;

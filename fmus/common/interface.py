@@ -31,7 +31,8 @@ class Variable:
     hold for every element; a value outside them is refused by the FMU. elements and units
     name and measure each element where an array holds unlike things (the parameters p);
     units then overrules `unit`. initial_from: parameters from which an output's first value
-    comes, element by element where sizes agree.
+    comes, element by element where sizes agree. display: the unit that people read it in, when it
+    is not the usual one of its unit. nominal [unit]: its ordinary size.
 
     Raises InterfaceError for a name that is no C identifier or a wrong number of start
     values, StartValueError for one outside min..max.
@@ -50,6 +51,7 @@ class Variable:
     elements: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     initial_from: tuple[str, ...] = ()
+    display: str = ""
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
@@ -120,7 +122,8 @@ class Interface:
     @property
     def parameters(self) -> tuple[Variable, ...]:
         """Parameters in value-reference order; `Ts` [s] comes first."""
-        Ts = Variable("Ts", "parameter", "s", "sample time", start=self.Ts, min=1e-6, max=10.0)
+        text = "sample time"
+        Ts = Variable("Ts", "parameter", "s", text, None, self.Ts, 1e-6, 10.0, display="ms")
         return (Ts, *self._of("parameter"))
 
     @property

@@ -112,7 +112,13 @@ def interface(machine: Machine) -> Interface:
         Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
         Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
         Variable(
-            "p", "output", "1", "estimated parameters", start=p0, initial_from=("p0",), **named
+            "p",
+            "output",
+            "1",
+            "estimated parameters",
+            start=p0,
+            initial_from=("p0", "scale"),
+            **named,
         ),
         Variable(
             "p_std",

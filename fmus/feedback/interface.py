@@ -54,7 +54,15 @@ def interface(machine: Machine) -> Interface:
         Variable("tau_ff", "input", "N m", "feedforward torques", size=n, min=-1e4, max=1e4),
         Variable("tau", "output", "N m", "torque command, within the limit", size=n),
         Variable("tau_fb", "output", "N m", "feedback's share, before the limit", size=n),
-        Variable("e", "output", "rad", "tracking error: delayed r - theta", size=n),
+        Variable(
+            "e",
+            "output",
+            "rad",
+            "tracking error: delayed r - theta",
+            size=n,
+            display="urad",
+            nominal=1e-3,
+        ),
     )
     return Interface(
         "feedback",

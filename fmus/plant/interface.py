@@ -81,6 +81,7 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
             start=machine.encoder.step,
             min=0,
             max=0.1,
+            display="urad",
         ),
         Variable(
             "command_delay",

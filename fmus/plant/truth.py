@@ -145,21 +145,33 @@ def interface(machine: Machine, truth: Truth) -> Interface:
     cogging, draw = _cogging(truth, n), _draw(truth, "drift")
     creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
     noise = truth.noise
+    # nothing but nonsense is refused: values beyond would make torques that are no numbers
     whole: dict[str, Any] = {"causality": "parameter", "min": 0}
+    few: dict[str, Any] = {**whole, "max": 1e4}
+    torque: dict[str, Any] = {"causality": "parameter", "unit": "N m", "min": -1e4, "max": 1e4}
+    long: dict[str, Any] = {"causality": "parameter", "unit": "s", "max": 1e12}
     hidden = [
-        Variable("hidden_cogging", "parameter", "N m", "cos, sin", len(cogging), cogging),
-        Variable("drift_torque", "parameter", "N m", "offset after a long time", n, creep),
-        Variable("drift_gain", unit="1", description="loss", start=truth.drift.gain, **whole),
-        Variable("drift_time", unit="s", description="their time", start=truth.drift.time, **whole),
-        Variable("age", unit="s", description="time since it was switched on", **whole),
-        Variable("noise_torque", unit="N m", description="noise", start=noise.torque, **whole),
-        Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **whole),
+        Variable(
+            "hidden_cogging", size=len(cogging), start=cogging, description="cos, sin", **torque
+        ),
+        Variable(
+            "drift_torque", size=n, start=creep, description="offset after a long time", **torque
+        ),
+        Variable("drift_gain", unit="1", description="loss", start=truth.drift.gain, **few),
+        Variable(
+            "drift_time", description="their time", start=truth.drift.time, **{**long, "min": 1e-6}
+        ),
+        Variable("age", description="time since it was switched on", **{**long, "min": 0}),
+        Variable("noise_torque", unit="N m", description="noise", start=noise.torque, **few),
+        Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **few),
         Variable("seed", unit="1", description="noise seed", start=truth.seed, max=2**53, **whole),
     ]
     rows = [number for effect in truth.hidden for number in effect.rows()]
     constants = {**base.constants, "HIDDEN": 1}
     if rows:
-        hidden.append(Variable("hidden_effects", "parameter", "1", "listed", len(rows), rows))
+        wide: dict[str, Any] = {"min": -1e12, "max": 1e12}
+        listed = Variable("hidden_effects", "parameter", "1", "listed", len(rows), rows, **wide)
+        hidden.append(listed)
         constants["N_HIDDEN"] = len(rows) // WIDTH
     text = "The real machine: same interface as plant"
     return Interface("machine", text, base.Ts, (*variables, *hidden), constants)

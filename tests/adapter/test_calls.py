@@ -219,6 +219,16 @@ def test_wrong_experiment_is_refused(fresh: Slave, times: tuple[float, float | N
     assert "must be finite and in order" in fresh.said
 
 
+def test_start_beside_which_a_step_is_lost_is_refused(fresh: Slave) -> None:
+    assert fresh.setup(1e300) == ERROR
+    assert "base steps of 0.00025 s are lost beside 1e+300 s" in fresh.said
+    assert fresh.setup(-1e9) == OK
+    for function in ("fmi2EnterInitializationMode", "fmi2ExitInitializationMode"):
+        assert fresh.call(function) == OK
+    assert fresh.step(-1e9, BASE) == OK
+    assert fresh.step(-1e9, BASE) == ERROR, "the next step begins one base step later"
+
+
 def test_status_functions(running: Slave) -> None:
     running.advance(3)
     time, flag, text, whole = ct.c_double(), ct.c_int(7), ct.c_char_p(), ct.c_int(7)

@@ -25,9 +25,9 @@ def interface(name: str = "toy", period: int = 2, offset: float = 0.5) -> Interf
         Variable("gain", "parameter", "1", "of u", start=2, min=0, max=9, variability="tunable"),
         Variable("u", "input", "rad", "scaled", min=-1, max=1),
         Variable("a", "input", "N m", "integrated", size=N, min=-5, max=5),
-        Variable("y", "output", "rad", "gain u + offset"),
+        Variable("y", "output", "rad", "gain u + offset", initial_from=("offset",)),
         Variable("last", "output", "rad", "y one sample ago"),
-        Variable("integral", "output", "N m", "of a over time", size=N),
+        Variable("integral", "output", "N m", "of a over time", N, initial_from=("begin",)),
         Variable("ticks", "output", "1", "number of ticks", min=0),
     )
     return Interface(name, "room for tests of the adapter", period * BASE, variables, {"N": N})

@@ -1,0 +1,114 @@
+"""Reference results inside an FMU: what its own binary answered when it was built.
+
+    resources/reference_in.csv    time and inputs before each step
+    resources/reference_out.csv   time and outputs after it
+
+The inputs wander a little about their start values, from a rule that any language can repeat.
+"""
+
+from __future__ import annotations
+
+import ctypes as ct
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from fmugen.sources import variables
+from fmus.common.errors import BuildError
+from fmus.common.interface import Interface, Variable
+
+IN, OUT = "resources/reference_in.csv", "resources/reference_out.csv"
+TICKS = 20
+"""Steps of Ts that are recorded."""
+STRIDE = 600
+"""Ts in a step of an FMU without inputs: the reference stands still for its first seconds."""
+_Logger = ct.CFUNCTYPE(None, ct.c_void_p, ct.c_char_p, ct.c_int, ct.c_char_p, ct.c_char_p)
+
+
+class _Callbacks(ct.Structure):
+    _fields_ = (
+        ("logger", _Logger),
+        ("allocate", ct.c_void_p),
+        ("free", ct.c_void_p),
+        ("finished", ct.c_void_p),
+        ("environment", ct.c_void_p),
+    )
+
+
+def inputs(interface: Interface, step: int) -> list[float]:
+    """Inputs [their units] before the step: within a thousandth of an ordinary size."""
+    return [
+        _value(v, start, (7 * step + 3 * k) % 11 - 5)
+        for v in interface.inputs
+        for k, start in enumerate(v.starts)
+    ]
+
+
+def _value(v: Variable, start: float, turn: int) -> float:
+    width = min(v.max - v.min, 1.0)
+    return min(max(start + 1e-3 * width * turn, v.min), v.max)
+
+
+def recorded(interface: Interface, library: Path, guid: str) -> dict[str, bytes]:
+    """Both files; none when the binary refuses its own start values, as its user will hear."""
+    listed = variables(interface)
+    names: dict[str, list[str]] = {"input": [], "output": [], "parameter": []}
+    references: dict[str, list[int]] = {"input": [], "output": [], "parameter": []}
+    reference = 0
+    for variable in listed:
+        names[variable.causality] += variable.scalar_names
+        references[variable.causality] += range(reference, reference + variable.count)
+        reference += variable.count
+    rows = [inputs(interface, k) for k in range(TICKS)]
+    step = interface.Ts * (1 if interface.inputs else STRIDE)
+    try:
+        answers = _play(library, guid, step, references["input"], references["output"], rows)
+    except BuildError:
+        return {}
+    before = [[k * step, *row] for k, row in enumerate(rows)]
+    after = [[(k + 1) * step, *row] for k, row in enumerate(answers)]
+    return {IN: _csv(names["input"], before), OUT: _csv(names["output"], after)}
+
+
+def _csv(names: Sequence[str], rows: Sequence[Sequence[float]]) -> bytes:
+    lines = [",".join(["time", *names]), *(",".join(map(repr, row)) for row in rows)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _play(
+    library: Path,
+    guid: str,
+    step: float,
+    into: Sequence[int],
+    out: Sequence[int],
+    rows: Sequence[Sequence[float]],
+) -> list[list[float]]:
+    said: list[str] = []
+    logger = _Logger(lambda _, __, ___, ____, text: said.append(text.decode()))
+    callbacks, loaded = _Callbacks(logger), ct.CDLL(str(library))
+    loaded.fmi2Instantiate.restype = ct.c_void_p
+    c = loaded.fmi2Instantiate(b"recorded", 1, guid.encode(), None, ct.byref(callbacks), 0, 0)
+
+    def call(function: str, *arguments: object) -> None:
+        if c is None or loaded[function](ct.c_void_p(c), *arguments) > 1:
+            raise BuildError(f"{library.stem}: {function} is refused: {' '.join(said[-1:])}")
+
+    def reals(function: str, references: Sequence[int], values: Any) -> None:
+        vr = (ct.c_uint * max(len(references), 1))(*references)
+        call(function, vr, ct.c_size_t(len(references)), values)
+
+    call("fmi2SetupExperiment", 0, ct.c_double(0), ct.c_double(0), 0, ct.c_double(0))
+    call("fmi2EnterInitializationMode")
+    call("fmi2ExitInitializationMode")
+    answers = []
+    for k, row in enumerate(rows):
+        reals("fmi2SetReal", into, (ct.c_double * max(len(row), 1))(*row))
+        call("fmi2DoStep", ct.c_double(k * step), ct.c_double(step), 1)
+        values = (ct.c_double * len(out))()
+        reals("fmi2GetReal", out, values)
+        answers.append(list(values))
+    loaded.fmi2FreeInstance(ct.c_void_p(c))
+    if not all(math.isfinite(value) for row in answers for value in row):
+        raise BuildError(f"{library.stem}: outputs that are no numbers after ordinary steps")
+    return answers

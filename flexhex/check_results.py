@@ -1,0 +1,129 @@
+"""`flexhex check --results`: does an FMU still answer as it did when it was built?
+
+The FMU carries inputs and outputs (`fmugen.recorded`); its binary for this computer is run on
+them in a child process, and the worst deviation of each output is told.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from fmugen.recorded import IN, OUT
+from numpy.typing import NDArray
+
+from flexhex.check_binary import PATIENCE, library_name, make_plan
+from flexhex.check_subject import Subject
+from fmus.common.errors import InterfaceError
+
+RTOL, ATOL = 1e-9, 1e-14
+"""Of an array's largest value, and for what is zero but for rounding: compilers and C libraries
+differ in the last bit of sines and roots; an equation that changed differs by more."""
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Worst deviation of an output (an array as one) [unit], where and how much is allowed."""
+
+    output: str
+    worst: float
+    allowed: float
+    time: float
+
+    @property
+    def good(self) -> bool:
+        """Within tolerance; nan is not."""
+        return self.worst <= self.allowed
+
+
+def check_results(path: Path) -> list[Deviation]:
+    """Deviations of all outputs. InterfaceError without results, binary or an answer."""
+    subject = Subject.open(path)
+    name = library_name(subject)
+    if IN not in subject.names or OUT not in subject.names:
+        raise InterfaceError(f"{path}: carries no reference results ({IN}, {OUT})")
+    if name is None:
+        raise InterfaceError(f"{path}: has no binary for this computer")
+    inputs, given = _table(subject, IN)
+    outputs, wanted = _table(subject, OUT)
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as archive:
+        archive.extractall(folder)
+        plan = make_plan(subject, Path(folder), name)
+        references = {v.name: int(v.reference) for v in subject.variables}
+        unknown = [n for n in (*inputs, *outputs) if n not in references]
+        if unknown:
+            raise InterfaceError(f"{path}: reference results of {unknown[0]}, no such variable")
+        plan["play"] = {
+            "inputs": [references[n] for n in inputs],
+            "outputs": [references[n] for n in outputs],
+            "rows": given[:, 1:].tolist(),
+            "times": [*given[:, 0].tolist(), float(wanted[-1, 0])],
+        }
+        rows = _played(plan, path)
+    if len(rows) != len(wanted):
+        raise InterfaceError(f"{path}: stopped after {len(rows)} of {len(wanted)} steps")
+    return _deviations(outputs, np.array(rows), wanted)
+
+
+def _table(subject: Subject, name: str) -> tuple[list[str], NDArray[np.float64]]:
+    """Names without `time`, and rows with it in front."""
+    lines = list(csv.reader(io.StringIO(subject.read(name).decode())))
+    try:
+        return lines[0][1:], np.array(lines[1:], dtype=float).reshape(-1, len(lines[0]))
+    except (ValueError, IndexError) as error:
+        raise InterfaceError(f"{subject.path}: {name}: not a table of numbers") from error
+
+
+def _played(plan: dict[str, Any], path: Path) -> list[list[float]]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    done = subprocess.run(
+        [sys.executable, "-m", "flexhex.check_exercise"],
+        input=json.dumps(plan),
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=PATIENCE,
+        check=False,
+    )
+    said = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
+    complaints = [text for kind, text in said if kind in ("complaint", "note")]
+    if done.returncode or complaints:
+        raise InterfaceError(f"{path}: {(complaints or ['the binary crashes'])[0]}")
+    return [row for kind, row in said if kind == "row"]
+
+
+def _deviations(
+    names: Sequence[str], rows: NDArray[np.float64], wanted: NDArray[np.float64]
+) -> list[Deviation]:
+    arrays = np.array([name.partition("[")[0] for name in names])
+    found = []
+    for array in dict.fromkeys(arrays):
+        mine, theirs = rows[:, arrays == array], wanted[:, 1:][:, arrays == array]
+        apart = np.abs(mine - theirs)
+        at = int(np.argmax(np.where(np.isnan(apart), np.inf, apart).max(axis=1)))
+        worst = float(apart.max())  # nan where there is one
+        allowed = RTOL * float(np.abs(theirs).max()) + ATOL
+        found.append(Deviation(str(array), worst, allowed, float(wanted[at, 0])))
+    return found
+
+
+def print_deviations(found: Mapping[Path, Sequence[Deviation]]) -> None:
+    """Worst deviation of each output from the results that the FMU carries."""
+    for path, deviations in found.items():
+        bad = sum(not d.good for d in deviations)
+        print(f"{path}: {f'{bad} outputs beyond tolerance' if bad else 'as when it was built'}")
+        width = max(len(d.output) for d in deviations)
+        for d in deviations:
+            mark = "" if d.good else f"  BEYOND, at {d.time:.9g} s"
+            print(f"  {d.output:{width}}  {d.worst:.3g}, allowed {d.allowed:.3g}{mark}")

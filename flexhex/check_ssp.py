@@ -1,0 +1,139 @@
+"""`flexhex check` of a system description: schema, wiring, units, sample times, its FMUs."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from flexhex.check_fmu import check_fmu
+from fmus.common.errors import InterfaceError
+from ssp.fmu import open_zip, read_bytes, read_member
+from ssp.read import Instance, Package, period, read_ssp
+from ssp.xml import NAMESPACES, parse
+
+STEPS = (
+    ("osp:FixedStepAlgorithm", "baseStepSize"),
+    ("oms:SimulationInformation", "fixedStepSize"),
+    ("flexhex:Schedule", "baseStep"),
+)
+"""Where importers and our executor look for the base step."""
+
+
+def check_ssp(path: Path) -> list[str]:
+    """Complaints about a .ssp and every FMU in it. InterfaceError for one that cannot be read."""
+    package = read_ssp(path)
+    found = check_system(package)
+    with tempfile.TemporaryDirectory() as folder:
+        for source, data in sorted(package.fmus.items()):
+            fmu = Path(folder) / Path(source).name
+            fmu.write_bytes(data)
+            found += [t.replace(str(fmu), f"{path}: {source}") for t in check_fmu(fmu)]
+    return found
+
+
+def check_system(package: Package) -> list[str]:
+    """Complaints about the system description alone."""
+    path = package.path
+    document = parse(
+        read_member(open_zip(read_bytes(path), str(path)), "SystemStructure.ssd", str(path)),
+        f"{path}: SystemStructure.ssd",
+    )
+    return [f"{path}: {text}" for text in _system(package, document)]
+
+
+def _system(package: Package, document: Any) -> Iterator[str]:
+    yield from _schema(document)
+    yield from _steps(package, document)
+    yield from _fed(package)
+    elements = document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES)
+    for element in elements:
+        instance = package.instance(element.get("name", ""))
+        yield from _connectors(instance, element)
+        yield from _parameters(instance)
+
+
+def _schema(document: Any) -> Iterator[str]:
+    """SSP 1.0's schema, which FMPy brings along."""
+    from fmpy.ssp.ssd import validate_tree
+
+    try:
+        validate_tree(document, "SystemStructureDescription.xsd")
+    except Exception as error:  # fmpy raises plain Exception
+        yield " ".join(str(error).split())
+
+
+def _steps(package: Package, document: Any) -> Iterator[str]:
+    """One base step for all importers; sample times are whole numbers of it."""
+    said = {}
+    for tag, key in STEPS:
+        element = document.find(f".//{tag}", NAMESPACES)
+        if element is not None and element.get(key):
+            said[tag] = float(element.get(key))
+    for tag, step in said.items():
+        if abs(step / package.base - 1) > 1e-9:
+            first = next(iter(said))
+            yield f"{tag} steps by {step:.9g} s, {first} by {said[first]:.9g} s"
+    for instance in package.instances:
+        try:
+            period(instance, package.base)
+        except InterfaceError as error:
+            yield str(error)
+        ours = "Ts" in instance.fmu.variables
+        step_size = instance.fmu.step_size
+        if ours and step_size and abs(step_size / package.base - 1) > 1e-9:
+            yield (
+                f"{instance.name}: made for base steps of {step_size:.9g} s,"
+                f" the system steps by {package.base:.9g} s"
+            )
+
+
+def _fed(package: Package) -> Iterator[str]:
+    fed = {(wire.target, wire.input) for wire in package.wires}
+    for instance in package.instances:
+        missing = [v.name for v in instance.fmu.of("input") if (instance.name, v.name) not in fed]
+        if missing:
+            more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+            yield f"{instance.name}.{missing[0]}{more}: fed by nothing"
+
+
+def _connectors(instance: Instance, element: Any) -> Iterator[str]:
+    """Connectors agree with the FMU's variables: name, kind, unit."""
+    names = []
+    for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES):
+        name, kind = connector.get("name", ""), connector.get("kind")
+        names.append(name)
+        variable = instance.fmu.variables.get(name)
+        where = f"{instance.name}.{name}"
+        if variable is None:
+            yield f"{where}: the FMU has no such variable"
+            continue
+        if kind not in (variable.causality, "inout"):
+            yield f"{where}: {kind} in the system, {variable.causality} in the FMU"
+        typed = connector.find("ssc:Real", NAMESPACES)
+        if typed is None and connector.find(f"ssc:{variable.type}", NAMESPACES) is None:
+            yield f"{where}: another type than in the FMU ({variable.type})"
+        unit = None if typed is None else typed.get("unit")
+        if unit is not None and variable.unit and unit != variable.unit:
+            yield f"{where}: unit {unit} in the system, {variable.unit} in the FMU"
+    for name, count in Counter(names).items():
+        if count > 1:
+            yield f"{instance.name}.{name}: {count} connectors of that name"
+
+
+def _parameters(instance: Instance) -> Iterator[str]:
+    for name in instance.ignored:
+        yield f"{instance.name}.{name}: is set, but the FMU has no such variable"
+    for name, value in instance.parameters.items():
+        variable = instance.fmu.variables[name]
+        if not variable.min <= value <= variable.max or not math.isfinite(value):
+            unit = f" {variable.unit}".removesuffix(" 1")
+            yield (
+                f"{instance.name}.{name} = {value:.9g}{unit},"
+                f" allowed {variable.min:.9g} to {variable.max:.9g}"
+            )
+        if variable.causality not in ("parameter", "input"):
+            yield f"{instance.name}.{name}: is set, but is of causality {variable.causality}"

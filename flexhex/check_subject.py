@@ -1,0 +1,102 @@
+"""An FMU file as the checks see it: the archive's names and the parsed description."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from lxml import etree
+
+from fmus.common.errors import InterfaceError
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """One ScalarVariable; index counts from 1, attributes are those of its type's element."""
+
+    index: int
+    name: str
+    reference: str
+    kind: str
+    causality: str
+    variability: str
+    initial: str
+    attributes: dict[str, str]
+
+    def number(self, key: str, otherwise: float = math.nan) -> float:
+        """A numeric attribute such as `min`; nan when it is no number."""
+        text = self.attributes.get(key)
+        if text is None:
+            return otherwise
+        try:
+            return float(text)
+        except ValueError:
+            return math.nan
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An FMU file that is checked: names of the archive in its order, the parsed description."""
+
+    path: Path
+    names: tuple[str, ...]
+    root: etree._Element
+
+    @staticmethod
+    def open(path: Path) -> Subject:
+        """InterfaceError when it is no archive with a readable modelDescription.xml."""
+        try:
+            with zipfile.ZipFile(path) as archive:
+                names = tuple(archive.namelist())
+                damaged = archive.testzip()
+                if damaged is not None:
+                    raise InterfaceError(f"{path}: {damaged} is damaged in the archive")
+                root = etree.fromstring(archive.read("modelDescription.xml"))
+        except KeyError:
+            raise InterfaceError(f"{path}: modelDescription.xml is missing") from None
+        except etree.XMLSyntaxError as error:
+            raise InterfaceError(f"{path}: modelDescription.xml: {error}") from None
+        except (zipfile.BadZipFile, zlib.error, OSError, ValueError) as error:
+            raise InterfaceError(f"{path}: not a zip archive, so no FMU ({error})") from None
+        return Subject(path, names, root)
+
+    def read(self, name: str) -> bytes:
+        """One file of the archive."""
+        with zipfile.ZipFile(self.path) as archive:
+            return archive.read(name)
+
+    @property
+    def cosimulation(self) -> etree._Element | None:
+        """The element CoSimulation."""
+        return self.root.find("CoSimulation")
+
+    @property
+    def ours(self) -> bool:
+        """True for an FMU of flexhex, of which more is demanded than the standard does."""
+        return self.root.get("generationTool") == "flexhex"
+
+    @cached_property
+    def variables(self) -> tuple[Scalar, ...]:
+        """All scalar variables, defaults of the standard filled in."""
+        return tuple(self._scalars())
+
+    def _scalars(self) -> Iterator[Scalar]:
+        for k, element in enumerate(self.root.iterfind("ModelVariables/ScalarVariable"), 1):
+            typed = next((e for e in element if e.tag != "Annotations"), None)
+            causality = element.get("causality", "local")
+            default = "exact" if causality in ("parameter", "input") else "calculated"
+            yield Scalar(
+                k,
+                element.get("name", ""),
+                element.get("valueReference", ""),
+                "" if typed is None else str(typed.tag),
+                causality,
+                element.get("variability", "continuous"),
+                element.get("initial", default),
+                {} if typed is None else {str(k): str(v) for k, v in typed.attrib.items()},
+            )

@@ -1,0 +1,69 @@
+"""Every mistake put into an FMU or a system description is found; what is well is not blamed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from flexhex.check_fmu import check_fmu
+from flexhex.check_ssp import check_ssp, check_system
+from fmus.common.errors import FlexhexError
+from ssp.read import read_ssp
+from tests.adapter import toys
+from tests.conformity import mutants
+from tests.conformity.archives import members, write
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The test room's FMU."""
+    return toys.build(tmp_path_factory.mktemp("toy"))
+
+
+def complaints(path: Path) -> list[str]:
+    """What the check says, errors that end it included."""
+    try:
+        return check_fmu(path) if path.suffix == ".fmu" else check_system(read_ssp(path))
+    except FlexhexError as error:
+        return [str(error)]
+
+
+def test_unchanged_fmu_is_not_blamed(toy: Path) -> None:
+    assert check_fmu(toy) == []
+
+
+def test_packed_anew_it_is_not_blamed(toy: Path, tmp_path: Path) -> None:
+    """So what the mutants are blamed for is their mistake, not the packing."""
+    assert check_fmu(write(tmp_path / "toy.fmu", members(toy))) == []
+
+
+@pytest.mark.parametrize("kind", mutants.FMU)
+def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> None:
+    change, wanted = mutants.FMU[kind]
+    files = members(toy)
+    change(files)
+    found = complaints(write(tmp_path / "toy.fmu", files))
+    print(f"{kind:40} {found[0].partition(': ')[2] if found else '-'}")
+    assert any(re.search(wanted, text) for text in found), found
+
+
+@pytest.mark.parametrize("kind", mutants.SYSTEM)
+def test_mistake_in_a_system_is_found(hexapod_ssp: Path, tmp_path: Path, kind: str) -> None:
+    change, wanted = mutants.SYSTEM[kind]
+    files = members(hexapod_ssp)
+    change(files)
+    found = complaints(write(tmp_path / "hexapod.ssp", files))
+    print(f"{kind:40} {found[0].partition(': ')[2] if found else '-'}")
+    assert any(re.search(wanted, text) for text in found), found
+
+
+def test_our_fmus_and_systems_are_not_blamed(fmu_dir: Path, machine_ssp: Path) -> None:
+    """The system's own FMUs are checked with it: all but machine.fmu's sibling plant.fmu."""
+    assert check_ssp(machine_ssp) == []
+    assert check_fmu(fmu_dir / "plant.fmu") == []
+
+
+def test_kinds_are_many() -> None:
+    assert len(mutants.FMU) + len(mutants.SYSTEM) >= 25
