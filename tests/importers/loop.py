@@ -8,6 +8,7 @@ parameter sets.
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -17,13 +18,14 @@ import numpy.typing as npt
 import pytest
 
 from flexhex.cases import Case
-from ssp.executor import run
+from ssp.executor import Parameters, run
 from ssp.read import Package, period, read_ssp
 
 Array = npt.NDArray[np.float64]
 Rows = Mapping[str, Array]
-"""Scalar name `plant.theta[1]` -> what is seen at base steps `every`, 2 `every`, ..."""
+"""Scalar name `plant.theta[1]` -> what is seen at base steps 1, 2, ..."""
 BASE = 0.00025
+LIBCOSIM = "pip install libcosimpy"
 SECONDS = 2.0
 N_STEPS = 8000
 CASE = Case(
@@ -44,11 +46,11 @@ def scalars(package: Package) -> dict[str, list[str]]:
     }
 
 
-def own_rows(path: Path, every: int = 1) -> Rows:
+def own_rows(path: Path, parameters: Parameters | None = None) -> Rows:
     """Rows of the multi-rate executor; a slow component holds its values between its ticks."""
     package = read_ssp(path)
-    result = run(path, SECONDS, signals=[i.name for i in package.instances])
-    seen = np.arange(every, N_STEPS + 1, every)
+    result = run(path, SECONDS, signals=[i.name for i in package.instances], parameters=parameters)
+    seen = np.arange(1, N_STEPS + 1)
     rows = {}
     for component, names in scalars(package).items():
         held = seen // period(package.instance(component), package.base)
@@ -85,7 +87,44 @@ def wanted(module: str, how: str) -> ModuleType:
         pytest.skip(f"{module} is not usable ({error}): {how}")
 
 
-def table(rows: Sequence[Sequence[float]], names: Sequence[str]) -> Rows:
+def tool(variable: str, default: str, how: str) -> str:
+    """Path of a program: from the environment, or where `how` puts it; else the test is skipped."""
+    path = Path(os.environ.get(variable) or default).expanduser()
+    if not path.exists():
+        pytest.skip(f"{path} is missing: {how}")
+    return str(path.absolute())
+
+
+def libcosim_rows(source: str, folder: Path, package: Package) -> Rows:
+    """Run libcosim; source: `from_ssp_file` or `from_osp_config_file`, both name a folder."""
+    wanted("libcosimpy", LIBCOSIM)
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimObserver import CosimObserver
+
+    log_output_level(CosimLogLevel.ERROR)
+    execution = getattr(CosimExecution, source)(str(folder))
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer=observer)
+    index = {slave.name.decode(): slave.index for slave in execution.slave_infos()}
+    outputs = scalars(package)
+    references = {
+        name: [package.instance(name).fmu.variables[s].reference for s in listed]
+        for name, listed in outputs.items()
+    }
+    rows: dict[str, list[list[float]]] = {name: [] for name in outputs}
+    for _ in range(N_STEPS):
+        assert execution.step()
+        for name, listed in references.items():
+            rows[name].append(list(observer.last_real_values(index[name], listed)))
+    assert execution.status().current_time == N_STEPS * 250_000, "not the base step [ns]"
+    found: dict[str, Array] = {}
+    for name, listed in outputs.items():
+        found |= rows_of(rows[name], [f"{name}.{s}" for s in listed])
+    return found
+
+
+def rows_of(rows: Sequence[Sequence[float]] | Array, names: Sequence[str]) -> Rows:
     """Rows by name from one list of values for each recorded step."""
     columns = np.asarray(rows, dtype=np.float64)
     return {name: columns[:, k] for k, name in enumerate(names)}

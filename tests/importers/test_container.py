@@ -14,7 +14,7 @@ from fmugen.container_table import parts_header
 from flexhex.export_container import container_of
 from fmus.common.errors import InterfaceError
 from ssp.read import read_ssp
-from tests.importers.loop import BASE, Rows
+from tests.importers.loop import BASE
 from tests.ssp import toys
 
 RELAYS = ("a", "a2", "b", "c")

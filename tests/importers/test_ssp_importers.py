@@ -6,15 +6,21 @@ import shutil
 import zipfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fmpy import simulate_fmu
 from fmpy.ssp.simulation import simulate_ssp
 
 from ssp.read import read_ssp
-from tests.importers.loop import BASE, N_STEPS, Rows, assert_same_bits, scalars, table, wanted
+from tests.importers.loop import (
+    BASE,
+    N_STEPS,
+    Rows,
+    assert_same_bits,
+    libcosim_rows,
+    rows_of,
+    wanted,
+)
 
-LIBCOSIM = "pip install libcosimpy"
 ECOS = "pip install ecospy; apt install libtbb12"
 TOOLBOX = "pip install fmu-manipulation-toolbox"
 
@@ -29,32 +35,9 @@ def test_fmpy_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
 
 def test_libcosim_gives_the_same_bits(loop_ssp: Path, expected: Rows, tmp_path: Path) -> None:
     """The step size comes from the .ssp's own annotation, osp:FixedStepAlgorithm."""
-    wanted("libcosimpy", LIBCOSIM)
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
-    from libcosimpy.CosimObserver import CosimObserver
-
-    log_output_level(CosimLogLevel.ERROR)
     with zipfile.ZipFile(loop_ssp) as archive:
         archive.extractall(tmp_path)  # libcosim wants the folder that holds SystemStructure.ssd
-    execution = CosimExecution.from_ssp_file(ssp_path=str(tmp_path))
-    observer = CosimObserver.create_last_value()
-    execution.add_observer(observer=observer)
-    index = {slave.name.decode(): slave.index for slave in execution.slave_infos()}
-    package, found = read_ssp(loop_ssp), dict[str, np.ndarray]()
-    outputs = scalars(package)
-    references = {
-        name: [package.instance(name).fmu.variables[s].reference for s in listed]
-        for name, listed in outputs.items()
-    }
-    rows: dict[str, list[list[float]]] = {name: [] for name in outputs}
-    for _ in range(N_STEPS):
-        assert execution.step()
-        for name, listed in references.items():
-            rows[name].append(list(observer.last_real_values(index[name], listed)))
-    assert execution.status().current_time == N_STEPS * 250_000, "not the annotated step [ns]"
-    for name, listed in outputs.items():
-        found |= table(rows[name], [f"{name}.{s}" for s in listed])
+    found = libcosim_rows("from_ssp_file", tmp_path, read_ssp(loop_ssp))
     assert_same_bits(found, expected, "libcosim")
 
 
@@ -72,7 +55,7 @@ def test_ecos_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
             simulation.step(every)
             rows.append([simulation.get_real(name) for name in names])
     shown = {name: values[every - 1 :: every] for name, values in expected.items()}
-    assert_same_bits(table(rows, list(expected)), shown, "ecos")
+    assert_same_bits(rows_of(rows, list(expected)), shown, "ecos")
 
 
 def test_toolbox_container_gives_the_same_bits(
