@@ -12,6 +12,7 @@ import typer
 
 from flexhex.commands import compare_command, study_command
 from flexhex.diagnose import Greedy, diagnose_command
+from flexhex.export import export_command
 from fmus.common.errors import FlexhexError
 
 app = typer.Typer(
@@ -161,6 +162,7 @@ def found_machine(path: Path) -> Path:
 
 app.command("compare")(compare_command)
 app.command("study")(study_command)
+app.command("export")(export_command)
 app.command("diagnose", cls=Greedy)(diagnose_command)
 
 

@@ -25,6 +25,14 @@ _BOXES: dict[str, Box] = {
 }
 
 
+_ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
+    ("reference", NAME): (150,),
+    ("reference", "plant"): (130, -30, 370),
+    (NAME, "plant"): (350,),
+    ("plant", NAME): (530, 110, 170),
+}
+
+
 def export_container(path: Path, out: Path) -> list[Path]:
     """`out/controller.fmu` and `out/hexapod-controller.ssp`, the loop with it.
 
@@ -121,4 +129,4 @@ def system_around(package: Package, container: Container) -> System:
         for v in c.interface.outputs
         if f"{c.name}.{v.name}" not in connected and not v.name.endswith("p_std")
     )
-    return System(package.path.stem, components, tuple(pairs), package.base, plots)
+    return System(package.path.stem, components, tuple(pairs), package.base, plots, routes=_ROUTES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from lxml import etree
 
@@ -89,7 +90,9 @@ def maestro(package: Package, seconds: float) -> str:
 
 def osp(package: Package, seconds: float) -> str:
     """OspSystemStructure.xml of the Open Simulation Platform (libcosim, cosim, Kopl)."""
-    root = etree.Element(f"{{{OSP}}}OspSystemStructure", nsmap={None: OSP}, version="0.1")
+    # the stubs of lxml know no default namespace
+    spaces: Any = {None: OSP}
+    root = etree.Element(f"{{{OSP}}}OspSystemStructure", {"version": "0.1"}, nsmap=spaces)
     _text(root, "StartTime", "0.0")
     _text(root, "BaseStepSize", repr(package.base))
     _text(root, "Algorithm", "fixedStep")
