@@ -71,6 +71,7 @@ def assert_same_bits(found: Rows, expected: Rows, what: str) -> None:
         assert adapted > 0.01, "nothing adapts: nothing was shown"
     for name, values in expected.items():
         theirs = np.ascontiguousarray(found[name])
+        assert theirs.shape == values.shape, f"{what}: {name} has {len(theirs)} rows"
         if theirs.tobytes() != np.ascontiguousarray(values).tobytes():
             first = int(np.flatnonzero(theirs != values)[0])
             off = float(np.max(np.abs(theirs - values)))
