@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import re
 import tempfile
 import zipfile
 from collections.abc import Mapping
@@ -69,7 +70,14 @@ class Part:
                 file: text.replace(f'#include "{header}"', f'#include "{renamed}"')
                 for file, text in own.items()
             }
-        return own
+        return {file: _renamed(text, name) for file, text in own.items()}
+
+
+def _renamed(text: str, name: str) -> str:
+    """Sources whose symbols wear the container's name too, so that the FMU itself links beside."""
+    text = re.sub(rf"\b({name}_(?:casadi_\w*|\w+_sx))", rf"{NAME}_\1", text)
+    own_room = f"#define {name}_room {NAME}_{name}_room\n"
+    return text.replace('#include "room.h"\n', f'#include "room.h"\n\n{own_room}', 1)
 
 
 @dataclass(frozen=True)
@@ -127,8 +135,9 @@ def build_container(container: Container, out_dir: Path, cache: Path | None = No
     for part in container.parts:
         texts |= part.texts
     objects = cache or out_dir / "cache"
-    rooms = list(dict.fromkeys(part.interface.name for part in container.parts))
-    sizes = state_sizes(rooms, texts, objects)
+    names = list(dict.fromkeys(part.interface.name for part in container.parts))
+    found = state_sizes([f"{NAME}_{name}" for name in names], texts, objects)
+    sizes = dict(zip(names, found, strict=True))
     texts[f"{NAME}_parts.h"] = parts_header(container, sizes)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / NAME

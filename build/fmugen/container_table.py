@@ -84,7 +84,7 @@ def parts_header(container: Container, sizes: Mapping[str, int]) -> str:
         n_rooms=n_rooms,
         n_shown=len(shown),
         most=max(len(_names(p.interface.inputs)) for p in container.parts),
-        externs="\n".join(f"extern const flexhex_room {room}_room;" for room in rooms),
+        externs="\n".join(f"extern const flexhex_room controller_{room}_room;" for room in rooms),
         parts="\n".join(rows),
         feeds="\n".join(feeds),
         shown="\n".join(f"    {place}," for place in shown),
@@ -98,10 +98,9 @@ def _rows(container: Container, sizes: Mapping[str, int]) -> tuple[list[str], in
         room = part.interface
         n_inputs, n_outputs = len(_names(room.inputs)), len(_names(room.outputs))
         n_state = sizes[room.name]
-        rows.append(
-            f'    {{"{part.name}", &{room.name}_room, {at["parameters"]}, {at["inputs"]},'
-            f" {n_inputs}, {at['outputs']}, {n_outputs}, {at['state']}, {n_state}}},"
-        )
+        places = [at["parameters"], at["inputs"], n_inputs, at["outputs"], n_outputs]
+        numbers = ", ".join(map(str, [*places, at["state"], n_state]))
+        rows.append(f'    {{"{part.name}", &controller_{room.name}_room, {numbers}}},')
         at["parameters"] += len(_names(room.parameters))
         at["inputs"] += n_inputs
         at["outputs"] += n_outputs

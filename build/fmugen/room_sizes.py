@@ -20,8 +20,8 @@ size_t room_state(int k) {{
 """
 
 
-def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> dict[str, int]:
-    """Doubles that hold the state of each room; texts: the rooms' sources, by file name.
+def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> list[int]:
+    """Doubles that hold the state of each `<name>_room`; texts: the rooms' sources, by file name.
 
     The sizes hold where `size_t`, `int` and pointers are not larger than here; container.c
     refuses to start elsewhere. Raises BuildError when the compiler fails.
@@ -43,4 +43,4 @@ def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> 
         library.room_state.restype = ctypes.c_size_t
         bytes_ = [library.room_state(k) for k in range(len(rooms))]
     # whole doubles, sixteen bytes at least: no room's numbers share a line with the next one's
-    return {room: (size + 15) // 16 * 2 for room, size in zip(rooms, bytes_, strict=True)}
+    return [(size + 15) // 16 * 2 for size in bytes_]

@@ -114,6 +114,28 @@ def test_container_is_a_valid_fmu_that_builds_from_its_sources(
 
 
 @pytest.mark.slow
+def test_container_links_into_one_program_with_its_parts(
+    controller_ssp: Path, loop_ssp: Path, tmp_path: Path
+) -> None:
+    """As TwinCAT and Simulink Real-Time need it: no name is defined twice."""
+    with zipfile.ZipFile(loop_ssp) as archive:
+        archive.extractall(tmp_path, [n for n in archive.namelist() if n.endswith(".fmu")])
+    fmus = [controller_ssp.parent / "controller.fmu", *tmp_path.glob("resources/*.fmu")]
+    assert len(fmus) == 8
+    objects = []
+    for path in fmus:
+        folder = tmp_path / path.stem
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(folder, [n for n in archive.namelist() if n.startswith("sources/")])
+        names = sorted(p.name for p in (folder / "sources").glob("*.c"))
+        call = [*compiler(), "-std=c99", "-O0", "-c", "-fPIC", "-DFLEXHEX_STATIC", *names]
+        subprocess.run(call, cwd=folder / "sources", check=True)
+        objects += [str(folder / "sources" / n.replace(".c", ".o")) for n in names]
+    call = [*compiler(), "-shared", "-o", str(tmp_path / "all.so"), *objects, "-lm"]
+    subprocess.run(call, check=True)
+
+
+@pytest.mark.slow
 def test_same_input_gives_the_same_container(controller_ssp: Path, loop_ssp: Path) -> None:
     again = export_container(loop_ssp, loop_ssp.parent / "again")[0]
     assert again.read_bytes() == (controller_ssp.parent / "controller.fmu").read_bytes()
