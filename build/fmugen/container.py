@@ -144,9 +144,8 @@ def build_container(container: Container, out_dir: Path, cache: Path | None = No
         folder.mkdir()
         (folder / "step.c").write_text(STEP.read_text(encoding="utf-8"), encoding="utf-8")
         (folder / "README.md").write_text(_readme(container), encoding="utf-8")
-        return build_fmu(
-            container.interface, [], folder / "step.c", out_dir, container.base, objects, texts
-        )
+        step, base = folder / "step.c", container.base
+        return build_fmu(container.interface, [], step, out_dir, base, objects, more=texts)
 
 
 def _readme(container: Container) -> str:

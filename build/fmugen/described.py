@@ -62,7 +62,8 @@ def _variable(name: str, parts: Sequence[Any], sources: Mapping[str, tuple[str, 
     text = texts[0] if alike else texts[0].partition(": ")[0]
     units = tuple(r.get("unit", "") for r in reals)
     starts = [float(r.get("start", 0.0)) for r in reals]
-    nominal = real.get("nominal")
+    # where sizes differ they follow from the units
+    nominal = real.get("nominal") if len({r.get("nominal") for r in reals}) == 1 else None
     return Variable(
         name,
         cast(Causality, first.get("causality")),
