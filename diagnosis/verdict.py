@@ -89,7 +89,8 @@ class Gap:
 
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
     after: with what was found. repeat: the part of `before` that repeats between passes.
-    locked: the same four, the floor if they repeat, on runs that nothing was fitted to. torque: RMS of the torque itself.
+    locked: the same on runs that nothing was fitted to, with a floor if they repeat. torque: RMS
+    of the torque itself.
     """
 
     unit: str

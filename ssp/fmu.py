@@ -16,7 +16,7 @@ from typing import Any
 from fmus.common.errors import InterfaceError
 from ssp.xml import parse
 
-_TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def read_bytes(path: str | Path) -> bytes:
 
 
 def _variable(element: Any, file: str) -> FmuVariable:
-    kind = next((t for t in _TYPES if element.find(t) is not None), "")
+    kind = next((t for t in TYPES if element.find(t) is not None), "")
     typed = element.find(kind) if kind else None
     name, reference = element.get("name"), element.get("valueReference")
     if typed is None or name is None or reference is None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from fmus.common.errors import InterfaceError
@@ -77,6 +77,7 @@ class System:
     base: float = BASE_STEP
     plots: tuple[str, ...] = ()
     paths: tuple[tuple[str, ...], ...] = ()
+    routes: Mapping[tuple[str, str], tuple[float, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.components]
@@ -156,6 +157,21 @@ _LAYOUT: dict[str, tuple[str, Box]] = {
     "K": ("estimator", (280, 0, 180, 80)),
 }
 
+_ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
+    ("reference", "N_F"): (140,),
+    ("reference", "feedback"): (230,),
+    ("reference", "plant"): (120, 130, 530),
+    ("N_F", "F"): (320,),
+    ("K", "F"): (160, 300, 340),
+    ("F", "feedback"): (480, 282, 322),
+    ("feedback", "plant"): (510,),
+    ("plant", "feedback"): (690, 264, 342),
+    ("plant", "W"): (690,),
+    ("W", "N_E"): (510,),
+    ("N_E", "K"): (320,),
+    ("W", "K"): (540, -30, 300),
+}
+
 _CONNECTIONS = (
     ("reference.r", "N_F.theta"),
     ("reference.rd", "N_F.thetad"),
@@ -209,4 +225,4 @@ def hexapod(
         for v in c.interface.outputs
         if f"{c.name}.{v.name}" not in connected and v.name not in _NOT_PLOTTED
     )
-    return System(name, tuple(components), _CONNECTIONS, base, plots, _PATHS)
+    return System(name, tuple(components), _CONNECTIONS, base, plots, _PATHS, _ROUTES)

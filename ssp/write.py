@@ -18,8 +18,8 @@ from fmus.common.errors import InterfaceError
 from fmus.common.interface import Variable
 from ssp.delays import path_delay
 from ssp.fmu import Fmu, read_bytes, read_fmu
-from ssp.system import Component, System, unit_of
-from ssp.wiring import unknown
+from ssp.system import Box, Component, System, unit_of
+from ssp.wiring import Wire, unknown
 from ssp.xml import child, root, text_of
 
 _SSD_PREFIXES = ("ssd", "ssc", "ssv", "osp", "oms", "flexhex")
@@ -87,7 +87,7 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
         _component(elements, component, used[component.name])
     connections = child(top, "ssd:Connections")
     for wire in system.wires:
-        child(
+        connection = child(
             connections,
             "ssd:Connection",
             startElement=wire.source,
@@ -95,6 +95,7 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
             endElement=wire.target,
             endConnector=wire.input,
         )
+        _route(connection, system, wire, used)
     _geometry(top, system)
     _schedule(top, system)
     names = {unit for units in used.values() for unit in units.values()}
@@ -149,15 +150,45 @@ def _component(elements: Any, component: Component, used: Mapping[str, str]) -> 
 def _connectors(
     parent: Any, kind: str, x: float, variables: tuple[Variable, ...], used: Mapping[str, str]
 ) -> None:
-    """Connectors from top to bottom; the elements of an array share one place."""
+    for name, y in _heights(variables, used).items():
+        connector = child(parent, "ssd:Connector", name=name, kind=kind)
+        child(connector, "ssc:Real", unit=used[name])
+        child(connector, "ssd:ConnectorGeometry", x=repr(x), y=repr(y))
+
+
+def _heights(variables: tuple[Variable, ...], used: Mapping[str, str]) -> dict[str, float]:
+    """Connectors from top to bottom (1 to 0); the elements of an array share one place."""
     shown = [v for v in variables if any(name in used for name in v.scalar_names)]
-    for row, variable in enumerate(shown, start=1):
-        y = round(1 - row / (len(shown) + 1), 4)
-        for name in variable.scalar_names:
-            if name in used:
-                connector = child(parent, "ssd:Connector", name=name, kind=kind)
-                child(connector, "ssc:Real", unit=used[name])
-                child(connector, "ssd:ConnectorGeometry", x=repr(x), y=repr(y))
+    return {
+        name: round(1 - row / (len(shown) + 1), 4)
+        for row, variable in enumerate(shown, start=1)
+        for name in variable.scalar_names
+        if name in used
+    }
+
+
+def _route(
+    connection: Any, system: System, wire: Wire, used: Mapping[str, Mapping[str, str]]
+) -> None:
+    """Corners between the two connectors, which every reader knows by itself."""
+    source, target = system.component(wire.source), system.component(wire.target)
+    route = system.routes.get((wire.source, wire.target))
+    if not (route and source.box and target.box):
+        return
+    first = _heights(source.interface.outputs, used[wire.source])[wire.output]
+    last = _heights(target.interface.inputs, used[wire.target])[wire.input]
+    y = [_height(source.box, first), *map(float, route[1::2]), _height(target.box, last)]
+    corners = [(float(x), level) for k, x in enumerate(route[::2]) for level in y[k : k + 2]]
+    child(
+        connection,
+        "ssd:ConnectionGeometry",
+        pointsX=" ".join(repr(x) for x, _ in corners),
+        pointsY=" ".join(repr(level) for _, level in corners),
+    )
+
+
+def _height(box: Box, share: float) -> float:
+    return round(min(box[1], box[3]) + share * abs(box[3] - box[1]), 4)
 
 
 def _geometry(top: Any, system: System) -> None:

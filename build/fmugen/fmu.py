@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import casadi as ca
@@ -35,16 +35,18 @@ def build_fmu(
     base_step: float = 0.00025,
     cache: Path | None = None,
     platforms: Sequence[str] = (),
+    more: Mapping[str, str] | None = None,
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
     The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
     (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
     platforms: for which computers, as in `fmugen.platforms`; default: this one.
+    more: further sources by file name, compiled along.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """
     room, identifier = step_c.parent.name, interface.name
-    texts = _runtime()
+    texts = {**_runtime(), **(more or {})}
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
     texts[CONFIG] = sources.config(identifier)

@@ -1,0 +1,46 @@
+"""How large the states of rooms are: asked of the compiled rooms themselves."""
+
+from __future__ import annotations
+
+import ctypes
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from fmugen.compile import SMALL, compile_object, link_shared
+from fmugen.fmu import RUNTIME
+
+_PROBE_C = """#include "room.h"
+{externs}
+__attribute__((visibility("default"))) size_t room_state(int k);
+size_t room_state(int k) {{
+  const flexhex_room *rooms[] = {{{rooms}}};
+  return rooms[k]->state;
+}}
+"""
+
+
+def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> list[int]:
+    """Doubles that hold the state of each `<name>_room`; texts: the rooms' sources, by file name.
+
+    The sizes hold where `size_t`, `int` and pointers are not larger than here; container.c
+    refuses to start elsewhere. Raises BuildError when the compiler fails.
+    """
+    cache.mkdir(parents=True, exist_ok=True)
+    externs = "\n".join(f"extern const flexhex_room {room}_room;" for room in rooms)
+    listed = ", ".join(f"&{room}_room" for room in rooms)
+    files = {**texts, "room.h": (RUNTIME / "room.h").read_text(encoding="utf-8")}
+    files["probe.c"] = _PROBE_C.format(externs=externs, rooms=listed)
+    headers = "\0".join(text for name, text in sorted(files.items()) if name.endswith(".h"))
+    with tempfile.TemporaryDirectory(dir=cache) as folder:
+        work, objects = Path(folder), []
+        for name, text in files.items():
+            (work / name).write_text(text, encoding="utf-8")
+        for name in sorted(name for name in files if name.endswith(".c")):
+            seen = "" if name.endswith("_casadi.c") else headers
+            objects.append(compile_object(work / name, seen, cache, SMALL))
+        library = ctypes.CDLL(str(link_shared(objects, work / "probe.so").resolve()))
+        library.room_state.restype = ctypes.c_size_t
+        bytes_ = [library.room_state(k) for k in range(len(rooms))]
+    # whole doubles, sixteen bytes at least: no room's numbers share a line with the next one's
+    return [(size + 15) // 16 * 2 for size in bytes_]

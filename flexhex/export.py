@@ -1,0 +1,51 @@
+"""Command `export`: what other tools want of a .ssp, registered by `flexhex.cli`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fmus.common.errors import UsageError
+
+
+def export_command(
+    description: Annotated[Path, typer.Argument(metavar="SSP", help="system description (.ssp)")],
+    tool: Annotated[
+        str | None, typer.Option("--for", help="FMUs and wiring for cofmupy, maestro or osp")
+    ] = None,
+    container: Annotated[
+        bool, typer.Option("--container", help="controller.fmu, the whole controller as one FMU")
+    ] = False,
+    variables: Annotated[
+        bool, typer.Option("--variables", help="variables.csv, all variables of all FMUs")
+    ] = False,
+    diagram: Annotated[bool, typer.Option("--diagram", help="the system drawn, as SVG")] = False,
+    duration: Annotated[
+        float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's file [s]")
+    ] = 10.0,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="folder [default: export, beside the .ssp]")
+    ] = None,
+) -> None:
+    """Write what other tools want: their own wiring, one FMU of the controller, tables."""
+    from flexhex.export_container import export_container
+    from flexhex.export_diagram import export_diagram
+    from flexhex.export_variables import export_variables
+    from flexhex.export_wiring import export_wiring
+
+    folder = description.parent / "export" if out is None else out
+    written: list[Path] = []
+    if tool:
+        written += export_wiring(description, folder / tool, tool, duration)[-1:]
+    if container:
+        written += export_container(description, folder)
+    if variables:
+        written.append(export_variables([description], folder / "variables.csv"))
+    if diagram:
+        written.append(export_diagram(description, folder / f"{description.stem}.svg"))
+    if not written:
+        raise UsageError("nothing to export: add --for TOOL, --container, --variables or --diagram")
+    for path in written:
+        print(path)

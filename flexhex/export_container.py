@@ -1,0 +1,132 @@
+"""The controllers of a .ssp as one FMU, and the loop with it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+
+from fmugen.container import NAME, Container, Link, Part, build_container
+
+from fmus.common.errors import InterfaceError
+from fmus.common.interface import Variable
+from ssp.read import Package, read_ssp
+from ssp.system import Box, Component, System
+from ssp.write import write_ssp
+
+OUTSIDE = ("reference", "plant")
+"""Components that stay FMUs of their own."""
+SHOWN = ("F.tau_ff", "K.p")
+"""Outputs that the container shows although they only connect its parts."""
+_BOXES: dict[str, Box] = {
+    "reference": (0, 0, 100, 80),
+    NAME: (200, 0, 300, 80),
+    "plant": (400, 0, 500, 80),
+}
+
+
+_ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
+    ("reference", NAME): (150,),
+    ("reference", "plant"): (130, -30, 370),
+    (NAME, "plant"): (350,),
+    ("plant", NAME): (530, 110, 170),
+}
+
+
+def export_container(path: Path, out: Path) -> list[Path]:
+    """`out/controller.fmu` and `out/hexapod-controller.ssp`, the loop with it.
+
+    Parameter values are those of the FMUs in the .ssp. Raises InterfaceError when the .ssp
+    holds FMUs of other makers or lacks the reference or the plant.
+    """
+    package = read_ssp(path)
+    container = container_of(package)
+    out.mkdir(parents=True, exist_ok=True)
+    built = build_container(container, out, out / "cache")
+    system = system_around(package, container)
+    for instance in package.instances:
+        if instance.name in OUTSIDE:
+            (out / Path(instance.source).name).write_bytes(package.fmus[instance.source])
+    return [built, write_ssp(system, out, out / f"{package.path.stem}-{NAME}.ssp")]
+
+
+def container_of(
+    package: Package, outside: Sequence[str] = OUTSIDE, shown: Sequence[str] = SHOWN
+) -> Container:
+    """All components but those outside; InterfaceError when one of these is not there.
+
+    It shows what leaves it under the plain name (`tau`), and with the part's name in front
+    (`feedback_e`) what nothing takes and what is in `shown`.
+    """
+    there = [i.name for i in package.instances]
+    missing = [name for name in outside if name not in there]
+    if missing or len(there) == len(outside):
+        what = missing[0] if missing else "a controller"
+        raise InterfaceError(f"{package.path}: has no component {what!r}: is it a hexapod.ssp?")
+    parts = tuple(
+        Part(i.name, package.fmus[i.source]) for i in package.instances if i.name not in outside
+    )
+    links, inputs = _inside(package, parts)
+    outputs = {}
+    for part in parts:
+        for variable in part.interface.outputs:
+            names = variable.scalar_names
+            takers = {
+                w.target for w in package.wires if w.source == part.name and w.output in names
+            }
+            leaves, own = bool(takers & {*outside}), f"{part.name}_{variable.name}"
+            if leaves or not takers or f"{part.name}.{variable.name}" in shown:
+                outputs[variable.name if leaves else own] = (part.name, variable.name)
+    text = "Controller: feedforward, feedback, filter, kinematics and estimator as one [SH, Fig. 3]"
+    return Container(parts, links, inputs, outputs, text, package.base)
+
+
+def _inside(
+    package: Package, parts: tuple[Part, ...]
+) -> tuple[tuple[Link, ...], tuple[Variable, ...]]:
+    """Links into the parts, and the inputs that come from outside, named as their source."""
+    names, links = {p.name for p in parts}, []
+    inputs: dict[str, Variable] = {}
+    for wire in (w for w in package.wires if w.target in names):
+        outside = wire.source not in names
+        links.append(Link(None if outside else wire.source, wire.output, wire.target, wire.input))
+        if outside:
+            part = next(p for p in parts if p.name == wire.target)
+            array = wire.input.partition("[")[0]
+            found = next(v for v in part.interface.inputs if v.name == array)
+            name = wire.output.partition("[")[0]
+            known = inputs.get(name, dataclasses.replace(found, name=name))
+            inputs[name] = dataclasses.replace(
+                known, min=max(known.min, found.min), max=min(known.max, found.max)
+            )
+    return tuple(links), tuple(inputs.values())
+
+
+def system_around(package: Package, container: Container) -> System:
+    """Reference, container, plant."""
+    rooms = {
+        i.name: Part(i.name, package.fmus[i.source]).interface
+        for i in package.instances
+        if i.name in OUTSIDE
+    }
+    sources = {i.name: Path(i.source).name for i in package.instances}
+    components = tuple(
+        Component(name, rooms.get(name, container.interface), sources.get(name, ""), box)
+        for name, box in _BOXES.items()
+    )
+    inside = {p.name for p in container.parts}
+    pairs: dict[tuple[str, str], None] = {}
+    for wire in package.wires:
+        if wire.target in inside and wire.source not in inside:
+            pairs[f"{wire.source}.{wire.output}", f"{NAME}.{wire.output}"] = None
+        elif wire.target not in inside:
+            source = NAME if wire.source in inside else wire.source
+            pairs[f"{source}.{wire.output}", f"{wire.target}.{wire.input}"] = None
+    connected = {start.partition("[")[0] for start, _ in pairs}
+    plots = tuple(
+        f"{c.name}.{v.name}"
+        for c in components
+        for v in c.interface.outputs
+        if f"{c.name}.{v.name}" not in connected and not v.name.endswith("p_std")
+    )
+    return System(package.path.stem, components, tuple(pairs), package.base, plots, routes=_ROUTES)

@@ -1,0 +1,37 @@
+"""An FMU's modelDescription.xml says all that its interface did."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+from fmugen.described import interface_of
+from fmugen.description import model_description
+from fmugen.rooms import ROOMS
+from lxml import etree
+
+from fmus.common.errors import InterfaceError
+from ssp.system import BASE_STEP
+
+
+def description_of(path: Path) -> bytes:
+    """modelDescription.xml of an FMU."""
+    with zipfile.ZipFile(path) as archive:
+        return archive.read("modelDescription.xml")
+
+
+@pytest.mark.parametrize("room", [*ROOMS, "machine"])
+def test_interface_read_back_writes_the_same_description(fmu_dir: Path, room: str) -> None:
+    text = description_of(fmu_dir / f"{room}.fmu")
+    root = etree.fromstring(text)
+    sources = [str(f.get("name")) for f in root.iterfind(".//SourceFiles/File")]
+    again = model_description(interface_of(text, room), BASE_STEP, str(root.get("guid")), sources)
+    assert again == text
+
+
+def test_foreign_and_broken_descriptions_are_refused() -> None:
+    with pytest.raises(InterfaceError, match=r"other.fmu: written by 'Other', not by flexhex"):
+        interface_of(b"<fmiModelDescription generationTool='Other'/>", "other.fmu")
+    with pytest.raises(InterfaceError, match=r"other.fmu: not valid XML"):
+        interface_of(b"<fmiModelDescription>", "other.fmu")
