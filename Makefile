@@ -4,11 +4,12 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help run quick build test test-all golden fuzz check format bench clean lock
+.PHONY: help run quick missing build test test-all golden fuzz check format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
 	@echo "make quick     the same on a short trajectory"
+	@echo "make missing   what the model lacks: found from logs, added, shown (minutes)"
 	@echo "make test      the tests (slow suites sampled)"
 	@echo "make test-all  every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
@@ -31,6 +32,9 @@ run: $(READY)
 
 quick: $(READY)
 	$(BIN)/flexhex run --quick
+
+missing: $(READY)
+	$(BIN)/flexhex run --only missing
 
 build: $(READY)
 	$(BIN)/flexhex build

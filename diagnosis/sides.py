@@ -199,15 +199,15 @@ def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> l
 
 
 def _common_lag(path: PathBase, runs: Sequence[Run]) -> float:
-    """Time [s] by which the drives' reports lag behind the commands, the median of the axes.
+    """Time [s] by which the drives' reports lag behind the commands, on the quickest axis.
 
-    The current loop and the logger make it; an axis that lags more has an effect. Found between
-    passes like all else: the noise of a command would make it shorter.
+    The current loop and the logger make it; an axis that lags more has an effect, and several
+    may. Found between passes like all else: the noise of a command would make it shorter.
     """
     there = calibrate(path, blocks(path, driven(runs, 0.0), path.spacing))
     bench = Bench(there, compiled(path.n, {"drive_lag": library()["drive_lag"]}))
     falls = [there.regression.fall(bench.columns("drive_lag", i, {})) for i in range(path.n)]
-    return float(np.median([beta[0] for _, beta in falls]))
+    return float(min(beta[0] for _, beta in falls))
 
 
 def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:

@@ -62,7 +62,7 @@ def run(
     quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
     only: Annotated[
         str | None,
-        typer.Option(help="table, repeatability, hysteresis, payload or parameters alone"),
+        typer.Option(help="table, repeatability, hysteresis, payload, parameters or missing alone"),
     ] = None,
     json: AsJson = False,
 ) -> None:

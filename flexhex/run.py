@@ -141,7 +141,7 @@ def study(
 def chosen(only: str | None, quick: bool) -> list[str]:
     """What a run does, `table` first."""
     if only is None:
-        return [TABLE] if quick else [TABLE, *EXPERIMENTS]
+        return [TABLE] if quick else [TABLE, *(e.name for e in EXPERIMENTS.values() if not e.asked)]
     if only != TABLE:
         experiment(only)
     return [only]

@@ -1,4 +1,4 @@
-"""Experiments of the paper beyond Table I, each one module and one part of the report.
+"""Experiments beyond Table I, each one module and one part of the report.
 
 An experiment is a module with `run(builder, fit, progress, command, quick)`, `rows(result)` and
 `figures(result)`, and a fragment `<name>.html.j2` that shows them.
@@ -11,7 +11,14 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from flexhex.experiments import estimates, estimates_view, hysteresis, payload, repeatability
+from flexhex.experiments import (
+    estimates,
+    estimates_view,
+    hysteresis,
+    missing,
+    payload,
+    repeatability,
+)
 from flexhex.plots import Figure
 from fmus.common.errors import UsageError
 
@@ -19,13 +26,15 @@ from fmus.common.errors import UsageError
 @dataclass(frozen=True)
 class Experiment:
     """One experiment. run(builder, fit, progress, command, quick) -> its result, which
-    `figures` (by the id of their place) and `rows` turn into plots and a table."""
+    `figures` (by the id of their place) and `rows` turn into plots and a table. asked: it takes
+    minutes, so it runs only when it is named."""
 
     name: str
     title: str
     run: Callable[..., Any]
     figures: Callable[[Any], dict[str, Figure]]
     rows: Callable[[Any], list[dict[str, Any]]]
+    asked: bool = False
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -54,6 +63,14 @@ EXPERIMENTS: dict[str, Experiment] = {
             estimates.run,
             estimates_view.figures,
             estimates_view.rows,
+        ),
+        Experiment(
+            "missing",
+            "What the model lacks",
+            missing.run,
+            missing.figures,
+            missing.rows,
+            asked=True,
         ),
     )
 }

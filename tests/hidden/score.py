@@ -25,7 +25,7 @@ VERDICTS = ("named", "set", "changed", "unknown", "none")
 LARGEST_SET = 3
 FAMILIES = {
     "payload": ("end_effector", "payload"),
-    "stiffness": ("flexures", "k_u", "k_s", "stiffness"),
+    "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
     "offset": ("actuator.o", "offset"),
     "damping": ("actuator.d", "damping"),
 }

@@ -53,10 +53,17 @@ class CoulombFriction(DryFriction):
 
 
 class StribeckFriction(DryFriction):
-    """F_s exp(-(thetad / v_s)^2) z_0: what friction has more when slow."""
+    """(F_c + F_s exp(-(thetad / v_s)^2)) z_0: friction that is larger when slow.
+
+    A contact with a breakaway torque has a friction torque too, so both are one effect; without
+    F_s it is Coulomb's.
+    """
 
     id, title, acts_on = "stribeck_friction", "Stribeck friction", "torque"
-    gains = (Gain("F_s", "N m", 0.02, 0.0, 5.0, "breakaway torque beyond Coulomb's"),)
+    gains = (
+        Gain("F_c", "N m", 0.02, 0.0, 5.0, "friction torque when fast"),
+        Gain("F_s", "N m", 0.02, 0.0, 5.0, "breakaway torque beyond it"),
+    )
     shapes = (
         Shape("v_s", "rad/s", 1e-3, 0.3, 0.05, (0.01, 0.03, 0.1), "Stribeck rate"),
         PRESLIDING,
@@ -67,7 +74,7 @@ class StribeckFriction(DryFriction):
     spec = Experiment("triangle", {"speed": 0.02, "amplitude": 0.1})
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return ca.exp(-((s.thetad / shape["v_s"]) ** 2)) * state
+        return ca.vertcat(state, ca.exp(-((s.thetad / shape["v_s"]) ** 2)) * state)
 
 
 class QuadraticDrag(Effect):
