@@ -31,11 +31,15 @@ TURN = 1e-5
 
 @dataclass(frozen=True)
 class Compiled:
-    """An effect's columns, and its states if it has any, for samples of a log."""
+    """An effect's columns, and its states if it has any, for samples of a log.
+
+    alone: what the other axes do has no part in it, so it takes the signals of its own axis.
+    """
 
     effect: Effect
     columns: RowFunction
     along: ScanFunction | None
+    alone: bool = False
 
     @property
     def searched(self) -> list[Shape]:
@@ -70,7 +74,8 @@ def compiled(
             strict=True,
         )
     )
-    return [Compiled(e, c, along.get(e.id)) for e, c in zip(chosen, columns, strict=True)]
+    pairs = zip(chosen, columns, strict=True)
+    return [Compiled(e, c, along.get(e.id), _is_alone(e, n)) for e, c in pairs]
 
 
 class Bench:
@@ -80,7 +85,7 @@ class Bench:
         """across: time goes on from run to run instead of starting anew."""
         self.made, self.n, self.across = made, made.base.n, across
         self.effects = {c.effect.id: c for c in effects}
-        self._turn: tuple[int, list[Array]] = (-1, [])
+        self._turn: tuple[int, list[Array], list[Array]] = (-1, [], [])
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
 
     @cached_property
@@ -129,18 +134,19 @@ class Bench:
         if name not in self.effects:
             return [values[name] for values in self._whole]
         item = self.effects[name]
-        raw = [self._raw(item, shape, inputs) for inputs in self._inputs(axis)]
+        raw = [self._raw(item, shape, inputs) for inputs in self._inputs(axis, item.alone)]
         if item.effect.acts_on == "measurement":
             return [self._turned(k, axis, values) for k, values in enumerate(raw)]
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
 
-    def _inputs(self, axis: int) -> list[Array]:
-        """Signals (samples, 6 + 6 n) of each block: of the axis, then of all."""
+    def _inputs(self, axis: int, alone: bool) -> list[Array]:
+        """Signals of each block: of the axis (samples, 6), then of all unless `alone`."""
         if self._turn[0] != axis:
             every = [s.reshape(len(s), -1) for s in self.signals]
-            own = [s[:, axis] for s in self.signals]
-            self._turn = axis, [np.hstack(pair) for pair in zip(own, every, strict=True)]
-        return self._turn[1]
+            own = [np.ascontiguousarray(s[:, axis]) for s in self.signals]
+            both = [np.hstack(pair) for pair in zip(own, every, strict=True)]
+            self._turn = axis, own, both
+        return self._turn[1] if alone else self._turn[2]
 
     def _raw(self, item: Compiled, shape: Mapping[str, float], inputs: Array) -> Array:
         count = len(inputs)
@@ -251,17 +257,33 @@ def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
     return {shape.name: symbol[k] for k, shape in enumerate(effect.shapes)}
 
 
-def _columns(effect: Effect, n: int) -> ca.Function:
+def _is_alone(effect: Effect, n: int) -> bool:
+    """Whether neither columns nor states depend on other axes."""
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
+    shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
+    then = effect.advance(_signals(n, u), _signals(n, u), state, shape, ca.SX.sym("Ts"))
+    found = ca.vertcat(effect.columns(_signals(n, u), state, shape), then)
+    return not any(ca.which_depends(found, u[N_SIGNAL:]))
+
+
+def _columns(effect: Effect, n: int) -> ca.Function:
+    size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
+    u, state = ca.SX.sym("u", size), ca.SX.sym("state", max(1, len(effect.states)))
     shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
-    values = effect.columns(_signals(n, u), state, _shape(effect, shape))
+    values = effect.columns(_signals(n, _wide(u, n)), state, _shape(effect, shape))
     return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
 
 
 def _advance(effect: Effect, n: int) -> ca.Function:
-    before, now = ca.SX.sym("before", N_SIGNAL * (n + 1)), ca.SX.sym("now", N_SIGNAL * (n + 1))
+    size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
+    before, now = ca.SX.sym("before", size), ca.SX.sym("now", size)
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
-    a, b = _signals(n, before), _signals(n, now)
+    a, b = (_signals(n, _wide(u, n)) for u in (before, now))
     step = b.time - a.time
     following = effect.advance(a, b, state, _shape(effect, fixed), step)
     return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])
+
+
+def _wide(u: ca.SX, n: int) -> ca.SX:
+    """Signals of all axes, zeros where nobody looks at them."""
+    return ca.vertcat(u, ca.SX.zeros(N_SIGNAL * (n + 1) - u.numel()))

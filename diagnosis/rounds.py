@@ -28,6 +28,8 @@ LEAST_SHARE, LEAST_FIRST = 0.12, 0.04
 is left in its round, and of what was there at first."""
 SMALLEST = 0.0015
 """Smallest effect that is worth naming, RMS relative to the torque's."""
+LEAST_KIN = 0.5
+"""The same of what is left, beside an effect with which the library confuses it."""
 NEAR, CLOSE = 0.9, 0.7
 """A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
 T_APART = 2.5
@@ -72,7 +74,8 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     first = unexplained(bench.made, regression)
     while len(rounds) < ROUNDS:
         say(f"effects, round {len(rounds) + 1}")
-        found = one_round(bench, regression, first)
+        known = [part for r in rounds if r.chosen for part in r.chosen.parts]
+        found = one_round(bench, regression, first, known)
         rounds.append(found)
         ids = {r.chosen.id for r in rounds if r.chosen}
         if found.chosen is None or len(ids) > MOST:
@@ -81,10 +84,12 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
     return rounds
 
 
-def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
+def one_round(
+    bench: Bench, regression: Regression, first: Array, known: Sequence[Scored] = ()
+) -> Round:
     """Score all candidates beside the columns of a regression, and choose.
 
-    first (n,): what repeated before the first round.
+    first (n,): what repeated before the first round; known: what was found since.
     """
     energy = unexplained(bench.made, regression)
     count = _count(bench)
@@ -107,7 +112,7 @@ def one_round(bench: Bench, regression: Regression, first: Array) -> Round:
     large = [
         Found(found.id, kept, ())
         for found in tried
-        if (kept := _major([p for p in found.parts if _large(bench, p, energy, first)]))
+        if (kept := _major([p for p in found.parts if _large(bench, p, energy, first, known)]))
     ]
     chosen = None
     if large:
@@ -186,8 +191,14 @@ def _outside(found: Found) -> float:
     return sum(part.gain.outside for part in found.parts)
 
 
-def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
-    """Whether an effect on an axis is large enough to be named."""
+def _large(
+    bench: Bench, part: Scored, energy: Array, first: Array, known: Sequence[Scored]
+) -> bool:
+    """Whether an effect on an axis is large enough to be named.
+
+    What the library confuses with an effect already found there must explain most of what is
+    left: else it makes up for a form that nature does not quite have.
+    """
     made = bench.made
     axes = list(range(bench.n)) if part.axis is None else [part.axis]
     rows = len(made.regression.y) / bench.n * len(axes)
@@ -197,8 +208,17 @@ def _large(bench: Bench, part: Scored, energy: Array, first: Array) -> bool:
         return False
     if not made.between:  # the noise itself is among what is left
         return True
-    shares = LEAST_SHARE * energy[axes].sum(), LEAST_FIRST * first[axes].sum()
+    least = LEAST_KIN if any(_kin(bench, part, other) for other in known) else LEAST_SHARE
+    shares = least * energy[axes].sum(), LEAST_FIRST * first[axes].sum()
     return bool(gained > max(shares))
+
+
+def _kin(bench: Bench, part: Scored, other: Scored) -> bool:
+    """Whether two effects on an axis are another, and confused by their own definitions."""
+    mine, its = bench.effects.get(part.id), bench.effects.get(other.id)
+    if mine is None or its is None or part.axis != other.axis or part.id == other.id:
+        return False
+    return other.id in mine.effect.confused_with or part.id in its.effect.confused_with
 
 
 def _is_rival(winner: Found, other: Found) -> bool:

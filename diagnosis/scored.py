@@ -17,6 +17,8 @@ PROMISING = 25.0
 """Fall of the sum of squares below which a candidate is not looked at any further."""
 CONTENDER = 0.4
 """Candidates with less than this share of the best fall on their axis are left at that."""
+GIVE_UP = 3
+"""Candidates in a row that may explain nothing outside their own trajectory."""
 REFINE, STARTS = 3, 3
 """Halvings of the grid's distances, from so many points of it."""
 AS_WELL, STARTS_AGAIN = 0.97, 6
@@ -43,10 +45,12 @@ def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scor
         first = grid[0][1]
         stacked = np.hstack([columns.values for _, columns in grid])
         falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
-    best, found = 0.0, []
+    best, found = 0.0, list[Scored]()
     for name, values in sorted(falls.items(), key=lambda item: -float(item[1].max())):
         # what falls where fitted alone sets no measure: many shapes fit chance
         if values.max() < max(PROMISING, CONTENDER * best):
+            break
+        if best <= 0 and len(found) == GIVE_UP:
             break
         scored = _scored(bench, regression, (name, axis), values)
         best = max(best, scored.gain.outside)

@@ -21,6 +21,9 @@ def export_command(
     variables: Annotated[
         bool, typer.Option("--variables", help="variables.csv, all variables of all FMUs")
     ] = False,
+    platform: Annotated[
+        str | None, typer.Option("--platform", help="computers of controller.fmu, as in `build`")
+    ] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="the system drawn, as SVG")] = False,
     duration: Annotated[
         float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's file [s]")
@@ -30,6 +33,8 @@ def export_command(
     ] = None,
 ) -> None:
     """Write what other tools want: their own wiring, one FMU of the controller, tables."""
+    from fmugen.platforms import wanted
+
     from flexhex.export_container import export_container
     from flexhex.export_diagram import export_diagram
     from flexhex.export_variables import export_variables
@@ -40,7 +45,7 @@ def export_command(
     if tool:
         written += export_wiring(description, folder / tool, tool, duration)[-1:]
     if container:
-        written += export_container(description, folder)
+        written += export_container(description, folder, wanted(platform) if platform else ())
     if variables:
         written.append(export_variables([description], folder / "variables.csv"))
     if diagram:

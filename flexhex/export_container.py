@@ -33,16 +33,17 @@ _ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
 }
 
 
-def export_container(path: Path, out: Path) -> list[Path]:
+def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> list[Path]:
     """`out/controller.fmu` and `out/hexapod-controller.ssp`, the loop with it.
 
+    platforms: for which computers the one FMU is built, as in `fmugen.platforms`.
     Parameter values are those of the FMUs in the .ssp. Raises InterfaceError when the .ssp
     holds FMUs of other makers or lacks the reference or the plant.
     """
     package = read_ssp(path)
     container = container_of(package)
     out.mkdir(parents=True, exist_ok=True)
-    built = build_container(container, out, out / "cache")
+    built = build_container(container, out, out / "cache", platforms)
     system = system_around(package, container)
     for instance in package.instances:
         if instance.name in OUTSIDE:

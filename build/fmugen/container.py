@@ -11,7 +11,7 @@ import io
 import re
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -129,8 +129,13 @@ class Container:
         return dataclasses.replace(found, name=name, description=text, initial_from=sources)
 
 
-def build_container(container: Container, out_dir: Path, cache: Path | None = None) -> Path:
-    """Build `out_dir/controller.fmu`; raises BuildError and InterfaceError as build_fmu does."""
+def build_container(
+    container: Container,
+    out_dir: Path,
+    cache: Path | None = None,
+    platforms: Sequence[str] = (),
+) -> Path:
+    """Build `out_dir/controller.fmu`; platforms and what it raises as in build_fmu."""
     texts: dict[str, str] = {}
     for part in container.parts:
         texts |= part.texts
@@ -145,7 +150,9 @@ def build_container(container: Container, out_dir: Path, cache: Path | None = No
         (folder / "step.c").write_text(STEP.read_text(encoding="utf-8"), encoding="utf-8")
         (folder / "README.md").write_text(_readme(container), encoding="utf-8")
         step, base = folder / "step.c", container.base
-        return build_fmu(container.interface, [], step, out_dir, base, objects, more=texts)
+        return build_fmu(
+            container.interface, [], step, out_dir, base, objects, platforms, more=texts
+        )
 
 
 def _readme(container: Container) -> str:

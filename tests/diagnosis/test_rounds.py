@@ -40,10 +40,12 @@ class Bench:
     n: int = N
     whole: list[str] = field(default_factory=list)
     freer: tuple[str, ...] = ()
+    confused: tuple[str, ...] = ()
 
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
-        effect = SimpleNamespace(gains=[SimpleNamespace(low=self.low, high=np.inf)])
+        gains = [SimpleNamespace(low=self.low, high=np.inf)]
+        effect = SimpleNamespace(gains=gains, confused_with=self.confused)
         item = SimpleNamespace(effect=effect, shapes=[{}], searched=[], freedom=1)
         freer = SimpleNamespace(**{**vars(item), "freedom": 2})
         return {name: freer if name in self.freer else item for name in self.drawn}
@@ -126,6 +128,14 @@ def test_freer_effect_that_explains_less_is_no_rival() -> None:
     chosen = search(made)[0].chosen
     assert chosen is not None
     assert (chosen.id, chosen.rivals) == ("two", ("one",))
+
+
+def test_kin_of_what_was_found_must_explain_most_of_what_is_left() -> None:
+    """The second explains 0.36 of what the first one leaves; a third is in no library."""
+    made = bench({("one", 0): 1.2, ("two", 0): 0.3, ("three", 0): 0.4})
+    made = replace(made, drawn={name: made.drawn[name] for name in ("one", "two")})
+    assert chosen(search(made)) == [("one", (0,)), ("two", (0,))]
+    assert chosen(search(replace(made, confused=("one", "two")))) == [("one", (0,))]
 
 
 def test_column_that_explains_far_less_is_no_rival() -> None:
