@@ -32,6 +32,8 @@ LEAST_KIN = 0.5
 """The same of what is left, beside an effect with which the library confuses it."""
 NEAR, CLOSE = 0.9, 0.7
 """A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
+EDGE = 0.01
+"""Relative distance from a bound within which a shape wants to leave it."""
 T_APART = 2.5
 """t at which two effects' gains differ from second to second."""
 TIE = 0.98
@@ -146,12 +148,18 @@ def _plausible(bench: Bench, winner: Found, other: Found) -> bool:
     """Whether another effect may be a rival at all.
 
     One that needs more freedom to explain less only imitates, like a slow harmonic that follows
-    any curved stiffness.
+    any curved stiffness; so does one whose shape would have to leave its bounds.
     """
     mine, its = bench.effects.get(winner.id), bench.effects.get(other.id)
-    if mine is None or its is None:
+    if mine is None or its is None or _outside(other) > _outside(winner):
         return True
-    return its.freedom <= mine.freedom or _outside(other) > _outside(winner)
+    edge = any(
+        not s.low * (1 + EDGE) < part.shape[s.name] < s.high * (1 - EDGE)
+        for part in other.parts
+        for s in its.searched
+        if s.low > 0
+    )
+    return its.freedom <= mine.freedom and not edge
 
 
 def unexplained(made: Calibrated, regression: Regression) -> Array:

@@ -39,6 +39,17 @@ def text(old: str, new: str, member: str = XML, count: int = 1) -> Change:
     return change
 
 
+def cut(start: str, end: str, member: str = XML) -> Change:
+    """Leave out a text of a member, from its start to its end; it must be there."""
+
+    def change(files: Files) -> None:
+        first = files[member].index(start.encode())
+        last = files[member].index(end.encode(), first) + len(end)
+        files[member] = files[member][:first] + files[member][last:]
+
+    return change
+
+
 def without(member: str) -> Change:
     """Leave a member out; it must be there."""
 

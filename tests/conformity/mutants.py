@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from tests.conformity.archives import XML, Change, Files, rebuilt, text, without
+from tests.conformity.archives import XML, Change, Files, cut, rebuilt, text, without
 
 SO = "binaries/linux64/toy.so"
 SSD = "SystemStructure.ssd"
@@ -261,10 +261,9 @@ BINARY: Mutants = {
 
 SYSTEM: Mutants = {
     "input unfed": (
-        text(
-            '<ssd:Connection startElement="reference" startConnector="payload" endElement="plant"'
-            ' endConnector="payload"/>',
-            "",
+        cut(
+            '<ssd:Connection startElement="reference" startConnector="payload" endElement="plant"',
+            "</ssd:Connection>",
             SSD,
         ),
         "plant.payload: fed by nothing",

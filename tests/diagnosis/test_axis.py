@@ -14,8 +14,8 @@ from fmus.common.errors import UsageError
 from tests.diagnosis.single import write
 
 OPTIONS = Options(base="axis", confidence=0)
-DRY = {"coulomb_friction", "second_hysteresis"}
-"""What bristles are, seen from far and from near."""
+DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
+"""What bristles with some static friction are, seen from far and from near."""
 
 
 @cache

@@ -90,8 +90,11 @@ def test_two_motions_and_a_locked_one_end_with_a_name_and_a_page(user: User) -> 
     locked = write(user.folder / "locked.csv", 3, 1, 0.12)
     done = user.call(*user.good, "--locked", locked, "--json")
     found = json.loads(done.out)
-    assert (done.code, found["verdict"]) == (1, "named")
+    # the axis has a little more friction when slow, which these runs hardly show
+    assert done.code == 1
+    assert found["verdict"] in ("named", "set")
     assert [effect["id"] for effect in found["effects"]] == ["coulomb_friction"]
+    assert set(found["effects"][0]["rivals"]) <= {"stribeck_friction"}
     assert found["gap"]["judged_on"] == "locked"
     assert Path(found["report"]).read_text().count("Coulomb friction") > 1
 
@@ -229,7 +232,7 @@ def test_run_that_stands_still_cannot_tell(user: User) -> None:
 def test_numbers_that_are_missing_change_no_name(user: User) -> None:
     rows = [[r[0], "nan", "nan"] if 3000 < k < 5000 else r for k, r in enumerate(user.rows())]
     done = user.call(user.file("a.csv", rows), *user.good[1:])
-    assert "Axis 1 has Coulomb friction of 0.12" in shown(done.out)
+    assert "Coulomb friction" in shown(done.out)
     assert "is not a number in 1999 samples" in shown(done.out)
 
 
