@@ -39,7 +39,7 @@ def text(old: str, new: str, member: str = XML, count: int = 1) -> Change:
     return change
 
 
-def cut(start: str, end: str, member: str = XML) -> Change:
+def passage_out(start: str, end: str, member: str = XML) -> Change:
     """Leave out a text of a member, from its start to its end; it must be there."""
 
     def change(files: Files) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from tests.conformity.archives import XML, Change, Files, cut, rebuilt, text, without
+from tests.conformity.archives import XML, Change, Files, passage_out, rebuilt, text, without
 
 SO = "binaries/linux64/toy.so"
 SSD = "SystemStructure.ssd"
@@ -261,7 +261,7 @@ BINARY: Mutants = {
 
 SYSTEM: Mutants = {
     "input unfed": (
-        cut(
+        passage_out(
             '<ssd:Connection startElement="reference" startConnector="payload" endElement="plant"',
             "</ssd:Connection>",
             SSD,
