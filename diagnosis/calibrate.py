@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from diagnosis.base import Base, Known
 from diagnosis.blocks import Block, torque_at
+from diagnosis.layout import Layout
 from diagnosis.noise import Noise, alike, rings, settled, whiten
-from diagnosis.regression import Layout, Regression
+from diagnosis.regression import Regression
 
 Array = NDArray[np.float64]
 LOOSE = 2.0

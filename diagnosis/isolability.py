@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from diagnosis.bases import base_of
 from diagnosis.blocks import Run, Signal, blocks
 from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.candidates import Bench, compiled
+from diagnosis.candidates import Bench
+from diagnosis.compiled import compiled
 from diagnosis.logs import Log
 from diagnosis.noise import ORDER, Noise
 from diagnosis.regression import ABSORBED, Columns, Regression

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench, Compiled, compiled
+from diagnosis.candidates import Bench
+from diagnosis.compiled import Compiled, compiled
 from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of

@@ -21,8 +21,8 @@ from diagnosis.base import Base
 from diagnosis.bases import base_of
 from diagnosis.blocks import Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import compiled
 from diagnosis.changed import changes
+from diagnosis.compiled import compiled
 from diagnosis.confusion import confusion
 from diagnosis.fit import calibrate
 from diagnosis.guard import POOR, poor_axes, strange_axes
@@ -88,7 +88,9 @@ def diagnose(
         return _cannot_tell(base, runs, trouble, findings, names)
     progress("fitting the base model", 1, 5)
     spacing = spacing_for(base, runs, MOST_ROWS)
-    made = calibrate(base, blocks(base, runs, spacing))
+    # logs in other units than they say end in numbers beyond all bounds, and are told of below
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = calibrate(base, blocks(base, runs, spacing))
     poor = poor_axes(made, made.residual(made.regression.q)) if base.complete else []
     if poor:
         axes = ", ".join(str(i + 1) for i in poor)

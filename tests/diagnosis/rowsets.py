@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.regression import Layout, Regression
+from diagnosis.layout import Layout
+from diagnosis.regression import Regression
 
 Array = NDArray[np.float64]
 INSTANTS, CLUSTER, TRAJECTORIES = 600, 20, 2
