@@ -218,7 +218,9 @@ def test_ctrl_c_keeps_finished_runs_and_leaves_no_traceback(out: Path, tmp_path:
     pipes["preexec_fn"] = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     running = subprocess.Popen(words, env=env, start_new_session=True, **pipes)
     end = time.monotonic() + 60
-    while not store.exists() and running.poll() is None and time.monotonic() < end:
+    # a file is there an instant before its first line is
+    while not (store.exists() and store.stat().st_size) and running.poll() is None:
+        assert time.monotonic() < end
         time.sleep(0.02)
     os.killpg(running.pid, signal.SIGINT)
     _, stderr = running.communicate(timeout=60)
