@@ -17,26 +17,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
-
 from benchmarks.showcase_machines import NEAR, SEEN_AS, drawn, write_machine
 from diagnosis.workflow import Options, diagnose
 from flexhex.build import Builder
 from flexhex.cases import table_cases
+from flexhex.experiments.missing import CHANNELS, FITTED, LOCKED, PASSES, SECONDS, write_log
 from flexhex.rebuild import rebuild
 from fmus.common.machine_file import read_toml, truth_file
 from fmus.common.parameters import base_parameters
 from ssp.executor import run
 
 DEFAULT = Path("machines/tflex.toml")
-SECONDS = 12.0
-FITTED, LOCKED, PASSES = ("a", "b", "c"), ("z",), (1, 2)
-CHANNELS = {
-    "theta": ("plant.theta", "rad"),
-    "tau_meas": ("plant.tau_meas", "N m"),
-    "tau": ("feedback.tau", "N m"),
-    "r": ("reference.r", "rad"),
-}
 Line = dict[str, Any]
 
 
@@ -61,15 +52,7 @@ def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[P
             }
             signals = tuple(signal for signal, _ in CHANNELS.values())
             result = run(description, fixed.duration, signals=signals, parameters=seeds)
-            path, partial = out / f"{trajectory}{number}.h5", out / "partial"
-            with h5py.File(partial, "w") as file:
-                file["time"] = result.time("plant.theta")
-                file["time"].attrs["unit"] = "s"
-                for name, (signal, unit) in CHANNELS.items():
-                    file[name] = result[signal]
-                    file[name].attrs["unit"] = unit
-                file.attrs.update({"run": path.stem, "trajectory": trajectory, "pass": str(number)})
-            partial.rename(path)
+            write_log(result, out / f"{trajectory}{number}.h5", trajectory, number)
     return names[0], names[1]
 
 

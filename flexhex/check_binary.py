@@ -94,8 +94,8 @@ def _dependencies(subject: Subject, part: str) -> dict[str, list[str] | None]:
     return found
 
 
-def _tried(plan: dict[str, Any]) -> list[str]:
-    """Run the child; a crash or a hang is a complaint that names what was tried."""
+def exercised(plan: dict[str, Any]) -> tuple[list[tuple[str, Any]], str]:
+    """What the child said, as (kind, value), and how it ended: "" when well."""
     command = [sys.executable, "-m", "flexhex.check_exercise"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     ended = ""
@@ -115,16 +115,21 @@ def _tried(plan: dict[str, Any]) -> list[str]:
     except subprocess.TimeoutExpired as error:
         output = error.stdout.decode() if isinstance(error.stdout, bytes) else error.stdout or ""
         ended = f"does not come back within {PATIENCE:g} s"
-    complaints, doing = [], "starting"
+    said = []
     for line in output.splitlines():
         try:
-            kind, text = json.loads(line)
-        except ValueError:  # a library that prints
+            kind, value = json.loads(line)
+        except (ValueError, TypeError):  # a library that prints
             continue
-        if kind == "doing":
-            doing = text
-        elif kind == "complaint":
-            complaints.append(f"binary: {text}")
+        said.append((kind, value))
+    return said, ended
+
+
+def _tried(plan: dict[str, Any]) -> list[str]:
+    """Run the child; a crash or a hang is a complaint that names what was tried."""
+    said, ended = exercised(plan)
+    complaints = [f"binary: {text}" for kind, text in said if kind == "complaint"]
+    doing = next((text for kind, text in reversed(said) if kind == "doing"), "starting")
     return [*complaints, f"binary: {ended}, while tried: {doing}"] if ended else complaints
 
 

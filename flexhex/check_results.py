@@ -8,10 +8,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-import os
-import subprocess
-import sys
 import tempfile
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -23,7 +19,7 @@ import numpy as np
 from fmugen.recorded import IN, OUT
 from numpy.typing import NDArray
 
-from flexhex.check_binary import PATIENCE, library_name, make_plan
+from flexhex.check_binary import exercised, library_name, make_plan
 from flexhex.check_subject import Subject
 from fmus.common.errors import InterfaceError
 
@@ -86,20 +82,10 @@ def _table(subject: Subject, name: str) -> tuple[list[str], NDArray[np.float64]]
 
 
 def _played(plan: dict[str, Any], path: Path) -> list[list[float]]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    done = subprocess.run(
-        [sys.executable, "-m", "flexhex.check_exercise"],
-        input=json.dumps(plan),
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=PATIENCE,
-        check=False,
-    )
-    said = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
+    said, ended = exercised(plan)
     complaints = [text for kind, text in said if kind in ("complaint", "note")]
-    if done.returncode or complaints:
-        raise InterfaceError(f"{path}: {(complaints or ['the binary crashes'])[0]}")
+    if ended or complaints:
+        raise InterfaceError(f"{path}: {complaints[0] if complaints else f'the binary {ended}'}")
     return [row for kind, row in said if kind == "row"]
 
 

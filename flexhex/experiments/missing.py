@@ -26,6 +26,7 @@ from flexhex.plots import Figure, figure, trace
 from flexhex.rebuild import Rebuilt, rebuild
 from fmus.common.effects import library
 from ssp.executor import run as execute
+from ssp.results import Result
 
 if TYPE_CHECKING:
     from flexhex.build import Builder
@@ -104,21 +105,26 @@ def record(
         result = execute(
             description, fixed.duration, signals=wanted, parameters=seeds, progress=advance
         )
-        path = out / f"{trajectory}{number}.h5"
-        with h5py.File(path, "w") as file:
-            file["time"] = result.time("plant.theta")
-            file["time"].attrs["unit"] = "s"
-            for name, (signal, unit) in CHANNELS.items():
-                file[name] = result[signal]
-                file[name].attrs["unit"] = unit
-            file.attrs.update({"run": path.stem, "trajectory": trajectory, "pass": str(number)})
-        return path
+        return write_log(result, out / f"{trajectory}{number}.h5", trajectory, number)
 
     names = [(t, k) for t in (*FITTED, *LOCKED) for k in PASSES]
     with ThreadPoolExecutor(WORKERS) as pool:
         paths = list(pool.map(lambda name: one(*name), names))
     count = len(FITTED) * len(PASSES)
     return paths[:count], paths[count:]
+
+
+def write_log(result: Result, path: Path, trajectory: str, number: int) -> Path:
+    """A pass of a trajectory as the diagnosis reads it (HDF5); whole when it is there."""
+    partial = path.with_name("." + path.name)
+    with h5py.File(partial, "w") as file:
+        file["time"] = result.time("plant.theta")
+        file["time"].attrs["unit"] = "s"
+        for name, (signal, unit) in CHANNELS.items():
+            file[name] = result[signal]
+            file[name].attrs["unit"] = unit
+        file.attrs.update({"run": path.stem, "trajectory": trajectory, "pass": str(number)})
+    return partial.rename(path)
 
 
 def rows(result: Missing) -> list[dict[str, Any]]:
