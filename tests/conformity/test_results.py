@@ -85,3 +85,20 @@ def test_what_cannot_be_run_is_said(toy: Path, tmp_path: Path, change, says: str
     change(files)
     with pytest.raises(InterfaceError, match=says):
         check_results(write(tmp_path / "toy.fmu", files))
+
+
+@pytest.mark.parametrize(
+    ("instead", "says"),
+    [
+        ("for (;;) {}", "toy.fmu: the binary does not come back within 2 s"),
+        ("*(volatile int *)0 = 1;", r"toy.fmu: the binary crashes \(SIGSEGV\)"),
+    ],
+)
+def test_binary_that_hangs_or_crashes_is_said(
+    toy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, instead: str, says: str
+) -> None:
+    monkeypatch.setattr("flexhex.check_binary.PATIENCE", 2.0)
+    files = members(toy)
+    rebuilt("advance.c", "advance(m, end);", f"advance(m, end); {instead}")(files)
+    with pytest.raises(InterfaceError, match=says):
+        check_results(write(tmp_path / "toy.fmu", files))
