@@ -29,6 +29,8 @@ from fmus.common.effects import library
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
+APART = 3.0
+"""Standard deviations by which an axis must lag behind the quicker ones to be set apart."""
 NOTICED = 0.5
 """Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
 
@@ -200,15 +202,29 @@ def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> l
 
 
 def _common_lag(path: PathBase, runs: Sequence[Run]) -> float:
-    """Time [s] by which the drives' reports lag behind the commands, on the quickest axis.
+    """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
 
     The current loop and the logger make it; an axis that lags more has an effect, and several
     may. Found between passes like all else: the noise of a command would make it shorter.
     """
     there = calibrate(path, blocks(path, driven(runs, 0.0), path.spacing))
     bench = Bench(there, compiled(path.n, {"drive_lag": library()["drive_lag"]}))
-    falls = [there.regression.fall(bench.columns("drive_lag", i, {})) for i in range(path.n)]
-    return float(min(beta[0] for _, beta in falls))
+    gains = [there.regression.gain(bench.columns("drive_lag", i, {})) for i in range(path.n)]
+    return quickest([float(g.beta[0]) for g in gains], [float(g.covariance[0, 0]) for g in gains])
+
+
+def quickest(lags: Sequence[float], variances: Sequence[float]) -> float:
+    """Weighted mean of the shortest lags: of all that noise alone may set apart from those below.
+
+    The shortest of several equal lags is short by chance, and would make the others seem late.
+    """
+    order = np.argsort(lags)
+    total = weight = 0.0
+    for i in order:
+        if weight and lags[i] - total / weight > APART * np.sqrt(variances[i] + 1.0 / weight):
+            break
+        total, weight = total + lags[i] / variances[i], weight + 1.0 / variances[i]
+    return total / weight
 
 
 def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
