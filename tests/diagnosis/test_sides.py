@@ -88,7 +88,8 @@ def test_friction_that_the_locked_runs_have_not_is_withdrawn(tmp_path: Path) -> 
 def test_common_lag_is_that_of_all_axes_which_noise_alone_sets_apart() -> None:
     lags, sds = [410e-6, 485e-6, 489e-6, 437e-6], np.array([75e-6, 42e-6, 23e-6, 55e-6])
     by_hand = np.sum(np.array(lags) / sds**2) / np.sum(1 / sds**2)
-    assert sides.quickest(lags, list(sds**2)) == pytest.approx(by_hand, rel=1e-12)  # not 410: the least
+    # not 410: the least of them
+    assert sides.quickest(lags, list(sds**2)) == pytest.approx(by_hand, rel=1e-12)
 
 
 def test_common_lag_leaves_out_slow_axes_though_they_be_most() -> None:
