@@ -9,13 +9,15 @@ values and derivatives are asked for apart, so that the nonlinear ones can be fi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from diagnosis.play import REACH, play
 from fmus.common.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -23,13 +25,22 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n)."""
+    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n).
+
+    noise: standard deviation (n,) [rad] of the angles' white noise; None: they have none.
+    """
 
     t0: float
     ts: float
     theta: Array
     thetad: Array
     thetadd: Array
+    noise: Array | None = field(default=None, kw_only=True)
+
+    @cached_property
+    def steady(self) -> Array:
+        """Angles (samples, n) without the way that noise goes: see `diagnosis.play`."""
+        return self.theta if self.noise is None else play(self.theta, REACH * self.noise)
 
     @property
     def time(self) -> Array:

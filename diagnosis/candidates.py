@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from diagnosis.base import Motion
 from diagnosis.calibrate import Calibrated
-from diagnosis.compiled import Compiled, compiled
+from diagnosis.compiled import N_SIGNAL, Compiled, compiled
 from diagnosis.regression import Columns
 from diagnosis.smoothing import hann_weights
 
@@ -80,7 +80,10 @@ class Bench:
         if name not in self.effects:
             return [values[name] for values in self._whole]
         item = self.effects[name]
-        raw = [self._raw(item, shape, inputs) for inputs in self._inputs(axis, item.alone)]
+        raw = [
+            self._raw(item, shape, inputs, block.run.motion.steady, axis)
+            for inputs, block in zip(self._inputs(axis, item.alone), self.made.blocks, strict=True)
+        ]
         if item.effect.acts_on == "measurement":
             return [self._turned(k, axis, values) for k, values in enumerate(raw)]
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
@@ -94,13 +97,21 @@ class Bench:
             self._turn = axis, own, both
         return self._turn[1] if alone else self._turn[2]
 
-    def _raw(self, item: Compiled, shape: Mapping[str, float], inputs: Array) -> Array:
+    def _raw(
+        self, item: Compiled, shape: Mapping[str, float], inputs: Array, steady: Array, axis: int
+    ) -> Array:
         count = len(inputs)
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         states = np.zeros((count, 1))
         if item.along is not None:
+            followed = inputs
+            if item.by_way:
+                followed = inputs.copy()
+                followed[:, 0] = steady[:, axis]
+                if not item.alone:
+                    followed[:, N_SIGNAL::N_SIGNAL] = steady
             start = np.array(ca.DM(item.effect.start(float(inputs[0, 0]), shape)), dtype=float)
-            states = item.along(start.ravel(), inputs, fixed)
+            states = item.along(start.ravel(), followed, fixed)
         (values,) = item.columns(inputs, states, np.tile(fixed, (count, 1)))
         return values
 
@@ -114,7 +125,8 @@ class Bench:
             theta, thetad, thetadd = (
                 v[part] for v in (motion.theta, motion.thetad, motion.thetadd)
             )
-            slow = Motion(motion.t0, step * motion.ts, theta, thetad, thetadd)
+            ts = step * motion.ts
+            slow = Motion(motion.t0, ts, theta, thetad, thetadd, noise=motion.noise)
             at = block.at + block.run.shift
             valid = np.ones(len(theta), dtype=bool)
             weights, _ = hann_weights(at, slow.t0, slow.ts, valid, self.made.base.window)

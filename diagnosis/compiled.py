@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import casadi as ca
+import numpy as np
 from fmugen.native import RowFunction, native
 from fmugen.scan import ScanFunction, scans
 
@@ -21,12 +22,14 @@ class Compiled:
     """An effect's columns, and its states if it has any, for samples of a log.
 
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
+    by_way: its states follow the way that angles go, at any speed: noise must not count as way.
     """
 
     effect: Effect
     columns: RowFunction
     along: ScanFunction | None
     alone: bool = False
+    by_way: bool = False
 
     @property
     def searched(self) -> list[Shape]:
@@ -62,7 +65,7 @@ def compiled(
         )
     )
     pairs = zip(chosen, columns, strict=True)
-    return [Compiled(e, c, along.get(e.id), _is_alone(e, n)) for e, c in pairs]
+    return [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
 
 
 def _signals(n: int, symbol: ca.SX) -> Signals:
@@ -87,6 +90,18 @@ def _is_alone(effect: Effect, n: int) -> bool:
     then = effect.advance(_signals(n, u), _signals(n, u), state, shape, ca.SX.sym("Ts"))
     found = ca.vertcat(effect.columns(_signals(n, u), state, shape), then)
     return not any(ca.which_depends(found, u[N_SIGNAL:]))
+
+
+def _is_by_way(effect: Effect, n: int) -> bool:
+    """Whether states follow angles, and neither rates nor accelerations."""
+    if not effect.states:
+        return False
+    before, now = (ca.SX.sym(name, N_SIGNAL * (n + 1)) for name in ("before", "now"))
+    state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
+    u, v = _signals(n, before), _signals(n, now)
+    then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
+    asked = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
+    return bool(asked[:, 0].any() and not asked[:, 1:3].any())
 
 
 def _columns(effect: Effect, n: int) -> ca.Function:

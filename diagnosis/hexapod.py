@@ -151,7 +151,7 @@ class HexapodBase:
         """Dahl states and their derivatives by sigma [1/rad], central differences."""
         step = 1e-3 * widths
         z, more, less = (
-            self._dahl(np.zeros(self.n), motion.theta, sigma)
+            self._dahl(np.zeros(self.n), motion.steady, sigma)
             for sigma in (widths, widths + step, widths - step)
         )
         return z, (more - less) / (2 * step)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from diagnosis.base import Motion
 from diagnosis.blocks import Run, Signal
 from diagnosis.logs import Channel, Log, RunGroup
+from diagnosis.play import angle_noise
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -127,7 +128,7 @@ def motion_of(theta: Signal, rates: Channel | None) -> Motion:
         rate = np.column_stack([np.interp(time, rates.time, v) for v in rates.values.T])
         near, far = rate[3:-1] - rate[1:-3], rate[4:] - rate[:-4]
         first, second = rate[2:-2], (8 * near - far) / (12 * ts)
-    return Motion(theta.t0 + 2 * ts, ts, th[2:-2], first, second)
+    return Motion(theta.t0 + 2 * ts, ts, th[2:-2], first, second, noise=angle_noise(th))
 
 
 def _start(log: Log, place: int) -> float:

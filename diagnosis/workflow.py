@@ -3,58 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis import logs
 from diagnosis.answer import (
     Elsewhere,
     Joint,
     axis_rms,
     repeat_rms,
 )
-from diagnosis.base import Base
-from diagnosis.bases import base_of
-from diagnosis.blocks import Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated
 from diagnosis.changed import changes
 from diagnosis.compiled import compiled
 from diagnosis.confusion import confusion
-from diagnosis.fit import calibrate
-from diagnosis.guard import POOR, poor_axes, strange_axes
+from diagnosis.guard import poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of
 from diagnosis.noise import measured
-from diagnosis.runs import runs_of
+from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from diagnosis.sides import Side, drifts_of, drives_of, side_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
-from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 RANGE = (0.4, 2.5)
 """Smallest and largest change of a parameter that is believed, relative."""
-MOST_ROWS = 16_000
-"""Instants of all runs together; more is thinned."""
-STILL = 2e-3
-"""Axes that move less than this [rad] excite nothing."""
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Options:
-    """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `diagnosis.bases`. log: how to read.
-
-    confidence: trials for each row of the confusion table, 0: none.
-    """
-
-    base: str = "hexapod"
-    log: logs.Options = field(default_factory=logs.Options)
-    confidence: int = 20
+USUAL, QUICK = Options(), Options(confidence=0)
+"""What `flexhex diagnose` does, and the same without measuring its confidence."""
+__all__ = ["Options", "diagnose", "diagnose_files", "silent"]
 
 
 def silent(text: str, done: int, total: int) -> None:
@@ -65,70 +45,37 @@ def diagnose(
     paths: Sequence[Path],
     locked: Sequence[Path] = (),
     machine_file: Path | None = None,
-    options: Options = Options(),
+    options: Options = USUAL,
     progress: Progress = silent,
 ) -> Diagnosis:
     """Find where model and data disagree, and name what is missing.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
-    if not paths:
-        raise LogError("no run given: name at least one log")
     progress("reading", 0, 5)
-    ours = [logs.read_log(path, options.log) for path in paths]
-    theirs = [logs.read_log(path, options.log) for path in locked]
-    logs.refuse_copies([*ours, *theirs])
-    groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
-    findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = base_of(options.base, machine_file, ours[0])
-    runs, judged = runs_of(groups, base.n), runs_of(apart, base.n)
-    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
-    trouble = _trouble(ours, runs)
+    base, asked, trouble = asked_of(paths, locked, machine_file, options)
     if trouble:
-        return _cannot_tell(base, runs, trouble, findings, names)
+        return asked.cannot_tell(trouble)
     progress("fitting the base model", 1, 5)
-    spacing = spacing_for(base, runs, MOST_ROWS)
-    # logs in other units than they say end in numbers beyond all bounds, and are told of below
-    with np.errstate(over="ignore", invalid="ignore"):
-        made = calibrate(base, blocks(base, runs, spacing))
-    poor = poor_axes(made, made.residual(made.regression.q)) if base.complete else []
-    if poor:
-        axes = ", ".join(str(i + 1) for i in poor)
-        text = (
-            f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
-            " another machine, another order or sign of the axes, or other units?"
-        )
-        return _cannot_tell(base, runs, text, findings, names)
-    strange = strange_axes(made) if base.complete else []
-    if strange:
-        axes = ", ".join(str(i + 1) for i in strange)
-        text = (
-            f"the torque of axis {axes} does not go with what the machine file says of this motion:"
-            " another machine, another order or sign of the axes?"
-        )
-        return _cannot_tell(base, runs, text, findings, names)
-    return _searched(made, runs, judged, options, progress, findings, names)
+    made, coarse, smoothed = fitted(base, asked.runs)
+    if smoothed:
+        asked = replace(asked, findings=(*asked.findings, smoothed), coarse=coarse)
+    trouble = misfit(made)
+    if trouble:
+        return asked.cannot_tell(trouble)
+    return _searched(made, asked, options, progress)
 
 
-def _searched(
-    made: Calibrated,
-    runs: Sequence[Run],
-    judged: Sequence[Run],
-    options: Options,
-    progress: Progress,
-    findings: tuple[str, ...],
-    names: tuple[tuple[str, ...], tuple[str, ...]],
-) -> Diagnosis:
+def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progress) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
-    n = made.base.n
+    n, judged = made.base.n, asked.judged
     known = compiled(n, without=made.base.holds)
     sides = [side_of(made, known, judged, lambda text: progress(text, 2, 5))]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
-        why = "; ".join(sides[0].notes)
-        return _cannot_tell(made.base, runs, why, findings, names)
+        return asked.cannot_tell("; ".join(sides[0].notes))
     progress("commanded against reported torque", 3, 5)
-    sides += drives_of(made, runs, judged)
+    sides += drives_of(made, asked.runs, judged)
     sides += drifts_of(sides[0], judged)
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), sides[0])
@@ -137,7 +84,7 @@ def _searched(
     if sides[0].held.parts:
         extended = extended.extended([part.columns for part in sides[0].held.parts])
     changed = _plausible(changes(extended, made.known, made.base.directions()), named)
-    verdict = _verdict(made, sides, named, changed, notes)
+    verdict = _verdict(made, sides, named, changed, notes, asked.coarse)
     progress("measuring confidence", 4, 5)
     if named and options.confidence:
         named = [
@@ -149,13 +96,13 @@ def _searched(
     return Diagnosis(
         verdict,
         tuple(named),
-        () if verdict == "unknown" else tuple(changed),
+        () if verdict in ("unknown", "cannot tell") else tuple(changed),
         _gap(main.held, main.others),
         tried_of(main.rounds),
         maps(main.held),
         tuple(notes),
-        findings,
-        *names,
+        asked.findings,
+        *asked.names,
     )
 
 
@@ -181,27 +128,10 @@ def diagnose_files(
     paths: Sequence[Path],
     locked: Sequence[Path],
     machine_file: Path | None = None,
-    options: Options = Options(confidence=0),
+    options: Options = QUICK,
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
     return diagnose(paths, locked, machine_file, options).data()
-
-
-def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
-    listed = [finding for log in read for finding in log.findings]
-    listed += [finding for group in groups for finding in group.findings]
-    return tuple(dict.fromkeys(str(finding) for finding in listed))
-
-
-def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
-    """Why nothing can be told, or nothing."""
-    swapped = [f for log in read for f in log.findings if f.kind in ("swapped", "sign")]
-    if swapped:
-        return f"{swapped[0]}: mend the log, then ask again"
-    moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
-    if (moved < STILL).all():
-        return f"no axis moves by more than {moved.max():.2g} rad: a run must excite the machine"
-    return ""
 
 
 def _gap(held: Joint, others: Elsewhere | None) -> Gap:
@@ -232,6 +162,7 @@ def _verdict(
     named: Sequence[Named],
     changed: Sequence[Changed],
     notes: list[str],
+    coarse: Array,
 ) -> str:
     if named:
         return "set" if any(effect.rivals for effect in named) else "named"
@@ -239,6 +170,11 @@ def _verdict(
         notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
         return "changed" if changed else "cannot tell"
     if any(side.remains for side in sides):
+        if all(coarse[axis] > 0.0 for side in sides for axis in side.remains):
+            notes.append(
+                "it may be the error of the encoder, which repeats: finer angles would tell"
+            )
+            return "cannot tell"
         return "unknown"
     if not all(_possible(change) for change in changed):
         notes.append(
@@ -247,16 +183,3 @@ def _verdict(
         )
         return "unknown"
     return "changed" if changed else "none"
-
-
-def _cannot_tell(
-    base: Base,
-    runs: Sequence[Run],
-    why: str,
-    findings: tuple[str, ...],
-    names: tuple[tuple[str, ...], tuple[str, ...]],
-) -> Diagnosis:
-    torque = np.std(np.concatenate([run.tau.values for run in runs]), axis=0)
-    empty = np.full(base.n, np.nan)
-    gap = Gap("N m", torque, empty, empty, empty, empty, empty, empty)
-    return Diagnosis("cannot tell", (), (), gap, (), (), (why,), findings, *names)

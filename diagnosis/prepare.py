@@ -1,0 +1,136 @@
+"""What can be asked of the runs: read, grouped, fitted by the base model; or why nothing can."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis import logs
+from diagnosis.base import Base
+from diagnosis.bases import base_of
+from diagnosis.blocks import Run, blocks, spacing_for
+from diagnosis.calibrate import Calibrated
+from diagnosis.fit import calibrate
+from diagnosis.guard import POOR, poor_axes, strange_axes
+from diagnosis.runs import runs_of
+from diagnosis.verdict import Diagnosis, Gap
+from diagnosis.window import smoother
+from fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+MOST_ROWS = 16_000
+"""Instants of all runs together; more is thinned."""
+STILL = 2e-3
+"""Axes that move less than this [rad] excite nothing."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
+    `diagnosis.bases`. log: how to read.
+
+    confidence: trials for each row of the confusion table, 0: none.
+    """
+
+    base: str = "hexapod"
+    log: logs.Options = field(default_factory=logs.Options)
+    confidence: int = 20
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Runs to be explained, and those to be judged on, of n axes.
+
+    findings: what the runs had. names: files of both. coarse (n,): torque RMS [N m] that the
+    angles' own error may make again in every pass.
+    """
+
+    n: int
+    runs: Sequence[Run]
+    judged: Sequence[Run]
+    findings: tuple[str, ...]
+    names: tuple[tuple[str, ...], tuple[str, ...]]
+    coarse: Array
+
+    def cannot_tell(self, why: str) -> Diagnosis:
+        """The answer when the runs do not hold what is needed."""
+        torque = np.std(np.concatenate([run.tau.values for run in self.runs]), axis=0)
+        empty = np.full(self.n, np.nan)
+        gap = Gap("N m", torque, empty, empty, empty, empty, empty, empty)
+        return Diagnosis("cannot tell", (), (), gap, (), (), (why,), self.findings, *self.names)
+
+
+def asked_of(
+    paths: Sequence[Path], locked: Sequence[Path], machine_file: Path | None, options: Options
+) -> tuple[Base, Asked, str]:
+    """Runs of the files, and why nothing can be told from them, or nothing.
+
+    Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
+    """
+    if not paths:
+        raise LogError("no run given: name at least one log")
+    ours = [logs.read_log(path, options.log) for path in paths]
+    theirs = [logs.read_log(path, options.log) for path in locked]
+    logs.refuse_copies([*ours, *theirs])
+    groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
+    findings = _findings([*ours, *theirs], [*groups, *apart])
+    base = base_of(options.base, machine_file, ours[0])
+    runs, judged = runs_of(groups, base.n), runs_of(apart, base.n)
+    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
+    asked = Asked(base.n, runs, judged, findings, names, np.zeros(base.n))
+    return base, asked, _trouble(ours, runs)
+
+
+def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
+    """The base model fitted, smoothed as long as the angles' noise asks for; the torque RMS (n,)
+    [N m] that it still makes; what was done about it, or nothing."""
+    # logs in other units than they say end in numbers beyond all bounds, and are told of later
+    with np.errstate(over="ignore", invalid="ignore"):
+        made = calibrate(base, blocks(base, runs, spacing_for(base, runs, MOST_ROWS)))
+        longer = smoother(made, runs)
+        if longer.window == base.window:
+            return made, longer.left, ""
+        base = longer.base(base)
+        made = calibrate(base, blocks(base, runs, spacing_for(base, runs, MOST_ROWS)))
+    return made, longer.left, longer.text
+
+
+def misfit(made: Calibrated) -> str:
+    """Why the runs are not those of the base model's machine, or nothing."""
+    if not made.base.complete:
+        return ""
+    poor = poor_axes(made, made.residual(made.regression.q))
+    if poor:
+        axes = ", ".join(str(i + 1) for i in poor)
+        return (
+            f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
+            " another machine, another order or sign of the axes, or other units?"
+        )
+    strange = strange_axes(made)
+    if strange:
+        axes = ", ".join(str(i + 1) for i in strange)
+        return (
+            f"the torque of axis {axes} does not go with what the machine file says of this motion:"
+            " another machine, another order or sign of the axes?"
+        )
+    return ""
+
+
+def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
+    listed = [finding for log in read for finding in log.findings]
+    listed += [finding for group in groups for finding in group.findings]
+    return tuple(dict.fromkeys(str(finding) for finding in listed))
+
+
+def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
+    swapped = [f for log in read for f in log.findings if f.kind in ("swapped", "sign")]
+    if swapped:
+        return f"{swapped[0]}: mend the log, then ask again"
+    moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
+    if (moved < STILL).all():
+        return f"no axis moves by more than {moved.max():.2g} rad: a run must excite the machine"
+    return ""

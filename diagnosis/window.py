@@ -1,0 +1,108 @@
+"""How long to smooth: long enough that the angles' noise does not drown the torque.
+
+Accelerations are second differences of angles, so noise of an encoder grows with the inverse of
+the window to the power 2.5. One window for torque and columns costs no bias, only what moves
+faster than it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.answer import GAP
+from diagnosis.base import Base, Motion
+from diagnosis.blocks import Run
+from diagnosis.calibrate import Calibrated
+from diagnosis.play import encoder_step
+
+Array = NDArray[np.float64]
+NOISE = 0.05
+"""Largest share of the torque's RMS that noise of the angles may make."""
+LONGER, LONGEST = 1.25, 8.0
+"""The window grows by this factor until it is long enough, or this many times what it was."""
+SAMPLES = 50
+"""Samples of a run at which the inertia is asked."""
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """Length of the window [s], and the torque RMS (n,) [N m] that noise of the angles makes
+    under it where that is still too much, else zeros; text: what was done and why."""
+
+    window: float
+    left: Array
+    text: str
+
+    def base(self, base: Base) -> Base:
+        """The base with this window; its rows lie apart as far as before, in windows."""
+        longer = copy(base)
+        longer.spacing, longer.window = base.spacing * self.window / base.window, self.window
+        return longer
+
+
+def smoother(made: Calibrated, runs: Sequence[Run]) -> Smoother:
+    """The shortest window, from the base's own one on, that is long enough for the angles."""
+    base, inertia = made.base, _inertia(made)
+    noise = np.max([run.motion.noise for run in runs if run.motion.noise is not None], axis=0)
+    step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
+    # the error of an encoder's step comes again in a pass that goes the same way
+    again = step > _apart(runs)
+    most = np.where(again, GAP / 2, NOISE) * made.torque_rms
+    ts, window = runs[0].motion.ts, base.window
+    while window < LONGEST * base.window:
+        if (noise * inertia * curvature(window, ts) <= most).all():
+            break
+        window *= LONGER
+    left = noise * inertia * curvature(window, ts)
+    first = noise * inertia * curvature(base.window, ts)
+    worst = int(np.argmax(first / most))
+    what = f"come in steps of {step[worst]:.2g} rad" if step[worst] else "are noisy"
+    text = (
+        f"angles of axis {worst + 1} {what}, which makes {first[worst]:.2g} N m of its torque:"
+        f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * base.window:.0f},"
+        f" where it makes {left[worst]:.2g}"
+    )
+    return Smoother(window, np.where(left > most, left, 0.0), text)
+
+
+def curvature(window: float, ts: float) -> float:
+    """Second derivative [1/s2] of white noise of unit size, sampled every ts, under the window."""
+    return float(2.0 * np.sqrt(2.0) * np.pi**2 * np.sqrt(ts / window) / window**2)
+
+
+def _inertia(made: Calibrated) -> Array:
+    """Torque (n,) [N m s2/rad] of an axis for its own acceleration, the largest seen."""
+    found = np.zeros(made.base.n)
+    for block in made.blocks:
+        m = block.run.motion
+        part = slice(None, None, max(1, len(m.theta) // SAMPLES))
+        few = Motion(m.t0, m.ts, m.theta[part], m.thetad[part], m.thetadd[part])
+        level = made.base.torque(few, made.fitted.p)
+        for i in range(made.base.n):
+            faster = few.thetadd.copy()
+            faster[:, i] += 1.0
+            more = made.base.torque(replace(few, thetadd=faster), made.fitted.p)[:, i]
+            found[i] = max(found[i], float(np.abs(more - level[:, i]).max()))
+    return found
+
+
+def _apart(runs: Sequence[Run]) -> Array:
+    """RMS (n,) [rad] by which passes of a trajectory differ in angle; infinite without passes."""
+    found: list[Array] = []
+    for trajectory in dict.fromkeys(run.trajectory for run in runs):
+        first, *others = [run for run in runs if run.trajectory == trajectory]
+        shared = first.motion.time - first.shift
+        for run in others:
+            clock = run.motion.time - run.shift
+            inside = (shared >= clock[0]) & (shared <= clock[-1])
+            there = np.stack(
+                [np.interp(shared[inside], clock, angle) for angle in run.motion.theta.T], axis=1
+            )
+            off = there - first.motion.theta[inside]
+            found.append(np.sqrt((off**2).mean(axis=0)))
+    return np.min(found, axis=0) if found else np.full(runs[0].motion.theta.shape[1], np.inf)
