@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Elsewhere, Joint, joint, lasting, repeat_rms
+from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Joint, joint, lasting, repeat_rms
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.compiled import Compiled, compiled
+from diagnosis.elsewhere import Elsewhere
 from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of

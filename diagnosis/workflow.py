@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.answer import (
-    Elsewhere,
     Joint,
     axis_rms,
     repeat_rms,
@@ -20,6 +19,7 @@ from diagnosis.calibrate import Calibrated
 from diagnosis.changed import changes
 from diagnosis.compiled import compiled
 from diagnosis.confusion import confusion
+from diagnosis.elsewhere import Elsewhere
 from diagnosis.guard import poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of

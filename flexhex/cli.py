@@ -11,8 +11,9 @@ from typing import Annotated
 import typer
 
 from flexhex.commands import compare_command, study_command
-from flexhex.diagnose import Greedy, diagnose_command
-from flexhex.export import export_command
+from flexhex.diagnose.command import diagnose_command
+from flexhex.diagnose.options import Greedy
+from flexhex.export.command import export_command
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import FlexhexError
 
@@ -144,7 +145,7 @@ def identify(
     """Fit the 162 parameters to logs by least squares."""
     from diagnosis.identify import fit
     from diagnosis.logs import read_log
-    from flexhex.console import fit_json, print_fit
+    from flexhex.fit_view import fit_json, print_fit
     from fmus.common.machine_file import load_machine
 
     given = log_options(torque_constant, unit or [], rename or [])
@@ -164,7 +165,7 @@ def check(
     ] = False,
 ) -> None:
     """Check FMUs (FMI rules, binary), .ssp (wiring, units, sample times) and machine files."""
-    from flexhex.check import check_file
+    from flexhex.check.command import check_file
     from flexhex.console import print_findings
 
     if results:
@@ -178,7 +179,7 @@ def check(
 
 def check_command_results(files: list[Path]) -> None:
     """Print the worst deviation of every output of FMUs; exit code 1 beyond tolerance."""
-    from flexhex.check_results import check_results, print_deviations
+    from flexhex.check.results import check_results, print_deviations
 
     found = {path: check_results(path) for path in files}
     print_deviations(found)

@@ -29,8 +29,8 @@ def compare_command(
     json: AsJson = False,
 ) -> None:
     """Compare two results signal by signal: exit code 0 equal within tolerance, 1 not."""
-    from flexhex.compare import Tolerance, compare, tolerances
-    from flexhex.compare_view import comparison_json, print_comparison, write_comparison
+    from flexhex.compare.results import Tolerance, compare, tolerances
+    from flexhex.compare.view import comparison_json, print_comparison, write_comparison
     from ssp.results import load
 
     a, b = load(first), load(second)
@@ -67,10 +67,10 @@ def study_command(
 ) -> None:
     """Simulate many machines drawn at random (Monte Carlo); the same command goes on later."""
     from flexhex.cli import found_machine
-    from flexhex.montecarlo import Plan, study, tasks
-    from flexhex.montecarlo_pool import local, over_dask
-    from flexhex.montecarlo_report import bar, found_json, print_found, write_found
-    from flexhex.montecarlo_store import Store, file_name
+    from flexhex.montecarlo.pool import local, over_dask
+    from flexhex.montecarlo.report import bar, found_json, print_found, write_found
+    from flexhex.montecarlo.store import Store, file_name
+    from flexhex.montecarlo.study import Plan, study, tasks
 
     varied = tuple(dict.fromkeys(word.strip() for word in vary.split(",") if word.strip()))
     plan = Plan(runs, duration, seed, varied, payload, age)

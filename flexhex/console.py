@@ -16,19 +16,15 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Column, Table
 
-from diagnosis.identify import Fit
 from flexhex.cases import Case
 from flexhex.experiments import experiment
 from flexhex.faults import Fault, faults, study_faults
+from flexhex.fit_view import warn_of
 from flexhex.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
 from flexhex.repeatability import PAPER_SHARE
 from flexhex.run import Outcome, Study
-from fmus.common.machine import Machine
-from fmus.common.parameters import parameters
 from ssp.results import Result
 
-HOPELESS = 0.5
-"""Share of undetermined parameters beyond which a fit is warned of."""
 MOST_ROWS = 12
 """Rows of an experiment that the terminal shows."""
 
@@ -120,7 +116,7 @@ def _print_table(out: Console, study: Study) -> None:
         f"{study.share:.1%} of the adaptive run's feedback torque repeats"
         f" (paper: {PAPER_SHARE:.1%}): a better model could remove it"
     )
-    _warn_of(out, study.fit)
+    warn_of(out, study.fit)
     loose = len(study.fit.undetermined)
     out.print(
         f"p fitted to {study.fit.samples} torque values of another trajectory;"
@@ -212,53 +208,6 @@ def _print_faults(out: Console, listed: Sequence[Fault]) -> None:
     """One line for each component that reported a fault: which, how often, since when."""
     for fault in listed:
         out.print(f"[red]fault[/] in {fault}; see fmus/*/README.md", highlight=False)
-
-
-def print_fit(machine: Machine, fit: Fit) -> None:
-    """All estimates with unit and standard deviation."""
-    table = Table(title="Least-squares estimate", box=SIMPLE_HEAD)
-    for name in ("parameter", "body", "unit"):
-        table.add_column(name)
-    for name in ("estimate", "± std"):
-        table.add_column(name, justify="right")
-    for par, value, std in zip(parameters(machine), fit.p, fit.std, strict=True):
-        style = "yellow" if par.name in fit.undetermined else None
-        table.add_row(par.name, par.body, par.unit, f"{value:.5g}", f"{std:.1g}", style=style)
-    out = Console()
-    out.print(table)
-    rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
-    out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
-    _warn_of(out, fit)
-    if fit.undetermined:
-        out.print("[yellow]yellow[/]: not determined by itself: its deviation exceeds its size")
-
-
-def _warn_of(out: Console, fit: Fit) -> None:
-    """A line when most parameters are not determined: whatever is made of p then is luck."""
-    if len(fit.undetermined) > HOPELESS * len(fit.p):
-        out.print(
-            f"[red]warning[/]: {len(fit.undetermined)} of {len(fit.p)} parameters are not"
-            " determined by the log they were fitted to, p means little: move all joints, wider"
-            " and longer",
-            highlight=False,
-        )
-
-
-def fit_json(machine: Machine, fit: Fit) -> str:
-    """The fit as JSON."""
-    rows = [
-        {"name": par.name, "unit": par.unit, "value": float(p), "std": float(s)}
-        for par, p, s in zip(parameters(machine), fit.p, fit.std, strict=True)
-    ]
-    return json.dumps(
-        {
-            "parameters": rows,
-            "residual_rms": {"unit": "N m", "joints": fit.residual_rms.tolist()},
-            "condition": fit.condition,
-            "undetermined": list(fit.undetermined),
-        },
-        indent=2,
-    )
 
 
 def study_json(study: Study, report: Path) -> str:

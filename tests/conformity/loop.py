@@ -7,9 +7,9 @@ import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from flexhex.check_binary import make_plan
-from flexhex.check_slave import Instance
-from flexhex.check_subject import Subject
+from flexhex.check.binary import make_plan
+from flexhex.check.slave import Instance
+from flexhex.check.subject import Subject
 from ssp.read import Package, read_ssp
 
 Outputs = dict[str, list[float]]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.check_fmu import check_fmu
-from flexhex.check_ssp import check_ssp, check_system
+from flexhex.check.fmu import check_fmu
+from flexhex.check.ssp import check_ssp, check_system
 from fmus.common.errors import FlexhexError
 from ssp.read import read_ssp
 from tests.adapter import toys

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.check_fmu import check_fmu
+from flexhex.check.fmu import check_fmu
 
 pytestmark = pytest.mark.slow
 GAIN = """

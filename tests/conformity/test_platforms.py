@@ -18,7 +18,7 @@ from fmugen.platforms import MINGW, PLATFORMS, host, tool, wanted
 from fmugen.rooms import build_room
 from lxml import etree
 
-from flexhex.check_fmu import check_fmu
+from flexhex.check.fmu import check_fmu
 from fmus.common.errors import BuildError, UsageError
 from fmus.common.machine import Machine
 from tests.adapter import toys

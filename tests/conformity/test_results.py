@@ -10,7 +10,7 @@ import pytest
 from fmugen.recorded import IN, OUT
 from fmugen.rooms import ROOMS
 
-from flexhex.check_results import check_results
+from flexhex.check.results import check_results
 from fmus.common.errors import InterfaceError
 from tests.adapter import toys
 from tests.conformity.archives import members, rebuilt, text, without, write
@@ -97,7 +97,7 @@ def test_what_cannot_be_run_is_said(toy: Path, tmp_path: Path, change, says: str
 def test_binary_that_hangs_or_crashes_is_said(
     toy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, instead: str, says: str
 ) -> None:
-    monkeypatch.setattr("flexhex.check_binary.PATIENCE", 2.0)
+    monkeypatch.setattr("flexhex.check.binary.PATIENCE", 2.0)
     files = members(toy)
     rebuilt("advance.c", "advance(m, end);", f"advance(m, end); {instead}")(files)
     with pytest.raises(InterfaceError, match=says):

@@ -17,9 +17,9 @@ from fmugen.compile import SMALL, compile_object, compiler
 from fmugen.page import BUILD
 from fmugen.rooms import ROOMS
 
-from flexhex.check_binary import make_plan
-from flexhex.check_slave import Instance
-from flexhex.check_subject import Subject
+from flexhex.check.binary import make_plan
+from flexhex.check.slave import Instance
+from flexhex.check.subject import Subject
 from tests.conformity.archives import members
 
 HERE = Path(__file__).parent

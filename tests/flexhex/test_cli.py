@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from diagnosis.identify import Fit
-from flexhex.console import print_fit
+from flexhex.fit_view import print_fit
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from tests.conftest import MACHINE_FILE

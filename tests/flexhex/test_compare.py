@@ -14,7 +14,7 @@ import typer
 from typer.testing import CliRunner
 
 from flexhex.commands import compare_command
-from flexhex.compare import (
+from flexhex.compare.results import (
     EQUAL,
     ONLY_FIRST,
     ONLY_SECOND,

@@ -13,7 +13,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-import flexhex.diagnose as command
+import flexhex.diagnose.command as command
+import flexhex.diagnose.options as options
 from diagnosis.isolability import Isolability
 from diagnosis.logs import Options as LogOptions
 from diagnosis.verdict import Diagnosis
@@ -69,7 +70,7 @@ def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
     """A workflow that names Coulomb friction."""
     made = Workflow(BASIC)
     monkeypatch.setattr("diagnosis.workflow.diagnose", made.diagnose)
-    monkeypatch.setattr("flexhex.diagnose_apply.add", made.add)
+    monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
     monkeypatch.setattr("diagnosis.experiment.with_experiments", lambda found, *more: found)
     return made
 
@@ -78,7 +79,7 @@ def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
 def app() -> typer.Typer:
     """The command as `flexhex.cli` registers it."""
     made = typer.Typer()
-    made.command("diagnose", cls=command.Greedy)(command.diagnose_command)
+    made.command("diagnose", cls=options.Greedy)(command.diagnose_command)
     made.callback()(lambda: None)
     return made
 
@@ -191,7 +192,7 @@ def test_locked_takes_all_words_to_the_next_option(
     ],
 )
 def test_greedy_words_are_repeated(words: list[str], expected: list[str]) -> None:
-    assert command.repeated(words) == expected
+    assert options.repeated(words) == expected
 
 
 def test_base_decides_on_the_machine_file(workflow: Workflow, call: Callable[..., Any]) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from diagnosis.logs import Options
 from flexhex.build import Builder
-from flexhex.diagnose_apply import add, with_rebuilt
+from flexhex.diagnose.apply import add, with_rebuilt
 from flexhex.rebuild import Gaps, Rebuilt, Tracking
 from tests.conftest import MACHINE_FILE
 from tests.flexhex.diagnoses import BASIC, CHANGED, PAIR
@@ -80,7 +80,7 @@ def test_runs_and_options_arrive(path: Path, monkeypatch: pytest.MonkeyPatch) ->
         seen.extend([*words, more["options"]])
         return rebuilt(path)
 
-    monkeypatch.setattr("flexhex.diagnose_apply.rebuild", fake)
+    monkeypatch.setattr("flexhex.diagnose.apply.rebuild", fake)
     logs, runs, locked = Options(3.0), [Path("a")], [Path("b")]
     add(BASIC, MACHINE_FILE, Path("o"), runs, locked, logs)
     assert seen == [MACHINE_FILE, BASIC, Path("o"), runs, locked, logs]

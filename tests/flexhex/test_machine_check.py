@@ -10,7 +10,7 @@ import pytest
 
 from flexhex.build import Builder
 from flexhex.cases import whole_moves
-from flexhex.check import check_file
+from flexhex.check.command import check_file
 from flexhex.run import check_actuators
 from fmus.common.errors import MachineError
 from fmus.common.machine import Machine

@@ -23,9 +23,9 @@ from typer.testing import CliRunner
 from flexhex.build import Builder
 from flexhex.cases import table_cases
 from flexhex.commands import study_command
-from flexhex.montecarlo import VARIED, Plan, Task, Values, draw, score, study, tasks
-from flexhex.montecarlo_pool import local, over_dask
-from flexhex.montecarlo_store import Scored, Store
+from flexhex.montecarlo.pool import local, over_dask
+from flexhex.montecarlo.store import Scored, Store
+from flexhex.montecarlo.study import VARIED, Plan, Task, Values, draw, score, study, tasks
 from fmus.common.errors import RunError, UsageError
 from fmus.common.machine import Machine
 from fmus.common.machine_file import truth_file
@@ -238,7 +238,7 @@ def test_processes_do_not_hear_ctrl_c_and_the_leader_still_does(
     out: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     listed = tasks(Plan(1, SHORT), MACHINE_FILE, out)
-    monkeypatch.setattr("flexhex.montecarlo_pool.score", hearing)
+    monkeypatch.setattr("flexhex.montecarlo.pool.score", hearing)
     assert [s.faults for _, s in local(2)(listed) if isinstance(s, Scored)] == [0, 0]
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
@@ -251,7 +251,7 @@ def hearing(task: Task) -> Scored:
 
 def test_broken_process_is_one_message(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     task = tasks(Plan(1, SHORT), MACHINE_FILE, out)[0]
-    monkeypatch.setattr("flexhex.montecarlo_pool.score", dying)
+    monkeypatch.setattr("flexhex.montecarlo.pool.score", dying)
     with pytest.raises(RunError, match="a process of the study died"):
         list(local(1)([task]))
 

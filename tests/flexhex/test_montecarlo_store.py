@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.montecarlo import CASES, Plan, Task, study
-from flexhex.montecarlo_report import box, found_json, remarks, rows, summaries, write_found
-from flexhex.montecarlo_store import Scored, Store, file_name
+from flexhex.montecarlo.report import box, found_json, remarks, rows, summaries, write_found
+from flexhex.montecarlo.store import Scored, Store, file_name
+from flexhex.montecarlo.study import CASES, Plan, Task, study
 from fmus.common.errors import LogError, UsageError
 
 

@@ -11,7 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmugen.container import Link, build_container
 from fmugen.container_table import parts_header
 
-from flexhex.export_container import container_of
+from flexhex.export.container import container_of
 from fmus.common.errors import InterfaceError
 from ssp.read import read_ssp
 from tests.importers.loop import BASE

@@ -14,7 +14,7 @@ from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from fmugen.compile import compiler
 
-from flexhex.export_container import container_of, export_container
+from flexhex.export.container import container_of, export_container
 from fmus.common.errors import InterfaceError, RunError
 from ssp.executor import run
 from ssp.read import read_ssp

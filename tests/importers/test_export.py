@@ -13,8 +13,8 @@ from lxml import etree
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from flexhex.export_diagram import export_diagram
-from flexhex.export_variables import COLUMNS, export_variables
+from flexhex.export.diagram import export_diagram
+from flexhex.export.variables import COLUMNS, export_variables
 from fmus.common.errors import InterfaceError, UsageError
 from ssp.diagram import Shape, read_diagram, symbol
 from tests.conftest import ROOT

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.export_wiring import WIRINGS, export_wiring, maestro
+from flexhex.export.wiring import WIRINGS, export_wiring, maestro
 from fmus.common.errors import UsageError
 from ssp.read import read_ssp
 from tests.importers.loop import (

@@ -1,4 +1,4 @@
-"""Tries an FMU's binary: `python -m flexhex.check_exercise` in a process of its own.
+"""Tries an FMU's binary: `python -m flexhex.check.exercise` in a process of its own.
 
 Reads the plan (JSON) from stdin; writes one JSON pair a line: ["doing", what], before each trial,
 so that a crash can be named, ["complaint", text] and ["note", text].
@@ -13,8 +13,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from flexhex import check_trials
-from flexhex.check_slave import FUNCTIONS, Instance
+from flexhex.check import claims, trials
+from flexhex.check.slave import FUNCTIONS, Instance
 
 
 def say(kind: str, text: str) -> None:
@@ -66,17 +66,17 @@ def play(library: Any, plan: dict[str, Any]) -> None:
 
 TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     identity,
-    check_trials.starts,
-    check_trials.steps,
-    check_trials.step_sizes,
-    check_trials.fresh_after_reset,
-    check_trials.instances,
-    check_trials.states,
-    check_trials.derivatives,
-    check_trials.dependencies,
-    check_trials.first_dependencies,
-    check_trials.categories,
-    check_trials.refusals,
+    trials.starts,
+    trials.steps,
+    trials.step_sizes,
+    trials.fresh_after_reset,
+    trials.instances,
+    trials.states,
+    claims.derivatives,
+    claims.dependencies,
+    claims.first_dependencies,
+    claims.categories,
+    claims.refusals,
 )
 
 

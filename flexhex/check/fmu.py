@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from flexhex.check_archive import archive
-from flexhex.check_binary import binary
-from flexhex.check_structure import structure
-from flexhex.check_subject import Subject
-from flexhex.check_variables import variables
+from flexhex.check.archive import archive
+from flexhex.check.binary import binary
+from flexhex.check.structure import structure
+from flexhex.check.subject import Subject
+from flexhex.check.variables import variables
 
 MOST = 10
 """Complaints of FMPy that are shown: one mistake can stand in every variable."""

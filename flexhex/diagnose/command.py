@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 import importlib
 import sys
-import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -19,41 +17,14 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
-from typer.core import TyperCommand
 
+from flexhex.diagnose.options import interactive, once_each, writable
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import UsageError
 
 if TYPE_CHECKING:
     from diagnosis.logs import Options as LogOptions
     from diagnosis.verdict import Diagnosis
-
-GREEDY = ("--locked",)
-"""Options that take all words up to the next option."""
-
-
-class Greedy(TyperCommand):
-    """A command whose `--locked a b c` means `--locked a --locked b --locked c`."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Repeat a greedy option before each of its words."""
-        return super().parse_args(ctx, repeated(args))
-
-
-def repeated(args: list[str]) -> list[str]:
-    """Words in which every greedy option stands before each of its values."""
-    made: list[str] = []
-    option, first = "", False
-    for k, word in enumerate(args):
-        if word == "--":
-            return [*made, *args[k:]]
-        if word.startswith("-") and len(word) > 1:
-            option, first = (word, True) if word in GREEDY else ("", False)
-            made.append(word)
-        else:
-            made += [word] if not option or first else [option, word]
-            first = False
-    return made
 
 
 def diagnose_command(
@@ -117,7 +88,7 @@ class Session:
     def __init__(
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
-        from flexhex.diagnose_next import Asked
+        from flexhex.diagnose.next import Asked
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
@@ -149,8 +120,8 @@ class Session:
             found = self.planned(found, [*runs, *locked], logs)
             if self.file is not None and self.agree(found):
                 found = self.added(found, self.file, runs, locked, logs)
-        from flexhex.diagnose_page import write_diagnosis
-        from flexhex.diagnose_view import diagnosis_json, print_applied, print_diagnosis, say
+        from flexhex.diagnose.page import write_diagnosis
+        from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 
         written = write_diagnosis(found, self.asked, [*runs, *locked], self.page)
         if self.json:
@@ -181,9 +152,9 @@ class Session:
 
     def agree(self, found: Diagnosis) -> bool:
         """Whether what was found is to be added: as told by --apply, else by the user."""
-        from flexhex.diagnose_next import APPLICABLE
-        from flexhex.diagnose_view import best_of, print_diagnosis
-        from flexhex.diagnose_words import listed
+        from flexhex.diagnose.next import APPLICABLE
+        from flexhex.diagnose.view import best_of, print_diagnosis
+        from flexhex.diagnose.words import listed
 
         if found.verdict not in APPLICABLE or self.base != "hexapod":
             return False
@@ -209,7 +180,7 @@ class Session:
         logs: LogOptions,
     ) -> Diagnosis:
         """With what was found in a machine file of its own, built, replayed and run."""
-        from flexhex.diagnose_apply import add
+        from flexhex.diagnose.apply import add
 
         def say(text: str) -> None:
             self.progress(text, 0, 0)
@@ -219,7 +190,7 @@ class Session:
     def isolate(self, trajectories: list[Path], logs: LogOptions) -> None:
         """Which effects the trajectories could show and tell apart."""
         from diagnosis.workflow import Options
-        from flexhex.diagnose_isolability import (
+        from flexhex.diagnose.isolability import (
             isolability_json,
             print_isolability,
             write_isolability,
@@ -234,32 +205,3 @@ class Session:
             print(isolability_json(found, written))
         else:
             print_isolability(found, written)
-
-
-def interactive() -> bool:
-    """Whether somebody sits there who can answer."""
-    return sys.stdin.isatty()
-
-
-def once_each(runs: list[Path], locked: list[Path]) -> None:
-    """UsageError when a file is named twice: noise that repeats would be taken for an effect."""
-    for option, paths in (("", runs), ("--locked ", locked)):
-        twice = [p for k, p in enumerate(paths) if p.resolve() in {q.resolve() for q in paths[:k]}]
-        if twice:
-            raise UsageError(f"{option}{twice[0]} is given twice: name each run once")
-    both = {path.resolve() for path in runs} & {path.resolve() for path in locked}
-    if both:
-        raise UsageError(f"{min(both).name} is given as a run and as a locked one: choose")
-
-
-def writable(option: str, page: Path) -> None:
-    """UsageError, before anything is computed, when a page cannot be written."""
-    try:
-        page.parent.mkdir(parents=True, exist_ok=True)
-        if page.is_dir():
-            raise IsADirectoryError(errno.EISDIR, "it is a folder: name a file")
-        with tempfile.TemporaryFile(dir=page.parent):
-            pass
-    except OSError as error:
-        shown = page if option == "--report" else page.parent
-        raise UsageError(f"{option} {shown}: cannot be written ({error.strerror})") from None

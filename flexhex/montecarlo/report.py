@@ -21,8 +21,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from flexhex.montecarlo import CASES, VARIED, Found
-from flexhex.montecarlo_store import Scored
+from flexhex.montecarlo.store import Scored
+from flexhex.montecarlo.study import CASES, VARIED, Found
 from flexhex.page import Part, write_page
 from flexhex.plots import COLOURS, LOG, Figure, figure
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from lxml import etree
 
-from flexhex.check_subject import Subject
+from flexhex.check.subject import Subject
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.verdict import Candidate, Map
-from flexhex.diagnose_words import title, where
+from flexhex.diagnose.words import title, where
 from flexhex.plots import Figure, figure, trace
 
 Array = NDArray[np.float64]

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis, Map, Named
-from flexhex.diagnose_next import Asked, next_steps
-from flexhex.diagnose_plots import (
+from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.plots import (
     candidate_bars,
     gap_bars,
     heat,
     residual_map,
     spectrum_map,
 )
-from flexhex.diagnose_view import (
+from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
     GAP,
@@ -34,7 +34,7 @@ from flexhex.diagnose_view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose_words import gap_name, title, verdict
+from flexhex.diagnose.words import gap_name, title, verdict
 from flexhex.page import Part, write_page
 from flexhex.plots import Figure
 

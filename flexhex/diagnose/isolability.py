@@ -11,9 +11,9 @@ import numpy as np
 from rich.console import Console
 
 from diagnosis.isolability import ALIKE, Isolability
-from flexhex.diagnose_plots import heat
-from flexhex.diagnose_view import say, table
-from flexhex.diagnose_words import listed, number, title, where
+from flexhex.diagnose.plots import heat
+from flexhex.diagnose.view import say, table
+from flexhex.diagnose.words import listed, number, title, where
 from flexhex.page import Part, write_page
 
 HEADINGS = ("effect", "where", "found from [N m]", "cannot be told from")

@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from flexhex.check_subject import Scalar, Subject
+from flexhex.check.subject import Scalar, Subject
 
 PATIENCE = 60.0
 """Seconds until a trial counts as hanging."""
@@ -96,7 +96,7 @@ def _dependencies(subject: Subject, part: str) -> dict[str, list[str] | None]:
 
 def exercised(plan: dict[str, Any]) -> tuple[list[tuple[str, Any]], str]:
     """What the child said, as (kind, value), and how it ended: "" when well."""
-    command = [sys.executable, "-m", "flexhex.check_exercise"]
+    command = [sys.executable, "-m", "flexhex.check.exercise"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     ended = ""
     try:

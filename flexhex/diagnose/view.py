@@ -16,8 +16,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from diagnosis.verdict import Diagnosis, Gap, Named, rms
-from flexhex.diagnose_next import Asked, next_steps
-from flexhex.diagnose_words import (
+from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.words import (
     listed,
     measured,
     number,

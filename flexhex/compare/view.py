@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flexhex.compare import (
+from flexhex.compare.results import (
     EQUAL,
     ONLY_FIRST,
     ONLY_SECOND,

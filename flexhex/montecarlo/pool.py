@@ -15,8 +15,8 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
-from flexhex.montecarlo import Pool, Task, score
-from flexhex.montecarlo_store import Scored
+from flexhex.montecarlo.store import Scored
+from flexhex.montecarlo.study import Pool, Task, score
 from fmus.common.errors import RunError, UsageError
 from ssp import library
 

@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 
 from lxml import etree
 
-from flexhex.check_subject import Subject
+from flexhex.check.subject import Subject
 
 SUFFIXES = {"win": "dll", "windows": "dll", "linux": "so", "darwin": "dylib"}
 MACHINES = {

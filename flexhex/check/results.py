@@ -19,8 +19,8 @@ import numpy as np
 from fmugen.recorded import IN, OUT
 from numpy.typing import NDArray
 
-from flexhex.check_binary import exercised, library_name, make_plan
-from flexhex.check_subject import Subject
+from flexhex.check.binary import exercised, library_name, make_plan
+from flexhex.check.subject import Subject
 from fmus.common.errors import InterfaceError
 
 RTOL, ATOL = 1e-9, 1e-14

@@ -23,13 +23,13 @@ def check_file(path: Path) -> list[str]:
 
 
 def _fmu(path: Path) -> list[str]:
-    from flexhex.check_fmu import check_fmu
+    from flexhex.check.fmu import check_fmu
 
     return check_fmu(path)
 
 
 def _ssp(path: Path) -> list[str]:
-    from flexhex.check_ssp import check_ssp
+    from flexhex.check.ssp import check_ssp
 
     return check_ssp(path)
 

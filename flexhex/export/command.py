@@ -35,10 +35,10 @@ def export_command(
     """Write what other tools want: their own wiring, one FMU of the controller, tables."""
     from fmugen.platforms import wanted
 
-    from flexhex.export_container import export_container
-    from flexhex.export_diagram import export_diagram
-    from flexhex.export_variables import export_variables
-    from flexhex.export_wiring import export_wiring
+    from flexhex.export.container import export_container
+    from flexhex.export.diagram import export_diagram
+    from flexhex.export.variables import export_variables
+    from flexhex.export.wiring import export_wiring
 
     folder = description.parent / "export" if out is None else out
     written: list[Path] = []

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.verdict import Diagnosis, Named
-from flexhex.diagnose_words import listed, title
+from flexhex.diagnose.words import listed, title
 from fmus.common.effects import library
 
 APPLICABLE = ("named", "set", "changed")

@@ -21,7 +21,7 @@ import numpy as np
 
 from flexhex.cases import SETTLE, WARM
 from flexhex.metrics import rms
-from flexhex.montecarlo_store import Scored, Store
+from flexhex.montecarlo.store import Scored, Store
 from fmus.common.errors import UsageError
 from fmus.common.machine import Machine
 from fmus.common.machine_file import load_machine, truth_file

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from fmugen.units import unit
 
-from flexhex.check_subject import Scalar, Subject
+from flexhex.check.subject import Scalar, Subject
 from fmus.common.errors import InterfaceError
 
 VARIABILITIES = {

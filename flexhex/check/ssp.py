@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from flexhex.check_fmu import check_fmu
+from flexhex.check.fmu import check_fmu
 from fmus.common.errors import InterfaceError
 from ssp.fmu import open_zip, read_bytes, read_member
 from ssp.read import Instance, Package, period, read_ssp

@@ -1,0 +1,57 @@
+"""A fit held against runs that it was not made from: the locked ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.answer import axis_rms
+from diagnosis.blocks import Block
+from diagnosis.calibrate import about
+from diagnosis.candidates import Bench, known_torque
+from diagnosis.scored import Scored
+
+Array = NDArray[np.float64]
+
+
+class Elsewhere:
+    """A fit seen on runs that it was not made from; columns there are computed once."""
+
+    def __init__(self, bench: Bench, blocks: Sequence[Block]) -> None:
+        ours = bench.made
+        self.blocks, self.ours = tuple(blocks), bench
+        names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
+        plain = about(ours.base, blocks, ours.fitted, ours.noise, names)
+        given = known_torque(plain)
+        self.there = plain
+        if given:
+            self.there = about(ours.base, blocks, ours.fitted, ours.noise, names, given)
+        self._bench = Bench(self.there, list(bench.effects.values()), bench.across)
+        self._thin: dict[int, list[Array]] = {}
+
+    def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:
+        """Torque that base model and effects do not explain there (m, n) [N m] of each block."""
+        left = self.there.residual(q)
+        for part, gains in zip(parts, beta, strict=True):
+            if id(part.columns) not in self._thin:
+                thin = self._bench.thin(part.id, part.axis or 0, part.shape)
+                self._thin[id(part.columns)] = thin
+            for k, values in enumerate(self._thin[id(part.columns)]):
+                torque = values @ gains
+                if torque.ndim == 2:
+                    left[k] = left[k] - torque
+                else:
+                    left[k][:, part.axis or 0] -= torque
+        return left
+
+    def squares(self, parts: Sequence[Scored]) -> Array:
+        """Mean squares (n,) of what parts leave there when fitted anew, shapes as they are."""
+        regression = self.ours.made.regression
+        if parts:
+            regression = regression.extended([part.columns for part in parts])
+        n_base = len(self.ours.made.known)
+        sizes = np.cumsum([part.columns.values.shape[1] for part in parts])[:-1]
+        beta = np.split(regression.q[n_base:], sizes) if parts else []
+        return axis_rms(self.blocks, self.residual(parts, beta, regression.q[:n_base])) ** 2

@@ -1,0 +1,114 @@
+"""Trials of what a description claims beyond the basics: derivatives, dependencies, log categories.
+
+Generators of complaints, as in `trials`.
+"""
+
+from __future__ import annotations
+
+import ctypes as ct
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from flexhex.check.slave import Instance
+from flexhex.check.trials import MOST, Plan, course, initialised, moved, of, same
+
+
+def derivatives(library: Any, plan: Plan) -> Iterator[str]:
+    """Derivatives of all kinds, as far as the flags promise them."""
+    flags, instance, one = plan["flags"], initialised(library, plan), ct.c_size_t(1)
+    course(instance, plan, 0, 1)
+    inputs, outputs = of(plan, "input"), of(plan, "output")
+    if not inputs or not outputs:
+        instance.free()
+        return
+    u, y = ((ct.c_uint * 1)(v[0]["reference"]) for v in (inputs, outputs))
+    value, order = (ct.c_double * 1)(1.0), (ct.c_int * 1)(1)
+    promises: dict[str, tuple[str, tuple[object, ...]]] = {
+        "providesDirectionalDerivative": (
+            "fmi2GetDirectionalDerivative",
+            (y, one, u, one, value, value),
+        ),
+        "canInterpolateInputs": ("fmi2SetRealInputDerivatives", (u, one, order, value)),
+        "maxOutputDerivativeOrder": ("fmi2GetRealOutputDerivatives", (y, one, order, value)),
+    }
+    for flag, (function, arguments) in promises.items():
+        if flags.get(flag) and instance.call(function, *arguments) > 1:
+            yield f"{flag} is promised, but {function} is refused{instance.last}"
+    instance.free()
+
+
+def dependencies(library: Any, plan: Plan) -> Iterator[str]:
+    """Outputs change with inputs of the same instant only where the description says so."""
+    instance, outputs = initialised(library, plan), of(plan, "output")
+    course(instance, plan, 0, 2)
+    references = [v["reference"] for v in outputs]
+    for v in of(plan, "input")[:MOST]:
+        before = instance.get(references)
+        instance.set([v["reference"]], [moved(v, 4)])
+        after = instance.get(references)
+        for y, a, b in zip(outputs, before or [], after or [], strict=False):
+            declared = plan["dependencies"].get(y["name"])
+            if not same(a, b) and declared is not None and v["name"] not in declared:
+                yield f"{y['name']} depends on {v['name']}, ModelStructure/Outputs says no"
+    instance.free()
+
+
+def first_dependencies(library: Any, plan: Plan) -> Iterator[str]:
+    """First outputs change only with what InitialUnknowns names."""
+    instance, outputs = Instance(library, plan), of(plan, "output")
+    references = [v["reference"] for v in outputs]
+    seen: list[list[float] | None] = []
+    instance.initialise(lambda: seen.append(instance.get(references)))
+    for v in of(plan, "parameter", "input")[:MOST]:
+        if instance.call("fmi2Reset") > 1:
+            break
+        instance.initialise(lambda v=v: _change(instance, v, references, seen))  # type: ignore[misc]
+        for y, a, b in zip(outputs, seen[0] or [], seen[-1] or [], strict=False):
+            declared = plan["initial"].get(y["name"])
+            if not same(a, b) and declared is not None and v["name"] not in declared:
+                yield f"the first {y['name']} depends on {v['name']}, InitialUnknowns says no"
+    instance.free()
+
+
+def _change(
+    instance: Instance, v: dict[str, Any], references: list[int], seen: list[list[float] | None]
+) -> None:
+    """Outputs after another start value; a value that the FMU refuses tells nothing."""
+    taken = instance.set([v["reference"]], [moved(v, 4)])
+    seen.append(instance.get(references) if taken else None)
+
+
+def categories(library: Any, plan: Plan) -> Iterator[str]:
+    """Log categories can be chosen, and no other one is used."""
+    instance, declared = Instance(library, plan), plan["categories"]
+    for name in declared:
+        one = (ct.c_char_p * 1)(name.encode())
+        if instance.call("fmi2SetDebugLogging", 1, ct.c_size_t(1), one) > 1:
+            yield f"log category {name} is declared, but cannot be switched on"
+    instance.call("fmi2SetDebugLogging", 1, ct.c_size_t(0), None)
+    instance.initialise()
+    course(instance, plan, 0, 2)
+    for name in sorted({category for _, category, _ in instance.said} - set(declared)):
+        if declared:
+            yield f"it logs to category {name or '(empty)'}, which is not declared"
+    instance.free()
+
+
+def refusals(library: Any, plan: Plan) -> Iterator[str]:
+    """Values that are no numbers or out of range are refused, and shown by `fault`."""
+    if not plan["ours"]:
+        return
+    instance = initialised(library, plan)
+    fault = next(v["reference"] for v in of(plan, "output") if v["name"] == "fault")
+    for v in of(plan, "input"):
+        wrong = [math.nan, math.inf, -math.inf]
+        wrong += [math.nextafter(v["max"], math.inf)] if v["max"] is not None else []
+        wrong += [math.nextafter(v["min"], -math.inf)] if v["min"] is not None else []
+        for value in wrong:
+            before = instance.get([v["reference"]])
+            if instance.set([v["reference"]], [value]) or instance.get([v["reference"]]) != before:
+                yield f"{v['name']} = {value} is taken, declared {v['min']} to {v['max']}"
+            elif not (instance.get([fault]) or [0.0])[0]:
+                yield f"{v['name']} = {value} is refused, but fault does not show it"
+    instance.free()
