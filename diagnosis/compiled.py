@@ -68,8 +68,8 @@ def compiled(
     return [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
 
 
-def _signals(n: int, symbol: ca.SX) -> Signals:
-    """Signals of an axis in front of those of all axes."""
+def signals(n: int, symbol: ca.SX) -> Signals:
+    """Signals of an axis in front of those of all n axes, N_SIGNAL each."""
     each = []
     for i in range(n + 1):
         theta, thetad, thetadd, tau, taud, time = (
@@ -87,8 +87,8 @@ def _is_alone(effect: Effect, n: int) -> bool:
     """Whether neither columns nor states depend on other axes."""
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
     shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
-    then = effect.advance(_signals(n, u), _signals(n, u), state, shape, ca.SX.sym("Ts"))
-    found = ca.vertcat(effect.columns(_signals(n, u), state, shape), then)
+    then = effect.advance(signals(n, u), signals(n, u), state, shape, ca.SX.sym("Ts"))
+    found = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
     return not any(ca.which_depends(found, u[N_SIGNAL:]))
 
 
@@ -98,7 +98,7 @@ def _is_by_way(effect: Effect, n: int) -> bool:
         return False
     before, now = (ca.SX.sym(name, N_SIGNAL * (n + 1)) for name in ("before", "now"))
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
-    u, v = _signals(n, before), _signals(n, now)
+    u, v = signals(n, before), signals(n, now)
     then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
     asked = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
     return bool(asked[:, 0].any() and not asked[:, 1:3].any())
@@ -108,7 +108,7 @@ def _columns(effect: Effect, n: int) -> ca.Function:
     size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
     u, state = ca.SX.sym("u", size), ca.SX.sym("state", max(1, len(effect.states)))
     shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
-    values = effect.columns(_signals(n, _wide(u, n)), state, _shape(effect, shape))
+    values = effect.columns(signals(n, _wide(u, n)), state, _shape(effect, shape))
     return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
 
 
@@ -116,7 +116,7 @@ def _advance(effect: Effect, n: int) -> ca.Function:
     size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
     before, now = ca.SX.sym("before", size), ca.SX.sym("now", size)
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
-    a, b = (_signals(n, _wide(u, n)) for u in (before, now))
+    a, b = (signals(n, _wide(u, n)) for u in (before, now))
     step = b.time - a.time
     following = effect.advance(a, b, state, _shape(effect, fixed), step)
     return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])

@@ -22,6 +22,7 @@ from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
 from diagnosis.path import PathBase, driven
+from diagnosis.places import without_places
 from diagnosis.rounds import Found, Round, one_round, search, unexplained
 from diagnosis.scored import Scored
 from diagnosis.verdict import Named
@@ -68,6 +69,7 @@ def side_of(
     rounds = search(bench, say)
     notes: list[str] = []
     found = _natural(bench, [r.chosen for r in rounds if r.chosen], notes)
+    found = without_places(bench, found, notes)
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
     pairs = zip(held.parts, held.beta, strict=True)
