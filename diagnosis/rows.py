@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from diagnosis.logs import Channel, Log
 from diagnosis.motion import Columns, MotionModel, dahl_states, differences, hann, smooth
+from diagnosis.play import REACH, angle_noise, play
 from fmus.common.errors import LogError
 from fmus.common.machine import Machine
 
@@ -70,7 +71,7 @@ def motion(machine: Machine, log: Log, settle: float) -> Motion:
         begin = index // stride
         kept[begin : begin + first] = False
     theta = angle.values[::stride]
-    z = dahl_states(theta, machine.actuator.sigma)
+    z = dahl_states(play(theta, REACH * angle_noise(theta)), machine.actuator.sigma)
     return Motion(angle.time[::stride], theta, torque[::stride], z, kept, ts, first)
 
 
