@@ -35,6 +35,17 @@ def switches() -> tuple[Variable, ...]:
             min=0,
             max=1,
         ),
+        Variable(
+            "play",
+            "parameter",
+            "rad",
+            "half the gap through which an angle moves its Dahl state: four standard deviations of"
+            " the angle's noise; 0: none",
+            start=0,
+            min=0,
+            max=1e-3,
+            display="urad",
+        ),
     )
 
 

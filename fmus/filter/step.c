@@ -78,14 +78,20 @@ static void window(const state *s, int age, int count, double *restrict sum) {
   }
 }
 
-/* Dahl states follow the angle alone; the first angle knows no earlier one. */
-static void follow(state *s, const double *theta) {
-  if (s->started != 0.0) {
-    double z_next[N];
-    filter_dahl(s->z, s->theta_last, theta, z_next);
-    memcpy(s->z, z_next, sizeof s->z);
+/* Dahl states follow the angle alone, through a gap that keeps the way of its noise from them;
+   the first angle knows no earlier one. */
+static void follow(const filter_parameters *p, state *s, const double *theta) {
+  double moved[N], z_next[N];
+  if (s->started == 0.0) {
+    memcpy(s->theta_last, theta, sizeof s->theta_last);
+    return;
   }
-  memcpy(s->theta_last, theta, sizeof s->theta_last);
+  for (int i = 0; i < N; ++i) {
+    moved[i] = fmin(fmax(s->theta_last[i], theta[i] - p->play), theta[i] + p->play);
+  }
+  filter_dahl(s->z, s->theta_last, moved, z_next);
+  memcpy(s->z, z_next, sizeof s->z);
+  memcpy(s->theta_last, moved, sizeof s->theta_last);
 }
 
 /* Put a raw sample into the ring; the first one fills it, as if it had always been so. */
@@ -136,7 +142,7 @@ static void tick(const filter_parameters *p, const filter_inputs *u, void *memor
   memcpy(now, u->theta, sizeof u->theta);
   memcpy(now + AT_TAU, u->tau_meas, sizeof u->tau_meas);
   if (filtered_basis) {
-    follow(s, now);
+    follow(p, s, now);
     filter_basis(now, s->z, now + AT_CHI);
   }
   keep(s, now);
@@ -144,7 +150,7 @@ static void tick(const filter_parameters *p, const filter_inputs *u, void *memor
   differentiate(p, s, y);
   window(s, age, filtered_basis ? N_SAMPLE : AT_CHI, past);
   if (!filtered_basis) {
-    follow(s, past);
+    follow(p, s, past);
     filter_basis(past, s->z, past + AT_CHI);
   }
   memcpy(y->tau_f, past + AT_TAU, sizeof y->tau_f);

@@ -149,3 +149,34 @@ def test_filter_refuses_what_is_not_whole(name: str, value: float, message: str)
     with pytest.raises(StartError) as error:
         load("filter").start(**{name: value})
     assert str(error.value) == message
+
+
+def held_state(noise: float, play: float) -> float:
+    """z of joint 1 after a move of 0.1 rad and five seconds of standing still."""
+    t = TS * np.arange(12000)
+    clean = np.tile(0.1 * np.minimum(t, 1.0)[:, None], 6)
+    theta = clean + noise * np.random.default_rng(8).standard_normal(clean.shape)
+    y = run(started(play=play), theta, np.zeros_like(theta))
+    return float(y["chi_f"][-1, 0])
+
+
+def test_play_keeps_a_dahl_state_that_noise_would_wear_off() -> None:
+    sure = held_state(0.0, 0.0)
+    # 0.1 rad are seven widths
+    assert sure == pytest.approx(1.0, abs=2e-3)
+    assert held_state(2e-6, 0.0) < 0.5
+    # the gap, 16 urad, is a thousandth of the width
+    assert held_state(2e-6, 8e-6) == pytest.approx(sure, abs=2e-3)
+
+
+def test_play_follows_behind_its_gap_exactly() -> None:
+    theta = np.tile(np.array([0.0, 0.05, 0.0495, 0.03])[:, None], 6)
+    followed = np.array([0.0, 0.049, 0.049, 0.031])
+    room = started(play=1e-3)
+    twin = started()
+    for angle, behind in zip(theta, np.tile(followed[:, None], 6), strict=True):
+        y, wanted = (
+            r.tick(theta=a, tau_meas=np.zeros(6)) for r, a in ((room, angle), (twin, behind))
+        )
+    # what is in the ring: the sum over the window is the same, rounding apart
+    assert_close(y["chi_f"][::19], wanted["chi_f"][::19], atol=1e-14, what="z")
