@@ -180,7 +180,7 @@ impl Bench {
         assert_eq!(self.download(position, index, 0, &[pdos.len() as u8]), 0);
     }
 
-    pub fn to_pre_op(&mut self) {
+    pub fn reach_pre_op(&mut self) {
         for position in 0..self.count {
             let station = position as u16 + 1;
             let place = 0u16.wrapping_sub(position as u16);
@@ -223,16 +223,16 @@ impl Bench {
         self.set_fmmu(position, 1, logical + OUT as u32, IN as u16, 0x1C00);
     }
 
-    pub fn to_safe_op(&mut self) {
-        self.to_pre_op();
+    pub fn reach_safe_op(&mut self) {
+        self.reach_pre_op();
         for position in 0..self.count {
             self.configure(position);
             assert_eq!(self.request(position, 4), (4, 0));
         }
     }
 
-    pub fn to_op(&mut self) {
-        self.to_safe_op();
+    pub fn reach_op(&mut self) {
+        self.reach_safe_op();
         for position in 0..self.count {
             self.request(position, 8);
         }
@@ -261,7 +261,7 @@ impl Bench {
 
     /// Enables all; the frame after this is the first of the plant, n = 0.
     pub fn enable(&mut self) {
-        self.to_op();
+        self.reach_op();
         for control in [6, 7, 15] {
             self.cycle(control, 0);
         }

@@ -146,7 +146,7 @@ fn frames_that_are_not_sound_are_dropped() {
 #[test]
 fn no_frame_makes_it_panic_or_answer_outside_its_datagrams() {
     let mut bench = Bench::new("drives.count = 3");
-    bench.to_op();
+    bench.reach_op();
     let mut seed = 20_260_101;
     let mut random = |below: u64| {
         seed = mix(seed);

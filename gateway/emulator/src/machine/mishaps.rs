@@ -33,7 +33,10 @@ impl Machine {
             device.show_inputs();
             self.count(place);
         }
-        let reached = self.line(0).reached;
+        let cut = |place: &usize| self.faults[*place].kind == What::CableCut && self.acts(*place);
+        let places = (0..self.faults.len()).filter(cut);
+        let reached = places.map(|place| self.faults[place].position).min();
+        let reached = reached.unwrap_or(self.devices.len());
         segment::show_links(&mut self.devices, reached);
     }
 

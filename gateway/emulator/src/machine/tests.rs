@@ -89,7 +89,7 @@ fn the_order_of_the_bus_need_not_be_that_of_the_axes() {
 fn the_watchdog_zeroes_the_torque_at_its_exact_cycle() {
     let lost = "kind = 'frame_lost'\ncycle = 10\ncount = 20";
     let mut bench = Bench::new(&format!("drives.count = 6\n[[fault]]\n{lost}"));
-    bench.to_pre_op();
+    bench.reach_pre_op();
     for position in 0..6 {
         // 25 ticks of 100 us: 10 cycles
         bench.write(position, 0x0420, &[25, 0]);
@@ -256,7 +256,7 @@ fn the_same_frames_give_the_same_bits() {
 #[test]
 fn a_drive_that_is_energised_already_says_so() {
     let mut bench = Bench::new("drives.count = 1\n[[drive]]\nposition = 0\ninitial = 'enabled'");
-    bench.to_safe_op();
+    bench.reach_safe_op();
     assert_eq!(bench.cycle(0, 0).unwrap().0[0].status, ENABLED);
     assert_eq!(bench.machine.cycle(), None, "SAFE-OP moves nothing");
 }

@@ -27,7 +27,7 @@ fn pre_op_needs_the_mailbox_that_the_eeprom_names() {
 #[test]
 fn safe_op_needs_the_sizes_of_the_maps() {
     let mut bench = one();
-    bench.to_pre_op();
+    bench.reach_pre_op();
     bench.configure(0);
     bench.set_sm(0, 2, 0x1800, 6, 0x64);
     assert_eq!(bench.request(0, 4), (0x12, code::INVALID_OUTPUTS));
@@ -47,7 +47,7 @@ fn safe_op_needs_the_sizes_of_the_maps() {
 #[test]
 fn a_drive_that_wants_more_inputs_refuses_the_maps_it_was_given() {
     let mut bench = Bench::new("drives.count = 1\n[[drive]]\nposition = 0\nextra_input_bytes = 2");
-    bench.to_pre_op();
+    bench.reach_pre_op();
     bench.configure(0);
     assert_eq!(bench.request(0, 4), (0x12, code::INVALID_INPUTS));
 }
@@ -55,7 +55,7 @@ fn a_drive_that_wants_more_inputs_refuses_the_maps_it_was_given() {
 #[test]
 fn a_sync_cycle_below_250_us_is_refused() {
     let mut bench = one();
-    bench.to_pre_op();
+    bench.reach_pre_op();
     bench.configure(0);
     bench.write(0, 0x0981, &[3]);
     for (cycle, wanted) in [(125_000u32, 0x12), (260_000, 0x12), (250_000, 4)] {
@@ -69,7 +69,7 @@ fn a_sync_cycle_below_250_us_is_refused() {
 #[test]
 fn op_comes_with_the_first_outputs() {
     let mut bench = one();
-    bench.to_safe_op();
+    bench.reach_safe_op();
     assert_eq!(bench.request(0, 8), (4, 0));
     bench.cycle(0, 0);
     assert_eq!(bench.read(0, 0x0130, 2).data, [8, 0]);
@@ -78,7 +78,7 @@ fn op_comes_with_the_first_outputs() {
 #[test]
 fn process_data_is_closed_below_safe_op() {
     let mut bench = one();
-    bench.to_pre_op();
+    bench.reach_pre_op();
     bench.configure(0);
     assert_eq!(bench.cycle(0, 0).unwrap().1, 0);
     bench.request(0, 4);
@@ -91,7 +91,7 @@ fn process_data_is_closed_below_safe_op() {
 fn the_mailbox_takes_one_request_and_gives_its_answer_once() {
     let mut bench = one();
     assert_eq!(bench.read(0, 0x1400, 512).counter, 0);
-    bench.to_pre_op();
+    bench.reach_pre_op();
     let reply = bench.sdo(0, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     assert_eq!(reply[..8], [0x43, 0x18, 0x10, 2, 0x44, 0x4B, 0x41, 0x00]);
     assert_eq!(bench.read(0, 0x1400, 512).counter, 0, "it was taken");
@@ -105,7 +105,7 @@ fn the_mailbox_takes_one_request_and_gives_its_answer_once() {
 #[test]
 fn maps_are_written_in_pre_op_only() {
     let mut bench = one();
-    bench.to_pre_op();
+    bench.reach_pre_op();
     assert_eq!(bench.download(0, 0x1C12, 0, &[0]), 0);
     bench.configure(0);
     bench.request(0, 4);
@@ -121,7 +121,7 @@ fn maps_are_written_in_pre_op_only() {
 #[test]
 fn objects_of_the_device_refuse_with_the_right_code() {
     let mut bench = one();
-    bench.to_pre_op();
+    bench.reach_pre_op();
     assert_eq!(
         bench.download(0, 0x1018, 1, &[1, 0, 0, 0]),
         abort::READ_ONLY
@@ -140,7 +140,7 @@ fn objects_of_the_device_refuse_with_the_right_code() {
         "not an output"
     );
     let mut fixed = Bench::new("drives.count = 1\n[[drive]]\nposition = 0\nmaps_fixed = true");
-    fixed.to_pre_op();
+    fixed.reach_pre_op();
     assert_eq!(fixed.download(0, 0x1C12, 0, &[0]), abort::READ_ONLY);
 }
 
@@ -159,7 +159,7 @@ fn the_eeprom_is_read_through_its_registers() {
 #[test]
 fn clocks_give_receive_times_and_follow_the_reference() {
     let mut bench = Bench::new("drives.count = 3\ndrives.drift_ppm = 0.0");
-    bench.to_pre_op();
+    bench.reach_pre_op();
     bench.send(&[(8, 0, 0x0900, vec![0; 4])]);
     let times: Vec<Vec<u32>> = (0..3)
         .map(|k| {
