@@ -60,12 +60,42 @@ impl Found {
 
     fn limits(&mut self, at: &str, l: &Limits) {
         let key = |name: &str| format!("{at}.{name}");
-        self.within(&key("torque_N_m"), l.torque, 1e-3..=1e4, "the largest torque of this axis");
-        self.within(&key("speed_rad_per_s"), l.speed, 1e-3..=1e3, "the highest speed");
-        self.within(&key("position_min_rad"), l.position_min, -10.0..=10.0, "lower end of the angle");
-        self.within(&key("position_max_rad"), l.position_max, -10.0..=10.0, "upper end of the angle");
-        self.within(&key("following_error_rad"), l.following_error, 1e-6..=10.0, "the largest error");
-        self.within(&key("jump_rad"), l.jump, 1e-6..=1.0, "the largest change in one cycle");
+        self.within(
+            &key("torque_N_m"),
+            l.torque,
+            1e-3..=1e4,
+            "the largest torque of this axis",
+        );
+        self.within(
+            &key("speed_rad_per_s"),
+            l.speed,
+            1e-3..=1e3,
+            "the highest speed",
+        );
+        self.within(
+            &key("position_min_rad"),
+            l.position_min,
+            -10.0..=10.0,
+            "lower end of the angle",
+        );
+        self.within(
+            &key("position_max_rad"),
+            l.position_max,
+            -10.0..=10.0,
+            "upper end of the angle",
+        );
+        self.within(
+            &key("following_error_rad"),
+            l.following_error,
+            1e-6..=10.0,
+            "the largest error",
+        );
+        self.within(
+            &key("jump_rad"),
+            l.jump,
+            1e-6..=1.0,
+            "the largest change in one cycle",
+        );
         if l.position_min >= l.position_max {
             let (low, high) = (l.position_min, l.position_max);
             self.say(format!(
@@ -77,51 +107,121 @@ impl Found {
 
 fn bus(config: &Config, found: &mut Found) {
     let b = &config.bus;
-    found.within("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0..=10_000.0,
-        "well below the cycle time, so that the rest of the cycle has its time");
-    found.within("bus.lockstep_timeout_ms", b.lockstep_timeout_ms.into(), 1.0..=10_000.0,
-        "real time that a lockstep cycle waits before it calls its frame lost");
-    found.within("bus.watchdog_ms", b.watchdog_ms.into(), 1.0..=6000.0,
-        "a few cycles, below the drive's own watchdog");
-    found.within("bus.state_timeout_ms", b.state_timeout_ms.into(), 10.0..=60_000.0,
-        "what the slowest drive takes to change its state");
-    found.within("bus.sync0_shift_us", b.sync0_shift_us.into(), 0.0..=10_000.0,
-        "phase of SYNC0 within the cycle");
+    found.within(
+        "bus.reply_timeout_us",
+        b.reply_timeout_us.into(),
+        20.0..=10_000.0,
+        "well below the cycle time, so that the rest of the cycle has its time",
+    );
+    found.within(
+        "bus.lockstep_timeout_ms",
+        b.lockstep_timeout_ms.into(),
+        1.0..=10_000.0,
+        "real time that a lockstep cycle waits before it calls its frame lost",
+    );
+    found.within(
+        "bus.watchdog_ms",
+        b.watchdog_ms.into(),
+        1.0..=6000.0,
+        "a few cycles, below the drive's own watchdog",
+    );
+    found.within(
+        "bus.state_timeout_ms",
+        b.state_timeout_ms.into(),
+        10.0..=60_000.0,
+        "what the slowest drive takes to change its state",
+    );
+    found.within(
+        "bus.sync0_shift_us",
+        b.sync0_shift_us.into(),
+        0.0..=10_000.0,
+        "phase of SYNC0 within the cycle",
+    );
     if b.interface.is_empty() || b.interface.len() > 15 {
-        found.say(format!("bus.interface = {:?}, allowed 1 to 15 characters: `ip link` lists the names",
-            b.interface));
+        found.say(format!(
+            "bus.interface = {:?}, allowed 1 to 15 characters: `ip link` lists the names",
+            b.interface
+        ));
     }
 }
 
 fn real_time(config: &Config, found: &mut Found) {
     let r = &config.real_time;
-    found.within("real_time.priority", r.priority.into(), 0.0..=99.0, "0 asks for no priority");
-    found.within("real_time.spin_us", r.spin_us.into(), 0.0..=1000.0,
-        "spinning for whole cycles is throttled by the kernel");
+    found.within(
+        "real_time.priority",
+        r.priority.into(),
+        0.0..=99.0,
+        "0 asks for no priority",
+    );
+    found.within(
+        "real_time.spin_us",
+        r.spin_us.into(),
+        0.0..=1000.0,
+        "spinning for whole cycles is throttled by the kernel",
+    );
 }
 
 fn profile(config: &Config, found: &mut Found) {
     let p = &config.profile;
-    found.within("profile.mode", p.mode.into(), 1.0..=10.0, "4 is torque, 10 cyclic synchronous torque");
-    found.within("profile.counts_per_revolution", p.counts_per_revolution, 1.0..=4_294_967_296.0,
-        "counts of the position object in one turn");
+    found.within(
+        "profile.mode",
+        p.mode.into(),
+        1.0..=10.0,
+        "4 is torque, 10 cyclic synchronous torque",
+    );
+    found.within(
+        "profile.counts_per_revolution",
+        p.counts_per_revolution,
+        1.0..=4_294_967_296.0,
+        "counts of the position object in one turn",
+    );
     match &p.scale {
-        Scale::Current { step, torque_constant } => {
-            found.within("profile.scale.current.step_mA", *step, 1e-3..=1e4, "current of one count");
-            found.within("profile.scale.current.torque_constant_N_m_per_A", *torque_constant,
-                1e-4..=1e3, "N m per A, as the drive's current is defined (peak or rms)");
+        Scale::Current {
+            step,
+            torque_constant,
+        } => {
+            found.within(
+                "profile.scale.current.step_mA",
+                *step,
+                1e-3..=1e4,
+                "current of one count",
+            );
+            found.within(
+                "profile.scale.current.torque_constant_N_m_per_A",
+                *torque_constant,
+                1e-4..=1e3,
+                "N m per A, as the drive's current is defined (peak or rms)",
+            );
         }
         Scale::RatedTorque { step, rated_torque } => {
-            found.within("profile.scale.rated_torque.step_per_mille", *step, 1e-3..=1e3,
-                "share of the rated torque that one count is");
-            found.within("profile.scale.rated_torque.rated_torque_N_m", *rated_torque, 1e-3..=1e4,
-                "object 0x6076 of the drive");
+            found.within(
+                "profile.scale.rated_torque.step_per_mille",
+                *step,
+                1e-3..=1e3,
+                "share of the rated torque that one count is",
+            );
+            found.within(
+                "profile.scale.rated_torque.rated_torque_N_m",
+                *rated_torque,
+                1e-3..=1e4,
+                "object 0x6076 of the drive",
+            );
         }
     }
-    pdos("profile.rx", &p.rx, &[Role::Controlword, Role::TargetTorque],
-        &[Role::Mode, Role::Unused, Role::Gap], found);
-    pdos("profile.tx", &p.tx, &[Role::Statusword, Role::Position, Role::ActualTorque],
-        &[Role::ModeDisplay, Role::ErrorCode, Role::Unused, Role::Gap], found);
+    pdos(
+        "profile.rx",
+        &p.rx,
+        &[Role::Controlword, Role::TargetTorque],
+        &[Role::Mode, Role::Unused, Role::Gap],
+        found,
+    );
+    pdos(
+        "profile.tx",
+        &p.tx,
+        &[Role::Statusword, Role::Position, Role::ActualTorque],
+        &[Role::ModeDisplay, Role::ErrorCode, Role::Unused, Role::Gap],
+        found,
+    );
 }
 
 fn pdos(at: &str, pdos: &[Pdo], needed: &[Role], also: &[Role], found: &mut Found) {
@@ -129,56 +229,120 @@ fn pdos(at: &str, pdos: &[Pdo], needed: &[Role], also: &[Role], found: &mut Foun
     for role in needed {
         let n = entries().filter(|e| e.role == *role).count();
         if n != 1 {
-            found.say(format!("{at}: {n} entries have the role {role:?}, wanted 1"));
+            found.say(format!(
+                "{at}: {n} entries have the role {role:?}, wanted 1"
+            ));
         }
     }
     for e in entries() {
         if !needed.contains(&e.role) && !also.contains(&e.role) {
-            found.say(format!("{at}: role {:?} belongs to the other direction", e.role));
+            found.say(format!(
+                "{at}: role {:?} belongs to the other direction",
+                e.role
+            ));
         }
         if ![8, 16, 32].contains(&e.bits) {
-            found.say(format!("{at}: {:?} has bits = {}, allowed 8, 16 or 32", e.role, e.bits));
+            found.say(format!(
+                "{at}: {:?} has bits = {}, allowed 8, 16 or 32",
+                e.role, e.bits
+            ));
         }
         if (e.object == 0) != (e.role == Role::Gap) {
-            found.say(format!("{at}: {:?} has object = {:#06x}: only a gap has none", e.role, e.object));
+            found.say(format!(
+                "{at}: {:?} has object = {:#06x}: only a gap has none",
+                e.role, e.object
+            ));
         }
     }
 }
 
 fn safety(config: &Config, found: &mut Found) {
     let s = &config.safety;
-    found.within("safety.lost_frame_limit", s.lost_frame_limit.into(), 1.0..=1000.0,
-        "cycles without a reply, one after the other");
-    found.within("safety.working_counter_limit", s.working_counter_limit.into(), 1.0..=1000.0,
-        "cycles with a short working counter, one after the other");
-    found.within("safety.speed_cycles", s.speed_cycles.into(), 1.0..=64.0, "cycles of the mean speed");
-    found.within("safety.frozen_cycles", s.frozen_cycles.into(), 2.0..=4000.0,
-        "cycles with the same counts");
-    found.within("safety.frozen_motion_rad", s.frozen_motion_rad, 1e-9..=1.0,
-        "motion of the reference in which an encoder must have moved");
-    found.within("safety.overrun_us", s.overrun_us.into(), 1.0..=1_000_000.0,
-        "how late a cycle may begin");
-    found.within("safety.ramp_ms", s.ramp_ms.into(), 0.0..=10_000.0, "how long a ramp takes");
-    found.within("recorder.keep_s", config.recorder.keep_s, 0.0..=60.0, "kept before a trip");
-    found.within("recorder.buffer_cycles", config.recorder.buffer_cycles as f64, 64.0..=1e6,
-        "rows that wait for the writer, 4000 are a second");
+    found.within(
+        "safety.lost_frame_limit",
+        s.lost_frame_limit.into(),
+        1.0..=1000.0,
+        "cycles without a reply, one after the other",
+    );
+    found.within(
+        "safety.working_counter_limit",
+        s.working_counter_limit.into(),
+        1.0..=1000.0,
+        "cycles with a short working counter, one after the other",
+    );
+    found.within(
+        "safety.speed_cycles",
+        s.speed_cycles.into(),
+        1.0..=64.0,
+        "cycles of the mean speed",
+    );
+    found.within(
+        "safety.frozen_cycles",
+        s.frozen_cycles.into(),
+        2.0..=4000.0,
+        "cycles with the same counts",
+    );
+    found.within(
+        "safety.frozen_motion_rad",
+        s.frozen_motion_rad,
+        1e-9..=1.0,
+        "motion of the reference in which an encoder must have moved",
+    );
+    found.within(
+        "safety.overrun_us",
+        s.overrun_us.into(),
+        1.0..=1_000_000.0,
+        "how late a cycle may begin",
+    );
+    found.within(
+        "safety.ramp_ms",
+        s.ramp_ms.into(),
+        0.0..=10_000.0,
+        "how long a ramp takes",
+    );
+    found.within(
+        "recorder.keep_s",
+        config.recorder.keep_s,
+        0.0..=60.0,
+        "kept before a trip",
+    );
+    found.within(
+        "recorder.buffer_cycles",
+        config.recorder.buffer_cycles as f64,
+        64.0..=1e6,
+        "rows that wait for the writer, 4000 are a second",
+    );
 }
 
 fn drives(config: &Config, found: &mut Found) {
     if config.drive.len() != AXES {
-        found.say(format!("drive: {} of them, wanted {AXES}: one [[drive]] for each axis",
-            config.drive.len()));
+        found.say(format!(
+            "drive: {} of them, wanted {AXES}: one [[drive]] for each axis",
+            config.drive.len()
+        ));
         return;
     }
     for (k, drive) in config.drive.iter().enumerate() {
         if drive.direction != 1 && drive.direction != -1 {
-            found.say(format!("drive[{k}].direction = {}, allowed 1 or -1", drive.direction));
+            found.say(format!(
+                "drive[{k}].direction = {}, allowed 1 or -1",
+                drive.direction
+            ));
         }
-        found.within(&format!("drive[{k}].position"), drive.position.into(), 0.0..=15.0,
-            "place on the cable, the first is 0");
-        if config.drive[..k].iter().any(|d| d.position == drive.position) {
-            found.say(format!("drive[{k}].position = {}: another drive has it: give each its own",
-                drive.position));
+        found.within(
+            &format!("drive[{k}].position"),
+            drive.position.into(),
+            0.0..=15.0,
+            "place on the cable, the first is 0",
+        );
+        if config.drive[..k]
+            .iter()
+            .any(|d| d.position == drive.position)
+        {
+            found.say(format!(
+                "drive[{k}].position = {}: another drive has it: give each its own",
+                drive.position
+            ));
         }
     }
 }

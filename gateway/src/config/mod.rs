@@ -1,8 +1,6 @@
 //! The configuration of one machine, as it stands in a TOML file. `check` says what is wrong in it.
 
 mod check;
-#[cfg(test)]
-mod tests;
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -131,10 +129,7 @@ impl Scale {
                 step,
                 torque_constant,
             } => torque_constant * (step / 1000.0),
-            Scale::RatedTorque {
-                step,
-                rated_torque,
-            } => rated_torque * (step / 1000.0),
+            Scale::RatedTorque { step, rated_torque } => rated_torque * (step / 1000.0),
         }
     }
 }

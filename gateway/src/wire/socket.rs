@@ -34,13 +34,8 @@ impl Socket {
         }
         let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
         // SAFETY: creates a descriptor, touches no memory of ours.
-        let handle = unsafe {
-            libc::socket(
-                libc::AF_PACKET,
-                kind,
-                libc::c_int::from(ETHERTYPE.to_be()),
-            )
-        };
+        let handle =
+            unsafe { libc::socket(libc::AF_PACKET, kind, libc::c_int::from(ETHERTYPE.to_be())) };
         if handle < 0 {
             return Err(format!(
                 "bus.interface = {interface:?}: no raw socket ({}): run as root or give the program \
@@ -83,8 +78,7 @@ impl Link for Socket {
 
     fn receive(&mut self, buffer: &mut [u8]) -> Option<usize> {
         // SAFETY: pointer and length are those of one slice.
-        let n =
-            unsafe { libc::recv(self.handle, buffer.as_mut_ptr().cast(), buffer.len(), 0) };
+        let n = unsafe { libc::recv(self.handle, buffer.as_mut_ptr().cast(), buffer.len(), 0) };
         (n >= 0).then_some(n as usize)
     }
 
