@@ -63,10 +63,6 @@ impl<L: Link> Bus<L> {
         3 * AXES as u16
     }
 
-    pub fn counts(&self) -> Counts {
-        self.wire.counts
-    }
-
     pub fn reply(&self) -> &Reply {
         &self.reply
     }

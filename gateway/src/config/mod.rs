@@ -37,6 +37,8 @@ pub struct System {
     /// What happens when one of those is not ready in time.
     #[serde(default)]
     pub late: Late,
+    /// One step of a component may take this long (wall clock).
+    pub step_limit_us: Option<u32>,
     pub reference: String,
     pub following_error: String,
     pub feedforward: String,

@@ -5,10 +5,10 @@
 
 mod columns;
 mod ring;
-mod writer;
 #[cfg(test)]
 mod tests;
+mod writer;
 
 pub use columns::Columns;
 pub use ring::{ring, Sink};
-pub use writer::{Plan, Writer};
+pub use writer::{Plan, Writer, Written};

@@ -48,6 +48,12 @@ impl Sink {
         s.written.store(written + 1, Ordering::Release);
     }
 
+    /// Whether another row fits in.
+    pub fn has_room(&self) -> bool {
+        let s = &*self.0;
+        s.written.load(Ordering::Relaxed) - s.taken.load(Ordering::Acquire) < s.rows
+    }
+
     pub fn overflowed(&self) -> u64 {
         self.0.overflowed.load(Ordering::Relaxed)
     }

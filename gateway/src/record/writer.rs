@@ -47,7 +47,7 @@ impl Writer {
             Some(path) => Some(create(path, &plan, None)?),
             None => None,
         };
-        let (end, ended) = channel();
+        let (end, ended) = channel::<Option<String>>();
         let work = move || {
             let mut sheet = Sheet::new(plan, source, file);
             loop {
@@ -62,7 +62,9 @@ impl Writer {
             }
         };
         let thread = std::thread::Builder::new().name("recorder".to_owned());
-        let thread = thread.spawn(work).map_err(|why| format!("recorder: {why}"))?;
+        let thread = thread
+            .spawn(work)
+            .map_err(|why| format!("recorder: {why}"))?;
         Ok(Writer { end, thread })
     }
 
@@ -157,8 +159,13 @@ fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File
     if let Some(why) = trip {
         head += &format!("# trip: {}\n", why.replace('\n', " "));
     }
-    head += &format!("{}\n{}\n", plan.columns.names.join(","), plan.columns.units.join(","));
-    file.write_all(head.as_bytes()).map_err(|why| failed(path, &why))?;
+    head += &format!(
+        "{}\n{}\n",
+        plan.columns.names.join(","),
+        plan.columns.units.join(",")
+    );
+    file.write_all(head.as_bytes())
+        .map_err(|why| failed(path, &why))?;
     Ok(file)
 }
 
@@ -176,5 +183,8 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
 }
 
 fn failed(path: &Path, why: &std::io::Error) -> String {
-    format!("{}: {why}: is there room, may it be written?", path.display())
+    format!(
+        "{}: {why}: is there room, may it be written?",
+        path.display()
+    )
 }

@@ -79,6 +79,11 @@ impl Safety {
         }
     }
 
+    /// Seconds of one cycle.
+    pub fn base_step(&self) -> f64 {
+        self.rules.base_step
+    }
+
     /// The first broken rule of this cycle, in the order from cause to consequence.
     pub fn judge(&mut self, m: &Measured) -> Option<Trip> {
         let found = self
