@@ -7,25 +7,34 @@ use super::{Config, Limits, Pdo, Role, Scale, AXES};
 
 /// The configuration in `file`, or every mistake with key, value, range and how to mend it.
 pub fn read(file: &Path) -> Result<Config, String> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|why| format!("{}: not readable: {why}", file.display()))?;
-    let mut config: Config =
-        toml::from_str(&text).map_err(|why| format!("{}: {why}", file.display()))?;
-    let mistakes = check(&config);
-    if !mistakes.is_empty() {
-        let lines: Vec<_> = mistakes
-            .iter()
-            .map(|m| format!("{}: {m}", file.display()))
-            .collect();
-        return Err(lines.join("\n"));
-    }
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|why| format!("{name}: {why}"))?;
+    let named = |all: String| {
+        let lines: Vec<_> = all.lines().map(|m| format!("{name}: {m}")).collect();
+        lines.join("\n")
+    };
+    let mut config = parse(&text).map_err(named)?;
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     Ok(config)
 }
 
+/// The configuration in a text, or its mistakes, a line each.
+pub fn parse(text: &str) -> Result<Config, String> {
+    let config: Config = toml::from_str(text).map_err(|why| {
+        let before = &text[..why.span().map_or(0, |span| span.start)];
+        format!("line {}: {}", before.lines().count().max(1), why.message())
+    })?;
+    let mistakes = check(&config);
+    if mistakes.is_empty() {
+        Ok(config)
+    } else {
+        Err(mistakes.join("\n"))
+    }
+}
+
 /// Mistakes of a configuration, each `key = value, allowed range: how to mend it`.
-pub fn check(config: &Config) -> Vec<String> {
+fn check(config: &Config) -> Vec<String> {
     let mut found = Found::default();
     bus(config, &mut found);
     real_time(config, &mut found);

@@ -1,10 +1,14 @@
 //! The configuration of one machine, as it stands in a TOML file. `check` says what is wrong in it.
 
 mod check;
+#[cfg(test)]
+mod tests;
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
+#[cfg(test)]
+pub use check::parse;
 pub use check::read;
 
 /// Axes of the machine; the drives, the host's inputs and outputs and every limit have this many.
@@ -251,6 +255,7 @@ impl Config {
 
     /// A path of the configuration, taken from where its file lies.
     fn place(file: &Path, path: &Path) -> PathBuf {
-        file.parent().unwrap_or(Path::new(".")).join(path)
+        let place = file.parent().unwrap_or(Path::new(".")).join(path);
+        place.canonicalize().unwrap_or(place)
     }
 }

@@ -5,9 +5,13 @@
 
 mod reaction;
 mod reason;
+#[cfg(test)]
+mod tests;
 
 use crate::config::{Config, AXES};
 pub use reaction::Reaction;
+#[cfg(test)]
+pub use reason::Kind;
 pub use reason::{Reactions, Reason, Trip};
 
 const OP: u8 = 8;
