@@ -24,6 +24,7 @@ pub struct Plant {
 }
 
 impl Plant {
+    /// fmu: takes the component's place, with its own start values.
     /// parameters: as `Options::parameters`, with the component's name: ("plant.tau_step", 0.003).
     pub fn open(
         system: &System,

@@ -98,7 +98,8 @@ impl System {
         })
     }
 
-    /// The same with another FMU for one component, of equal interface.
+    /// The same with another FMU of equal interface for one component. It brings its own values:
+    /// those of the `.ssp` describe the one that it replaces.
     pub(crate) fn with_fmu(&self, name: &str, path: &Path) -> Result<System, Error> {
         let mut components = self.components.clone();
         find(&components, name)?;
@@ -109,7 +110,7 @@ impl System {
             .keep();
         let fmu = Arc::new(Fmu::open(Archive::open(path)?, folder)?);
         for component in components.iter_mut().filter(|c| c.name() == name) {
-            *component = Component::new(name, Arc::clone(&fmu), component.values(), self.base)?;
+            *component = Component::new(name, Arc::clone(&fmu), &Values::new(), self.base)?;
         }
         check(&self.wires, &components).map_err(|e| e.at(path.display()))?;
         Ok(System {
