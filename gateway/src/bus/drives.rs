@@ -86,7 +86,7 @@ impl Drives {
             let value = match role {
                 Role::Controlword => i32::from(controlword),
                 Role::Mode => i32::from(self.mode),
-                Role::TargetTorque => self.counts(axis, tau),
+                Role::TargetTorque => place.fitting(self.counts(axis, tau)),
                 _ => 0,
             };
             place.put(value, out);
@@ -128,12 +128,13 @@ impl Layout {
 impl Place {
     fn put(self, value: i32, out: &mut [u8]) {
         let n = usize::from(self.bits / 8);
-        // a drive with 16 bits gets its largest value, not the low half of a larger one
-        let value = match self.bits {
-            16 if value > 0xffff || value < i16::MIN.into() => value.signum() * i32::from(i16::MAX),
-            _ => value,
-        };
         out[self.at..self.at + n].copy_from_slice(&value.to_le_bytes()[..n]);
+    }
+
+    /// The nearest signed value that fits: never the low half of a larger one.
+    fn fitting(self, value: i32) -> i32 {
+        let most = i32::MAX >> (32 - self.bits);
+        value.clamp(-most, most)
     }
 
     fn get(self, data: &[u8]) -> i32 {
@@ -145,3 +146,7 @@ impl Place {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "drives_tests.rs"]
+mod tests;

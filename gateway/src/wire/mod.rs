@@ -6,6 +6,8 @@
 
 mod clock;
 mod socket;
+#[cfg(test)]
+mod tests;
 
 use ethercrab::{PduRx, PduTx};
 use std::future::Future;
