@@ -18,7 +18,7 @@ use crate::bus::{Bus, Reply};
 use crate::config::{Config, AXES};
 use crate::realtime::{now_ns, stop};
 use crate::record::Sink;
-use crate::safety::{Measured, Reaction, Reason, Safety};
+use crate::safety::{Kind, Measured, Reaction, Reason, Safety};
 use crate::wire::Link;
 
 /// Cycles without any reply after which a reaction gives up: the watchdog has acted long ago.
@@ -251,7 +251,11 @@ impl<'a, L: Link> Machine<'a, L> {
 
     /// Begin the reaction; whatever comes later does not change the reason.
     fn end(&mut self, ending: Ending, reason: Reason) {
-        let kind = self.config.reactions.to(reason);
+        // drives that were never all enabled are not led on to it by a ramp
+        let kind = match self.phase {
+            Phase::Running => self.config.reactions.to(reason),
+            _ => Kind::Zero,
+        };
         let per_ms = self.controller_steps_per_ms();
         let ramp = f64::from(self.config.safety.ramp_ms) * per_ms;
         let from = if self.wanted.dry_run {

@@ -10,9 +10,7 @@ mod tests;
 
 use crate::config::{Config, AXES};
 pub use reaction::Reaction;
-#[cfg(test)]
-pub use reason::Kind;
-pub use reason::{Reactions, Reason, Trip};
+pub use reason::{Kind, Reactions, Reason, Trip};
 
 const OP: u8 = 8;
 const AL_MASK: u8 = 0x0f;
