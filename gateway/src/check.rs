@@ -86,10 +86,7 @@ fn without_power(args: &Check, teller: Teller) -> Result<(), (Exit, String)> {
         teller.found(&found);
         bus::compare(&config, &found).map_err(failed)?;
         bus::refuse_energised(&config, &found, false).map_err(failed)?;
-        teller.mark(
-            true,
-            "the drives are those that the configuration names, without power",
-        );
+        teller.mark(true, "the drives are those that the configuration names, without power");
     }
     Ok(())
 }
@@ -99,13 +96,7 @@ pub fn system(config: &Config, teller: Teller) -> Result<System, String> {
     let path = config.system.ssp.display();
     let system = System::open(&config.system.ssp).map_err(|why| why.to_string())?;
     let host = &config.system.host;
-    let names = || {
-        system
-            .components()
-            .iter()
-            .map(|c| c.name())
-            .collect::<Vec<_>>()
-    };
+    let names = || system.components().iter().map(|c| c.name()).collect::<Vec<_>>();
     let Some(component) = system.component(host) else {
         return Err(format!(
             "{path}: no component {host:?}, it has {:?}: set system.host",
@@ -116,9 +107,7 @@ pub fn system(config: &Config, teller: Teller) -> Result<System, String> {
         for axis in 1..=AXES {
             let name = format!("{variable}[{axis}]");
             if component.variable(&name).is_none() {
-                return Err(format!(
-                    "{path}: {host} has no variable {name}: is it the machine?"
-                ));
+                return Err(format!("{path}: {host} has no variable {name}: is it the machine?"));
             }
         }
     }
@@ -151,13 +140,7 @@ pub fn system(config: &Config, teller: Teller) -> Result<System, String> {
         }
     }
     let step_us = system.base_step() * 1e6;
-    teller.mark(
-        true,
-        &format!(
-            "{path}: {} components, {step_us:.0} us a cycle",
-            names().len()
-        ),
-    );
+    teller.mark(true, &format!("{path}: {} components, {step_us:.0} us a cycle", names().len()));
     Ok(system)
 }
 
@@ -167,10 +150,5 @@ pub fn more(config: &Config, controller: &Controller) -> Vec<(String, String)> {
         let slot = controller.slot(name);
         slot.map_or("1".to_owned(), |slot| controller.units()[slot].clone())
     };
-    config
-        .recorder
-        .signals
-        .iter()
-        .map(|name| (name.clone(), unit(name)))
-        .collect()
+    config.recorder.signals.iter().map(|name| (name.clone(), unit(name))).collect()
 }

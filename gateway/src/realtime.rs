@@ -4,10 +4,7 @@ use std::time::Duration;
 
 /// Nanoseconds of the monotonic clock.
 pub fn now_ns() -> u64 {
-    let mut t = libc::timespec {
-        tv_sec: 0,
-        tv_nsec: 0,
-    };
+    let mut t = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the kernel writes into the timespec above, which outlives the call.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut t) };
     t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
@@ -23,12 +20,7 @@ pub fn sleep_until(at_ns: u64, spin: Duration) {
     // SAFETY: the timespec outlives the call; no remainder is asked for, an absolute time has none.
     // A signal ends the sleep early, so it is repeated until the instant has come.
     while unsafe {
-        libc::clock_nanosleep(
-            libc::CLOCK_MONOTONIC,
-            libc::TIMER_ABSTIME,
-            &t,
-            std::ptr::null_mut(),
-        )
+        libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &t, std::ptr::null_mut())
     } == libc::EINTR
     {}
     while now_ns() < at_ns {
@@ -41,25 +33,17 @@ pub fn lock_memory() -> Result<(), String> {
     // SAFETY: takes flags, touches no memory of ours.
     match unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } {
         0 => Ok(()),
-        _ => Err(refused(
-            "memory is not locked",
-            "run as root or raise `ulimit -l`",
-        )),
+        _ => Err(refused("memory is not locked", "run as root or raise `ulimit -l`")),
     }
 }
 
 /// First in, first out at this priority (1 to 99) for the calling thread.
 pub fn set_fifo(priority: i32) -> Result<(), String> {
-    let p = libc::sched_param {
-        sched_priority: priority,
-    };
+    let p = libc::sched_param { sched_priority: priority };
     // SAFETY: 0 is the calling thread, the parameter outlives the call.
     match unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &p) } {
         0 => Ok(()),
-        _ => Err(refused(
-            "no real-time priority",
-            "run as root or give CAP_SYS_NICE",
-        )),
+        _ => Err(refused("no real-time priority", "run as root or give CAP_SYS_NICE")),
     }
 }
 

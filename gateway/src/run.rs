@@ -98,14 +98,7 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let pulse = Pulse::default();
     let base_step = system.base_step();
     let parts = (controller, found);
-    let machine = Machine::new(
-        &config,
-        wanted,
-        bus,
-        parts,
-        (sink, width),
-        (&pulse, base_step),
-    );
+    let machine = Machine::new(&config, wanted, bus, parts, (sink, width), (&pulse, base_step));
     let out = shown(teller, &pulse, base_step, || {
         for note in privileges(&config, args.lockstep) {
             teller.line("note", &note);
@@ -135,9 +128,7 @@ fn shown(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> O
                 let time = cycle as f64 * base_step;
                 let error = pulse.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
                 let lost = pulse.lost.load(Ordering::Relaxed);
-                teller.live(&format!(
-                    "{time:8.2} s   error {error:9.2} urad   lost {lost}"
-                ));
+                teller.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
                 teller.event(
                     "status",
                     json!({"cycle": cycle, "time_s": time, "error_urad": error, "lost": lost}),
@@ -178,25 +169,16 @@ fn plan(args: &Run, config: &Config, base_step: f64, columns: Columns) -> Result
         ("drives".to_owned(), config.profile.name.clone()),
     ];
     for pair in &args.meta {
-        let (key, value) = pair
-            .split_once('=')
-            .ok_or_else(|| format!("--meta {pair}: wants KEY=VALUE"))?;
+        let (key, value) =
+            pair.split_once('=').ok_or_else(|| format!("--meta {pair}: wants KEY=VALUE"))?;
         meta.retain(|(k, _)| k != key);
         meta.push((key.to_owned(), value.to_owned()));
     }
-    let folder = args
-        .record
-        .as_deref()
-        .and_then(|f| f.parent())
-        .unwrap_or(&config.recorder.folder);
-    let stem = args
-        .record
-        .as_deref()
-        .and_then(|f| f.file_stem())
-        .map_or_else(
-            || format!("run-{}", std::process::id()),
-            |stem| stem.to_string_lossy().into_owned(),
-        );
+    let folder = args.record.as_deref().and_then(|f| f.parent()).unwrap_or(&config.recorder.folder);
+    let stem = args.record.as_deref().and_then(|f| f.file_stem()).map_or_else(
+        || format!("run-{}", std::process::id()),
+        |stem| stem.to_string_lossy().into_owned(),
+    );
     Ok(Plan {
         columns,
         meta,

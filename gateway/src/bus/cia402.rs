@@ -23,10 +23,7 @@ impl State {
     /// Whether current may flow.
     pub fn is_energised(self) -> bool {
         use State::{FaultReaction, OperationEnabled, QuickStopActive, SwitchedOn};
-        matches!(
-            self,
-            SwitchedOn | OperationEnabled | QuickStopActive | FaultReaction
-        )
+        matches!(self, SwitchedOn | OperationEnabled | QuickStopActive | FaultReaction)
     }
 
     pub fn words(self) -> &'static str {
@@ -93,9 +90,8 @@ mod tests {
 
     #[test]
     fn enabling_walks_through_every_state_and_never_resets_a_fault() {
-        let words: Vec<_> = [0x40, 0x21, 0x23, 0x27, 0x08, 0x07]
-            .map(|w| towards_enabled(state(w)))
-            .into();
+        let words: Vec<_> =
+            [0x40, 0x21, 0x23, 0x27, 0x08, 0x07].map(|w| towards_enabled(state(w))).into();
         assert_eq!(words, [0x06, 0x07, 0x0f, 0x0f, 0x00, 0x00]);
     }
 

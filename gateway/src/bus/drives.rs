@@ -114,10 +114,7 @@ impl Layout {
     fn new(pdos: &[Pdo]) -> Self {
         let mut layout = Layout::default();
         for e in pdos.iter().flat_map(|p| &p.entries) {
-            let place = Place {
-                at: layout.bytes,
-                bits: e.bits,
-            };
+            let place = Place { at: layout.bytes, bits: e.bits };
             layout.places.push((e.role, place));
             layout.bytes += usize::from(e.bits / 8);
         }

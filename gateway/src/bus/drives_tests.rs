@@ -13,9 +13,7 @@ fn config(name: &str) -> Config {
 fn spread(n: usize, most: i32) -> impl Iterator<Item = i32> {
     let mut x = 1u64;
     (0..n).map(move |_| {
-        x = x
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        x = x.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (x >> 33) as i32 % most
     })
 }
@@ -55,20 +53,10 @@ fn process_data_lies_where_the_map_says() {
     let mut out = [0xff; 8];
     drives.write(0, 0x000f, -3.0, &mut out);
     assert_eq!(out, [0x0f, 0, 4, 0, 0x18, 0xfc, 0xff, 0xff]);
-    let data = [
-        0x37, 0x16, 4, 0, 2, 0, 0, 0, 0x18, 0xfc, 0xff, 0xff, 1, 2, 3, 4,
-    ];
+    let data = [0x37, 0x16, 4, 0, 2, 0, 0, 0, 0x18, 0xfc, 0xff, 0xff, 1, 2, 3, 4];
     let report = drives.read(0, &data);
     let theta = 2.0 * config("akd").theta_step();
-    assert_eq!(
-        report,
-        Report {
-            statusword: 0x1637,
-            error_code: 0,
-            theta,
-            tau: -3.0
-        }
-    );
+    assert_eq!(report, Report { statusword: 0x1637, error_code: 0, theta, tau: -3.0 });
 }
 
 #[test]
@@ -76,19 +64,11 @@ fn sixteen_bits_are_not_overrun() {
     let drives = Drives::new(&config("cia402"));
     assert_eq!(drives.bytes(), (6, 12));
     let mut out = [0; 6];
-    for (tau, wanted) in [
-        (1e9, i16::MAX),
-        (-1e9, -i16::MAX),
-        (300.0, i16::MAX),
-        (-9.0, -1000),
-    ] {
+    for (tau, wanted) in [(1e9, i16::MAX), (-1e9, -i16::MAX), (300.0, i16::MAX), (-9.0, -1000)] {
         drives.write(0, 0, tau, &mut out);
         assert_eq!(i16::from_le_bytes([out[4], out[5]]), wanted, "{tau}");
     }
     let data = [0x18, 0x02, 10, 0, 0, 0, 0, 0, 0x18, 0xfc, 0x11, 0x86];
     let report = drives.read(0, &data);
-    assert_eq!(
-        (report.tau, report.error_code),
-        (-1000.0 * (9.0 * 0.001), 0x8611)
-    );
+    assert_eq!((report.tau, report.error_code), (-1000.0 * (9.0 * 0.001), 0x8611));
 }

@@ -89,14 +89,14 @@ impl<L: Link> Bus<L> {
                 .drive(group.tx_rx(self.main), deadline_ns)
                 .and_then(Result::ok)
                 .map(|a| (a.working_counter, a.subdevice_states)),
-            Running::Synced(group) => self
-                .wire
-                .drive(group.tx_rx_dc(self.main), deadline_ns)
-                .and_then(Result::ok)
-                .map(|a| {
-                    phase = Some(a.extra.cycle_start_offset.as_nanos() as u64);
-                    (a.working_counter, a.subdevice_states)
-                }),
+            Running::Synced(group) => {
+                self.wire.drive(group.tx_rx_dc(self.main), deadline_ns).and_then(Result::ok).map(
+                    |a| {
+                        phase = Some(a.extra.cycle_start_offset.as_nanos() as u64);
+                        (a.working_counter, a.subdevice_states)
+                    },
+                )
+            }
         };
         self.reply.answered = answer.is_some();
         self.reply.phase_ns = phase;
@@ -130,8 +130,7 @@ impl<L: Link> Bus<L> {
     pub fn leave(mut self) -> Counts {
         for state in [SAFE_OP, INIT] {
             let order = Command::bwr(AL_CONTROL).ignore_wkc();
-            self.wire
-                .drive(order.send(self.main, state), now_ns() + GOODBYE_NS);
+            self.wire.drive(order.send(self.main, state), now_ns() + GOODBYE_NS);
         }
         self.wire.counts
     }

@@ -59,11 +59,7 @@ pub fn compare(config: &Config, found: &[Found]) -> Result<(), String> {
     }
     for (axis, drive) in config.drive.iter().enumerate() {
         let Some(f) = found.get(usize::from(drive.position)) else {
-            wrong.push(format!(
-                "axis {}: nothing at position {}",
-                axis + 1,
-                drive.position
-            ));
+            wrong.push(format!("axis {}: nothing at position {}", axis + 1, drive.position));
             continue;
         };
         let p = &config.profile;

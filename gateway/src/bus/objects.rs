@@ -38,10 +38,7 @@ pub async fn configure(config: &Config, device: &Device<'_>) -> Result<(), Strin
     map(device, RX_ASSIGNED, &p.rx).await?;
     map(device, TX_ASSIGNED, &p.tx).await?;
     let ticks = config.bus.watchdog_ms as u16 * 10;
-    for (register, value) in [
-        (WATCHDOG_DIVIDER, DIVIDER_100_US),
-        (WATCHDOG_PROCESS_DATA, ticks),
-    ] {
+    for (register, value) in [(WATCHDOG_DIVIDER, DIVIDER_100_US), (WATCHDOG_PROCESS_DATA, ticks)] {
         device
             .register_write(register, value)
             .await

@@ -37,9 +37,8 @@ fn master<L: Link>(
     link: L,
     wish: Wish,
 ) -> Result<(Wire<L>, &'static MainDevice<'static>), String> {
-    let (tx, rx, pdu_loop) = STORAGE
-        .try_split()
-        .map_err(|()| "the bus was opened twice in one process".to_owned())?;
+    let (tx, rx, pdu_loop) =
+        STORAGE.try_split().map_err(|()| "the bus was opened twice in one process".to_owned())?;
     let synced = config.bus.distributed_clocks && !wish.lockstep;
     let timeouts = Timeouts {
         state_transition: Duration::from_millis(config.bus.state_timeout_ms.into()),
@@ -85,14 +84,7 @@ pub fn bring_up<L: Link>(
     for (place, drive) in order.iter_mut().zip(&config.drive) {
         *place = usize::from(drive.position);
     }
-    let mut bus = Bus {
-        wire,
-        main,
-        group,
-        drives,
-        order,
-        reply: Reply::default(),
-    };
+    let mut bus = Bus { wire, main, group, drives, order, reply: Reply::default() };
     reach_op(&mut bus, config, wish)?;
     Ok(bus)
 }

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::{Config, Limits, Pdo, Role, Scale, AXES};
+use super::{Config, Limits, AXES};
 
 /// The configuration in `file`, or every mistake with key, value, range and how to mend it.
 pub fn read(file: &Path) -> Result<Config, String> {
@@ -38,7 +38,7 @@ fn check(config: &Config) -> Vec<String> {
     let mut found = Found::default();
     bus(config, &mut found);
     real_time(config, &mut found);
-    profile(config, &mut found);
+    super::check_profile::profile(&config.profile, &mut found);
     found.limits("limits", &config.limits);
     for (k, drive) in config.drive.iter().enumerate() {
         if let Some(limits) = &drive.limits {
@@ -51,16 +51,16 @@ fn check(config: &Config) -> Vec<String> {
 }
 
 #[derive(Default)]
-struct Found {
+pub(super) struct Found {
     mistakes: Vec<String>,
 }
 
 impl Found {
-    fn say(&mut self, text: String) {
+    pub fn say(&mut self, text: String) {
         self.mistakes.push(text);
     }
 
-    fn within(&mut self, key: &str, value: f64, range: RangeInclusive<f64>, mend: &str) {
+    pub fn within(&mut self, key: &str, value: f64, range: RangeInclusive<f64>, mend: &str) {
         if !range.contains(&value) {
             let (low, high) = range.into_inner();
             self.say(format!("{key} = {value}, allowed {low} to {high}: {mend}"));
@@ -69,18 +69,8 @@ impl Found {
 
     fn limits(&mut self, at: &str, l: &Limits) {
         let key = |name: &str| format!("{at}.{name}");
-        self.within(
-            &key("torque_N_m"),
-            l.torque,
-            1e-3..=1e4,
-            "the largest torque of this axis",
-        );
-        self.within(
-            &key("speed_rad_per_s"),
-            l.speed,
-            1e-3..=1e3,
-            "the highest speed",
-        );
+        self.within(&key("torque_N_m"), l.torque, 1e-3..=1e4, "the largest torque of this axis");
+        self.within(&key("speed_rad_per_s"), l.speed, 1e-3..=1e3, "the highest speed");
         self.within(
             &key("position_min_rad"),
             l.position_min,
@@ -99,12 +89,7 @@ impl Found {
             1e-6..=10.0,
             "the largest error",
         );
-        self.within(
-            &key("jump_rad"),
-            l.jump,
-            1e-6..=1.0,
-            "the largest change in one cycle",
-        );
+        self.within(&key("jump_rad"), l.jump, 1e-6..=1.0, "the largest change in one cycle");
         if l.position_min >= l.position_max {
             let (low, high) = (l.position_min, l.position_max);
             self.say(format!(
@@ -156,113 +141,13 @@ fn bus(config: &Config, found: &mut Found) {
 
 fn real_time(config: &Config, found: &mut Found) {
     let r = &config.real_time;
-    found.within(
-        "real_time.priority",
-        r.priority.into(),
-        0.0..=99.0,
-        "0 asks for no priority",
-    );
+    found.within("real_time.priority", r.priority.into(), 0.0..=99.0, "0 asks for no priority");
     found.within(
         "real_time.spin_us",
         r.spin_us.into(),
         0.0..=1000.0,
         "spinning for whole cycles is throttled by the kernel",
     );
-}
-
-fn profile(config: &Config, found: &mut Found) {
-    let p = &config.profile;
-    found.within(
-        "profile.mode",
-        p.mode.into(),
-        1.0..=10.0,
-        "4 is torque, 10 cyclic synchronous torque",
-    );
-    found.within(
-        "profile.counts_per_revolution",
-        p.counts_per_revolution,
-        1.0..=4_294_967_296.0,
-        "counts of the position object in one turn",
-    );
-    match &p.scale {
-        Scale::Current {
-            step,
-            torque_constant,
-        } => {
-            found.within(
-                "profile.scale.current.step_mA",
-                *step,
-                1e-3..=1e4,
-                "current of one count",
-            );
-            found.within(
-                "profile.scale.current.torque_constant_N_m_per_A",
-                *torque_constant,
-                1e-4..=1e3,
-                "N m per A, as the drive's current is defined (peak or rms)",
-            );
-        }
-        Scale::RatedTorque { step, rated_torque } => {
-            found.within(
-                "profile.scale.rated_torque.step_per_mille",
-                *step,
-                1e-3..=1e3,
-                "share of the rated torque that one count is",
-            );
-            found.within(
-                "profile.scale.rated_torque.rated_torque_N_m",
-                *rated_torque,
-                1e-3..=1e4,
-                "object 0x6076 of the drive",
-            );
-        }
-    }
-    pdos(
-        "profile.rx",
-        &p.rx,
-        &[Role::Controlword, Role::TargetTorque],
-        &[Role::Mode, Role::Unused, Role::Gap],
-        found,
-    );
-    pdos(
-        "profile.tx",
-        &p.tx,
-        &[Role::Statusword, Role::Position, Role::ActualTorque],
-        &[Role::ModeDisplay, Role::ErrorCode, Role::Unused, Role::Gap],
-        found,
-    );
-}
-
-fn pdos(at: &str, pdos: &[Pdo], needed: &[Role], also: &[Role], found: &mut Found) {
-    let entries = || pdos.iter().flat_map(|p| &p.entries);
-    for role in needed {
-        let n = entries().filter(|e| e.role == *role).count();
-        if n != 1 {
-            found.say(format!(
-                "{at}: {n} entries have the role {role:?}, wanted 1"
-            ));
-        }
-    }
-    for e in entries() {
-        if !needed.contains(&e.role) && !also.contains(&e.role) {
-            found.say(format!(
-                "{at}: role {:?} belongs to the other direction",
-                e.role
-            ));
-        }
-        if ![8, 16, 32].contains(&e.bits) {
-            found.say(format!(
-                "{at}: {:?} has bits = {}, allowed 8, 16 or 32",
-                e.role, e.bits
-            ));
-        }
-        if (e.object == 0) != (e.role == Role::Gap) {
-            found.say(format!(
-                "{at}: {:?} has object = {:#06x}: only a gap has none",
-                e.role, e.object
-            ));
-        }
-    }
 }
 
 fn safety(config: &Config, found: &mut Found) {
@@ -303,18 +188,8 @@ fn safety(config: &Config, found: &mut Found) {
         1.0..=1_000_000.0,
         "how late a cycle may begin",
     );
-    found.within(
-        "safety.ramp_ms",
-        s.ramp_ms.into(),
-        0.0..=10_000.0,
-        "how long a ramp takes",
-    );
-    found.within(
-        "recorder.keep_s",
-        config.recorder.keep_s,
-        0.0..=60.0,
-        "kept before a trip",
-    );
+    found.within("safety.ramp_ms", s.ramp_ms.into(), 0.0..=10_000.0, "how long a ramp takes");
+    found.within("recorder.keep_s", config.recorder.keep_s, 0.0..=60.0, "kept before a trip");
     found.within(
         "recorder.buffer_cycles",
         config.recorder.buffer_cycles as f64,
@@ -333,10 +208,7 @@ fn drives(config: &Config, found: &mut Found) {
     }
     for (k, drive) in config.drive.iter().enumerate() {
         if drive.direction != 1 && drive.direction != -1 {
-            found.say(format!(
-                "drive[{k}].direction = {}, allowed 1 or -1",
-                drive.direction
-            ));
+            found.say(format!("drive[{k}].direction = {}, allowed 1 or -1", drive.direction));
         }
         found.within(
             &format!("drive[{k}].position"),
@@ -344,10 +216,7 @@ fn drives(config: &Config, found: &mut Found) {
             0.0..=15.0,
             "place on the cable, the first is 0",
         );
-        if config.drive[..k]
-            .iter()
-            .any(|d| d.position == drive.position)
-        {
+        if config.drive[..k].iter().any(|d| d.position == drive.position) {
             found.say(format!(
                 "drive[{k}].position = {}: another drive has it: give each its own",
                 drive.position

@@ -33,11 +33,7 @@ fn mistakes_name_key_value_range_and_remedy() {
             "position = 0",
             "drive[1].position = 0: another drive has it: give each its own",
         ),
-        (
-            "direction = 1",
-            "direction = 2",
-            "drive[0].direction = 2, allowed 1 or -1",
-        ),
+        ("direction = 1", "direction = 2", "drive[0].direction = 2, allowed 1 or -1"),
         (
             "position_min_rad = -0.55",
             "position_min_rad = 0.6",
@@ -48,11 +44,7 @@ fn mistakes_name_key_value_range_and_remedy() {
             "role = \"position\"",
             "profile.rx: 0 entries have the role TargetTorque, wanted 1",
         ),
-        (
-            "bits = 32",
-            "bits = 12",
-            "profile.rx: TargetTorque has bits = 12, allowed 8, 16 or 32",
-        ),
+        ("bits = 32", "bits = 12", "profile.rx: TargetTorque has bits = 12, allowed 8, 16 or 32"),
     ] {
         let text = refused(from, to);
         assert!(text.contains(wanted), "{text}");
@@ -78,7 +70,7 @@ fn five_drives_are_not_enough() {
 fn steps_are_the_products_that_the_plant_takes() {
     let akd = parse(AKD).unwrap();
     assert_eq!(akd.profile.scale.tau_step(), 3.0 * 0.001);
-    assert_eq!(akd.theta_step(), 6.283185307179586 / 4294967296.0);
+    assert_eq!(akd.theta_step(), std::f64::consts::TAU / 4294967296.0);
     let cia402 = parse(CIA402).unwrap();
     assert!(matches!(cia402.profile.scale, Scale::RatedTorque { .. }));
     assert_eq!(cia402.profile.scale.tau_step(), 9.0 * 0.001);

@@ -1,12 +1,14 @@
 //! The frame loop: wait, exchange, judge, compute, record. It allocates nothing.
 
+mod arming;
 mod outcome;
 mod row;
+mod running;
 pub mod signals;
 mod timing;
 
 use flexhex_system::Controller;
-use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64};
 use std::time::Duration;
 
 pub use outcome::{Ending, Outcome};
@@ -16,9 +18,9 @@ pub use timing::{Clock, Histogram};
 use crate::bus::cia402::{self, State};
 use crate::bus::{Bus, Reply};
 use crate::config::{Config, AXES};
-use crate::realtime::{now_ns, stop};
+use crate::realtime::now_ns;
 use crate::record::Sink;
-use crate::safety::{Kind, Measured, Reaction, Reason, Safety};
+use crate::safety::{Kind, Reaction, Reason, Safety};
 use crate::wire::Link;
 
 /// Cycles without any reply after which a reaction gives up: the watchdog has acted long ago.
@@ -83,11 +85,7 @@ impl<'a, L: Link> Machine<'a, L> {
         Machine {
             safety: Safety::new(config, base_step, bus.complete(), powered),
             clock: Clock::new(cycle, spin, wanted.lockstep),
-            phase: if powered {
-                Phase::Arming(0)
-            } else {
-                Phase::Running
-            },
+            phase: if powered { Phase::Arming(0) } else { Phase::Running },
             row: vec![0.0; width],
             out: Outcome::new(),
             sent: [0.0; AXES],
@@ -180,75 +178,6 @@ impl<'a, L: Link> Machine<'a, L> {
         }
     }
 
-    /// Whether this reply is cycle 0: every drive is enabled. Refusals end the run.
-    fn armed(&mut self, reply: &Reply, tries: u64) -> bool {
-        self.phase = Phase::Arming(tries + 1);
-        if !reply.answered {
-            if self.deaf >= self.config.safety.lost_frame_limit {
-                self.refuse(
-                    "the drives stopped answering while they were being enabled".to_owned(),
-                );
-            }
-            return false;
-        }
-        if tries == 0 {
-            if let Some(why) = self.not_at_rest(reply) {
-                self.refuse(why);
-                return false;
-            }
-        }
-        let states = reply.statusword.map(cia402::state);
-        let faulty = states.iter().position(|s| *s == State::Fault);
-        if let Some(axis) = faulty.filter(|_| !self.wanted.reset_faults || tries > 400) {
-            let code = reply.error_code[axis];
-            self.refuse(format!(
-                "axis {}: fault {code:#06x} while enabling",
-                axis + 1
-            ));
-            return false;
-        }
-        if stop::asked() {
-            self.end(Ending::Asked, Reason::Stopped);
-            return false;
-        }
-        if states.iter().all(|s| *s == State::OperationEnabled) {
-            self.phase = Phase::Running;
-            return true;
-        }
-        let most = u64::from(self.config.bus.state_timeout_ms) * 4;
-        if tries > most {
-            let words = states.map(State::words);
-            self.refuse(format!("the drives do not become enabled: {words:?}"));
-        }
-        false
-    }
-
-    /// Why the machine must not be energised where it is.
-    fn not_at_rest(&self, reply: &Reply) -> Option<String> {
-        (0..AXES).find_map(|k| {
-            let (l, theta) = (self.config.limits(k), reply.theta[k]);
-            let r = self.controller.bus()[self.signals.r[k]];
-            let (low, high) = (l.position_min, l.position_max);
-            if !(theta >= low && theta <= high) {
-                return Some(format!(
-                    "axis {}: theta = {theta} rad, allowed {low} to {high} rad: move it by hand, or \
-                     check drive[{k}].offset_counts and direction", k + 1
-                ));
-            }
-            let far = (r - theta).abs() > l.following_error;
-            far.then(|| {
-                format!(
-                    "axis {}: theta = {theta} rad, the reference begins at {r} rad, farther than {} rad: \
-                     move it there by hand, or check drive[{k}].offset_counts", k + 1, l.following_error
-                )
-            })
-        })
-    }
-
-    fn refuse(&mut self, why: String) {
-        self.end(Ending::Refused(why), Reason::Stopped);
-    }
-
     /// Begin the reaction; whatever comes later does not change the reason.
     fn end(&mut self, ending: Ending, reason: Reason) {
         // drives that were never all enabled are not led on to it by a ramp
@@ -258,92 +187,13 @@ impl<'a, L: Link> Machine<'a, L> {
         };
         let per_ms = self.controller_steps_per_ms();
         let ramp = f64::from(self.config.safety.ramp_ms) * per_ms;
-        let from = if self.wanted.dry_run {
-            [0.0; AXES]
-        } else {
-            self.sent
-        };
+        let from = if self.wanted.dry_run { [0.0; AXES] } else { self.sent };
         self.phase = Phase::Stopping(Reaction::new(kind, from, ramp as u32));
         self.out.ending = ending;
     }
 
     fn controller_steps_per_ms(&self) -> f64 {
         1e-3 / self.safety.base_step()
-    }
-
-    /// A cycle of the controller: judge what was measured, compute what comes next.
-    fn running(&mut self, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
-        let n = self.controller.now();
-        let (r, e) = (self.pick(self.signals.r), self.pick(self.signals.e));
-        self.fill(n, reply, late_ns, round_trip_ns);
-        let begin = now_ns();
-        let failure = self.controller.cycle(&reply.theta, &reply.tau).err();
-        let compute = now_ns() - begin;
-        self.out.timing.compute.add(compute);
-        let controller = match &failure {
-            Some(failure) => Some(signals::reason(failure)),
-            None => self.untold_fault(),
-        };
-        let counters = (reply.answered, reply.working_counter == self.bus.complete());
-        self.out.lost += u64::from(!counters.0);
-        self.out.short += u64::from(counters.0 && !counters.1);
-        let trip = self.safety.judge(&Measured {
-            cycle: n,
-            answered: reply.answered,
-            working_counter: reply.working_counter,
-            theta: &reply.theta,
-            tau_meas: &reply.tau,
-            tau: self.controller.command(),
-            r: &r,
-            e: &e,
-            statusword: &reply.statusword,
-            error_code: &reply.error_code,
-            al_state: &reply.al_state,
-            controller,
-            overrun_us: if self.wanted.lockstep {
-                0.0
-            } else {
-                late_ns as f64 / 1e3
-            },
-        });
-        self.push(compute);
-        self.tell(n, &e);
-        if let Some(trip) = trip {
-            let said = failure.map(|f| f.message).unwrap_or_default();
-            let reason = trip.reason;
-            self.end(Ending::Tripped(trip, said), reason);
-        } else if stop::asked() {
-            self.end(Ending::Asked, Reason::Stopped);
-        } else if n + 1 >= self.wanted.cycles {
-            self.end(Ending::Done, Reason::Stopped);
-        }
-    }
-
-    /// The first fault output that does not only tell.
-    fn untold_fault(&self) -> Option<(Reason, f64)> {
-        let told = &self.config.safety.told_faults;
-        let untold = |(name, value): &(&str, f64)| {
-            !told.get(*name).is_some_and(|values| values.contains(value))
-        };
-        let first = self.controller.faults().find(untold)?;
-        (!self.wanted.dry_run).then_some((Reason::FmuFault, first.1))
-    }
-
-    fn pick(&self, slots: [usize; AXES]) -> [f64; AXES] {
-        slots.map(|slot| self.controller.bus()[slot])
-    }
-
-    fn tell(&mut self, n: i64, e: &[f64; AXES]) {
-        let mut most: f64 = 0.0;
-        for (seen, e) in self.out.most_error.iter_mut().zip(e) {
-            *seen = seen.max(e.abs());
-            most = most.max(e.abs());
-        }
-        self.pulse.cycle.store(n, Ordering::Relaxed);
-        self.pulse.lost.store(self.out.lost, Ordering::Relaxed);
-        self.pulse
-            .error_nrad
-            .store((most * 1e9) as u64, Ordering::Relaxed);
     }
 
     fn stopping(&mut self, reply: &Reply) {

@@ -47,21 +47,15 @@ impl Signals {
 fn found(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {
     controller.slot(signal).ok_or_else(|| {
         let names = controller.signals();
-        let near: Vec<_> = names
-            .iter()
-            .filter(|n| n.ends_with("[1]"))
-            .take(8)
-            .collect();
+        let near: Vec<_> = names.iter().filter(|n| n.ends_with("[1]")).take(8).collect();
         format!("{key}: the system has no signal {signal:?}; it has for instance {near:?}")
     })
 }
 
 /// The controller of a system, with the steps of the real drives in every component that asks.
 pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controller, String> {
-    let steps = [
-        ("tau_step", config.profile.scale.tau_step()),
-        ("theta_step", config.theta_step()),
-    ];
+    let steps =
+        [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
     let mut parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
     for component in system.components() {
         for (name, value) in steps {
@@ -73,11 +67,7 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
     let priority = config.real_time.priority;
     let options = Options {
         own_thread: config.system.own_thread.clone(),
-        wait: if lockstep {
-            LOCKSTEP_PATIENCE
-        } else {
-            Duration::ZERO
-        },
+        wait: if lockstep { LOCKSTEP_PATIENCE } else { Duration::ZERO },
         late: match config.system.late {
             config::Late::Hold => Late::Hold,
             config::Late::Trip => Late::Trip,
@@ -85,10 +75,7 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
         step_limit: if lockstep {
             Some(LOCKSTEP_PATIENCE)
         } else {
-            config
-                .system
-                .step_limit_us
-                .map(|us| Duration::from_micros(us.into()))
+            config.system.step_limit_us.map(|us| Duration::from_micros(us.into()))
         },
         parameters,
         fault_trips: false,

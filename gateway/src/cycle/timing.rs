@@ -16,11 +16,7 @@ pub struct Histogram {
 
 impl Histogram {
     pub fn new() -> Self {
-        Histogram {
-            bins: vec![0; BINS],
-            count: 0,
-            most_ns: 0,
-        }
+        Histogram { bins: vec![0; BINS], count: 0, most_ns: 0 }
     }
 
     pub fn add(&mut self, ns: u64) {
@@ -60,13 +56,7 @@ pub struct Clock {
 
 impl Clock {
     pub fn new(cycle: Duration, spin: Duration, lockstep: bool) -> Self {
-        Clock {
-            cycle_ns: cycle.as_nanos() as u64,
-            spin,
-            lockstep,
-            next_ns: 0,
-            skipped: 0,
-        }
+        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, skipped: 0 }
     }
 
     /// Wait for the next cycle; gives its beginning and how late it is [ns].
@@ -75,11 +65,7 @@ impl Clock {
             return (now_ns(), 0);
         }
         let before = now_ns();
-        self.next_ns = if self.next_ns == 0 {
-            before
-        } else {
-            self.next_ns + self.cycle_ns
-        };
+        self.next_ns = if self.next_ns == 0 { before } else { self.next_ns + self.cycle_ns };
         sleep_until(self.next_ns, self.spin);
         let now = now_ns();
         let late = now.saturating_sub(self.next_ns);

@@ -53,13 +53,7 @@ fn plan(name: &str, keep: usize) -> Plan {
 
 #[test]
 fn recordings_read_back_to_the_last_bit() {
-    let values = [
-        0.1 + 0.2,
-        -1.0 / 3.0,
-        1e-9 / 7.0,
-        123456.789,
-        f64::MIN_POSITIVE,
-    ];
+    let values = [0.1 + 0.2, -1.0 / 3.0, 1e-9 / 7.0, 123456.789, f64::MIN_POSITIVE];
     let (mut sink, source) = ring(16, 2);
     let writer = Writer::start(plan("bits", 4), source).unwrap();
     for v in values {
@@ -72,12 +66,8 @@ fn recordings_read_back_to_the_last_bit() {
     assert_eq!(lines.next(), Some("time,theta[1]"));
     assert_eq!(lines.next(), Some("s,rad"));
     for v in values {
-        let fields: Vec<f64> = lines
-            .next()
-            .unwrap()
-            .split(',')
-            .map(|f| f.parse().unwrap())
-            .collect();
+        let fields: Vec<f64> =
+            lines.next().unwrap().split(',').map(|f| f.parse().unwrap()).collect();
         assert_eq!(fields, [v, -v]);
     }
     assert!(written.before_trip.is_none());

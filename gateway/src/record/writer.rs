@@ -62,9 +62,7 @@ impl Writer {
             }
         };
         let thread = std::thread::Builder::new().name("recorder".to_owned());
-        let thread = thread
-            .spawn(work)
-            .map_err(|why| format!("recorder: {why}"))?;
+        let thread = thread.spawn(work).map_err(|why| format!("recorder: {why}"))?;
         Ok(Writer { end, thread })
     }
 
@@ -72,9 +70,7 @@ impl Writer {
     pub fn finish(self, trip: Option<String>) -> Result<Written, String> {
         // the thread is gone only after a failed write, which joining tells
         let _ = self.end.send(trip);
-        self.thread
-            .join()
-            .unwrap_or_else(|_| Err("the recorder ended by itself".to_owned()))
+        self.thread.join().unwrap_or_else(|_| Err("the recorder ended by itself".to_owned()))
     }
 }
 
@@ -127,11 +123,7 @@ impl Sheet {
             Some(why) if self.plan.keep > 0 => Some(self.keep(why)?),
             _ => None,
         };
-        Ok(Written {
-            rows: self.rows,
-            recording: self.plan.recording,
-            before_trip,
-        })
+        Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
     }
 
     fn keep(&self, trip: &str) -> Result<PathBuf, String> {
@@ -159,13 +151,8 @@ fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File
     if let Some(why) = trip {
         head += &format!("# trip: {}\n", why.replace('\n', " "));
     }
-    head += &format!(
-        "{}\n{}\n",
-        plan.columns.names.join(","),
-        plan.columns.units.join(",")
-    );
-    file.write_all(head.as_bytes())
-        .map_err(|why| failed(path, &why))?;
+    head += &format!("{}\n{}\n", plan.columns.names.join(","), plan.columns.units.join(","));
+    file.write_all(head.as_bytes()).map_err(|why| failed(path, &why))?;
     Ok(file)
 }
 
@@ -183,8 +170,5 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
 }
 
 fn failed(path: &Path, why: &std::io::Error) -> String {
-    format!(
-        "{}: {why}: is there room, may it be written?",
-        path.display()
-    )
+    format!("{}: {why}: is there room, may it be written?", path.display())
 }

@@ -21,15 +21,9 @@ pub struct Teller {
 
 impl Teller {
     pub fn new(json: bool) -> Teller {
-        let terminal = if json {
-            std::io::stderr().is_terminal()
-        } else {
-            std::io::stdout().is_terminal()
-        };
-        Teller {
-            json,
-            colour: terminal && std::env::var_os("NO_COLOR").is_none(),
-        }
+        let terminal =
+            if json { std::io::stderr().is_terminal() } else { std::io::stdout().is_terminal() };
+        Teller { json, colour: terminal && std::env::var_os("NO_COLOR").is_none() }
     }
 
     /// A line: a short word on the left, what there is to say of it on the right.
@@ -43,22 +37,15 @@ impl Teller {
     }
 
     pub fn title(&self, text: &str) {
-        let text = if self.colour {
-            format!("\x1b[1m{text}\x1b[0m")
-        } else {
-            text.to_owned()
-        };
+        let text = if self.colour { format!("\x1b[1m{text}\x1b[0m") } else { text.to_owned() };
         self.words(&text);
     }
 
     /// Good or bad, after a mark.
     pub fn mark(&self, good: bool, text: &str) {
         let (sign, colour) = if good { ("✓", 32) } else { ("✗", 31) };
-        let sign = if self.colour {
-            format!("\x1b[{colour}m{sign}\x1b[0m")
-        } else {
-            sign.to_owned()
-        };
+        let sign =
+            if self.colour { format!("\x1b[{colour}m{sign}\x1b[0m") } else { sign.to_owned() };
         let mut lines = text.lines();
         self.words(&format!("{sign} {}", lines.next().unwrap_or("")));
         for more in lines {
@@ -135,15 +122,12 @@ impl Teller {
         if !said.is_empty() {
             self.line("", said);
         }
-        let disabled = out.to_disabled.map_or("not confirmed".to_owned(), |n| {
-            format!("disabled {n} cycles after it")
-        });
+        let disabled = out
+            .to_disabled
+            .map_or("not confirmed".to_owned(), |n| format!("disabled {n} cycles after it"));
         self.line(
             "reaction",
-            &format!(
-                "zero torque {} cycles after the trip, {disabled}",
-                out.to_zero
-            ),
+            &format!("zero torque {} cycles after the trip, {disabled}", out.to_zero),
         );
         self.event(
             "trip",

@@ -10,10 +10,7 @@ pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(teller, out);
     }
-    for (what, path) in [
-        ("recorded", &written.recording),
-        ("kept", &written.before_trip),
-    ] {
+    for (what, path) in [("recorded", &written.recording), ("kept", &written.before_trip)] {
         if let Some(path) = path {
             teller.line(what, &format!("{}", path.display()));
         }
@@ -36,10 +33,7 @@ pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
 }
 
 fn figures(teller: &Teller, out: &Outcome) {
-    teller.line(
-        "cycles",
-        &format!("{}  ({} left out)", out.cycles, out.skipped),
-    );
+    teller.line("cycles", &format!("{}  ({} left out)", out.cycles, out.skipped));
     teller.line("", "               p50       p99       max");
     for (what, h) in [
         ("wake-up", &out.timing.wake_up),
@@ -48,10 +42,7 @@ fn figures(teller: &Teller, out: &Outcome) {
     ] {
         let (half, most) = (h.quantile_us(0.5), h.quantile_us(0.99));
         let top = h.most_us();
-        teller.line(
-            "",
-            &format!("{what:<10}{half:>8.1}  {most:>8.1}  {top:>8.1} us"),
-        );
+        teller.line("", &format!("{what:<10}{half:>8.1}  {most:>8.1}  {top:>8.1} us"));
     }
     let c = out.counts;
     teller.line(
@@ -62,16 +53,10 @@ fn figures(teller: &Teller, out: &Outcome) {
         ),
     );
     if out.late_threads > 0 {
-        teller.line(
-            "threads",
-            &format!("{} results came late", out.late_threads),
-        );
+        teller.line("threads", &format!("{} results came late", out.late_threads));
     }
     if out.overflowed > 0 {
-        teller.line(
-            "recorder",
-            &format!("{} rows did not fit in", out.overflowed),
-        );
+        teller.line("recorder", &format!("{} rows did not fit in", out.overflowed));
     }
     let most = out.most_error.iter().fold(0.0, |a: f64, b| a.max(*b));
     teller.line("error", &format!("at most {:.2} urad", most * 1e6));

@@ -64,12 +64,7 @@ impl Safety {
     /// `expected` is the working counter of a complete reply.
     pub fn new(config: &Config, base_step: f64, expected: u16, powered: bool) -> Self {
         Safety {
-            rules: Rules {
-                config: config.clone(),
-                expected,
-                base_step,
-                powered,
-            },
+            rules: Rules { config: config.clone(), expected, base_step, powered },
             lost: 0,
             short: 0,
             age: 1,
@@ -122,13 +117,7 @@ impl Safety {
         for k in 0..AXES {
             let (status, al) = (m.statusword[k], m.al_state[k]);
             let trip = |reason, value: u16, wanted: u16| {
-                Some(Trip::of(
-                    reason,
-                    Some(k),
-                    value.into(),
-                    wanted.into(),
-                    m.cycle,
-                ))
+                Some(Trip::of(reason, Some(k), value.into(), wanted.into(), m.cycle))
             };
             // an absent device answers nothing: that is the working counter's business
             if al != 0 && al & AL_MASK != OP {
@@ -149,8 +138,7 @@ impl Safety {
         for k in 0..AXES {
             let l = self.rules.config.limits(k);
             let over = |reason, value: f64, limit: f64| {
-                // written so that NaN is beyond every limit
-                let beyond = !(value.abs() <= limit);
+                let beyond = value.is_nan() || value.abs() > limit;
                 beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
             };
             let fresh = self.complete(m);
@@ -159,11 +147,7 @@ impl Safety {
                 .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque))
                 .or_else(|| {
                     let last = self.last.filter(|_| fresh)?;
-                    over(
-                        Reason::Jump,
-                        m.theta[k] - last[k],
-                        l.jump * f64::from(self.age),
-                    )
+                    over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
                 })
                 .or_else(|| self.frozen(k, m))
                 .or_else(|| over(Reason::Speed, self.speed(k, m)?, l.speed))
@@ -183,7 +167,7 @@ impl Safety {
         let l = self.rules.config.limits(k);
         let (low, high) = (l.position_min, l.position_max);
         let limit = if m.theta[k] < low { low } else { high };
-        let beyond = !(m.theta[k] >= low && m.theta[k] <= high);
+        let beyond = !(low..=high).contains(&m.theta[k]);
         beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
     }
 
@@ -197,15 +181,8 @@ impl Safety {
             && same
             && self.still[k] + 1 >= s.frozen_cycles
             && moved > s.frozen_motion_rad;
-        frozen.then(|| {
-            Trip::of(
-                Reason::FrozenEncoder,
-                Some(k),
-                moved,
-                s.frozen_motion_rad,
-                m.cycle,
-            )
-        })
+        frozen
+            .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
     /// Mean speed over the last cycles [rad/s], None before there are so many.
@@ -217,12 +194,12 @@ impl Safety {
 
     fn controller(&self, m: &Measured) -> Option<Trip> {
         let limit = f64::from(self.rules.config.safety.overrun_us);
-        m.controller
-            .map(|(reason, value)| Trip::of(reason, None, value, 0.0, m.cycle))
-            .or_else(|| {
+        m.controller.map(|(reason, value)| Trip::of(reason, None, value, 0.0, m.cycle)).or_else(
+            || {
                 let late = m.overrun_us > limit;
                 late.then(|| Trip::of(Reason::Overrun, None, m.overrun_us, limit, m.cycle))
-            })
+            },
+        )
     }
 
     fn complete(&self, m: &Measured) -> bool {

@@ -19,12 +19,7 @@ pub struct Reaction {
 impl Reaction {
     /// `from`: torque of the last good cycle [N m]; `ramp`: cycles that a ramp takes.
     pub fn new(kind: Kind, from: [f64; AXES], ramp: u32) -> Self {
-        Reaction {
-            kind,
-            from,
-            ramp: if kind == Kind::Ramp { ramp } else { 0 },
-            done: 0,
-        }
+        Reaction { kind, from, ramp: if kind == Kind::Ramp { ramp } else { 0 }, done: 0 }
     }
 
     /// Torque [N m] and controlword of the next frame.
@@ -50,3 +45,7 @@ impl Reaction {
         disabled || self.done > self.ramp + PATIENCE
     }
 }
+
+#[cfg(test)]
+#[path = "reaction_tests.rs"]
+mod tests;

@@ -58,11 +58,9 @@ impl Reason {
                 format!("{value} frames without an answer, allowed fewer than {limit}")
             }
             Reason::WorkingCounter => format!("working counter {value}, wanted {limit}"),
-            Reason::AlState => format!(
-                "AL status {:#04x}, wanted {:#04x}",
-                word(value),
-                word(limit)
-            ),
+            Reason::AlState => {
+                format!("AL status {:#04x}, wanted {:#04x}", word(value), word(limit))
+            }
             Reason::DriveFault => format!("fault {:#06x} of the drive", word(value)),
             Reason::DriveState => format!(
                 "statusword {:#04x}, wanted {:#04x} (operation enabled)",
@@ -101,13 +99,7 @@ pub struct Trip {
 
 impl Trip {
     pub fn of(reason: Reason, axis: Option<usize>, value: f64, limit: f64, cycle: i64) -> Trip {
-        Trip {
-            reason,
-            axis,
-            value,
-            limit,
-            cycle,
-        }
+        Trip { reason, axis, value, limit, cycle }
     }
 }
 

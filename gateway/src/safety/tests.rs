@@ -1,6 +1,6 @@
 //! Every rule on both sides of its limit.
 
-use super::{Kind, Measured, Reaction, Reason, Safety, Trip};
+use super::{Measured, Reason, Safety, Trip};
 use crate::config::{parse, Config, AXES};
 
 const COMPLETE: u16 = 18;
@@ -118,10 +118,7 @@ fn nan_is_beyond_every_limit() {
 #[test]
 fn a_jump_is_told_by_its_size_and_not_as_speed() {
     let over = next_up(0.01);
-    assert_eq!(
-        after_rest(|c| c.theta[5] = -over),
-        Some((Reason::Jump, Some(5), -over, 0.01))
-    );
+    assert_eq!(after_rest(|c| c.theta[5] = -over), Some((Reason::Jump, Some(5), -over, 0.01)));
     assert_eq!(after_rest(|c| c.theta[5] = 0.01), None);
 }
 
@@ -136,11 +133,7 @@ fn a_jump_may_be_larger_after_cycles_without_a_reply() {
         assert_eq!(cycle.judged(&mut safety), None);
         cycle.answered = true;
         cycle.theta[0] = moved;
-        assert_eq!(
-            cycle.judged(&mut safety).map(|t| t.reason),
-            wanted,
-            "{moved}"
-        );
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted, "{moved}");
     }
 }
 
@@ -161,12 +154,8 @@ fn speed_is_the_mean_over_its_cycles() {
 
 #[test]
 fn position_trips_at_either_end() {
-    for (theta, limit) in [
-        (0.55, None),
-        (-0.55, None),
-        (0.551, Some(0.55)),
-        (-0.551, Some(-0.55)),
-    ] {
+    for (theta, limit) in [(0.55, None), (-0.55, None), (0.551, Some(0.55)), (-0.551, Some(-0.55))]
+    {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
         cycle.theta[0] = theta;
@@ -180,10 +169,7 @@ fn position_trips_at_either_end() {
 fn following_error_trips_only_with_power() {
     let over = next_up(0.05);
     assert_eq!(after_rest(|c| c.e[4] = 0.05), None);
-    assert_eq!(
-        after_rest(|c| c.e[4] = over),
-        Some((Reason::FollowingError, Some(4), over, 0.05))
-    );
+    assert_eq!(after_rest(|c| c.e[4] = over), Some((Reason::FollowingError, Some(4), over, 0.05)));
     let mut safety = Safety::new(&config(), TS, COMPLETE, false);
     let mut cycle = Cycle::rest();
     cycle.e[4] = 1.0;
@@ -228,25 +214,14 @@ fn what_the_drives_say_is_told_in_the_order_from_cause_to_consequence() {
         c.e[0] = 1.0;
     };
     let code = f64::from(0x8611);
-    assert_eq!(
-        after_rest(fault),
-        Some((Reason::DriveFault, Some(2), code, 0.0))
-    );
+    assert_eq!(after_rest(fault), Some((Reason::DriveFault, Some(2), code, 0.0)));
     let left = |c: &mut Cycle| {
         fault(c);
         c.al_state[2] = 0x14;
     };
-    assert_eq!(
-        after_rest(left),
-        Some((Reason::AlState, Some(2), f64::from(0x14), 8.0))
-    );
+    assert_eq!(after_rest(left), Some((Reason::AlState, Some(2), f64::from(0x14), 8.0)));
     let off = |c: &mut Cycle| c.statusword[0] = 0x0250;
-    let wanted = Some((
-        Reason::DriveState,
-        Some(0),
-        f64::from(0x40),
-        f64::from(0x27),
-    ));
+    let wanted = Some((Reason::DriveState, Some(0), f64::from(0x40), f64::from(0x27)));
     assert_eq!(after_rest(off), wanted);
 }
 
@@ -259,9 +234,7 @@ fn a_short_working_counter_trips_at_the_third_in_a_row() {
         cycle.working_counter = counter;
         // the missing drive answers nothing
         cycle.al_state[5] = if counter == COMPLETE { 8 } else { 0 };
-        cycle
-            .judged(&mut safety)
-            .map(|t| (t.reason, t.cycle, t.value))
+        cycle.judged(&mut safety).map(|t| (t.reason, t.cycle, t.value))
     };
     let row = [15, 15, COMPLETE, 15, 15].map(|c| short(0, c));
     assert_eq!(row, [None; 5]);
@@ -279,63 +252,16 @@ fn lost_frames_trip_at_the_eighth_in_a_row() {
     }
     cycle.n = 15;
     let trip = cycle.judged(&mut safety).unwrap();
-    assert_eq!(
-        (trip.reason, trip.cycle, trip.value),
-        (Reason::LostFrames, 15, 8.0)
-    );
+    assert_eq!((trip.reason, trip.cycle, trip.value), (Reason::LostFrames, 15, 8.0));
 }
 
 #[test]
 fn failures_of_the_controller_and_late_cycles_are_reasons() {
-    for reason in [
-        Reason::NotFinite,
-        Reason::FmuError,
-        Reason::FmuFault,
-        Reason::LateThread,
-    ] {
+    for reason in [Reason::NotFinite, Reason::FmuError, Reason::FmuFault, Reason::LateThread] {
         let found = after_rest(|c| c.controller = Some((reason, 3.0)));
         assert_eq!(found.map(|t| (t.0, t.2)), Some((reason, 3.0)));
     }
     assert_eq!(after_rest(|c| c.overrun_us = 2000.0), None);
     let late = after_rest(|c| c.overrun_us = 2000.1);
     assert_eq!(late, Some((Reason::Overrun, None, 2000.1, 2000.0)));
-}
-
-#[test]
-fn a_ramp_fades_the_torque_and_then_takes_the_power() {
-    let mut ramp = Reaction::new(Kind::Ramp, [8.0; AXES], 4);
-    let steps: Vec<_> = (0..5)
-        .map(|_| ramp.next())
-        .map(|(t, w)| (t[0], w))
-        .collect();
-    assert_eq!(
-        steps,
-        [
-            (6.0, 0x0f),
-            (4.0, 0x0f),
-            (2.0, 0x0f),
-            (0.0, 0x06),
-            (0.0, 0x06)
-        ]
-    );
-    assert!(ramp.over(&[0x0231; AXES]));
-    assert!(!ramp.over(&[0x0237; AXES]));
-}
-
-#[test]
-fn quick_stop_and_zero_give_no_torque_from_the_first_frame() {
-    for (kind, word) in [(Kind::QuickStop, 0x02), (Kind::Zero, 0x00)] {
-        let mut reaction = Reaction::new(kind, [8.0; AXES], 4);
-        assert_eq!(reaction.next(), ([0.0; AXES], word));
-    }
-}
-
-#[test]
-fn drives_that_do_not_answer_end_a_reaction_in_time() {
-    let mut reaction = Reaction::new(Kind::QuickStop, [0.0; AXES], 0);
-    let n = (0..1000).take_while(|_| {
-        reaction.next();
-        !reaction.over(&[0x0237; AXES])
-    });
-    assert_eq!(n.count(), 400);
 }

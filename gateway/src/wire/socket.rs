@@ -54,9 +54,7 @@ impl Socket {
         let bound = unsafe { libc::bind(handle, std::ptr::from_ref(&address).cast(), size) };
         if bound != 0 {
             let why = Error::last_os_error();
-            return Err(format!(
-                "bus.interface = {interface:?}: {why}: is the interface up?"
-            ));
+            return Err(format!("bus.interface = {interface:?}: {why}: is the interface up?"));
         }
         Ok(socket)
     }
@@ -83,11 +81,7 @@ impl Link for Socket {
     }
 
     fn wait(&mut self, timeout_ns: u64) {
-        let mut wanted = libc::pollfd {
-            fd: self.handle,
-            events: libc::POLLIN,
-            revents: 0,
-        };
+        let mut wanted = libc::pollfd { fd: self.handle, events: libc::POLLIN, revents: 0 };
         let timeout = libc::timespec {
             tv_sec: (timeout_ns / 1_000_000_000) as libc::time_t,
             tv_nsec: (timeout_ns % 1_000_000_000) as libc::c_long,

@@ -62,15 +62,9 @@ fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
     let storage: &'static PduStorage<4, { PduStorage::element_size(64) }> =
         Box::leak(Box::new(PduStorage::new()));
     let (tx, rx, pdu_loop) = storage.try_split().unwrap();
-    let patient = Timeouts {
-        pdu: Duration::from_secs(5),
-        ..Timeouts::default()
-    };
-    let main: &'static MainDevice = Box::leak(Box::new(MainDevice::new(
-        pdu_loop,
-        patient,
-        MainDeviceConfig::default(),
-    )));
+    let patient = Timeouts { pdu: Duration::from_secs(5), ..Timeouts::default() };
+    let main: &'static MainDevice =
+        Box::leak(Box::new(MainDevice::new(pdu_loop, patient, MainDeviceConfig::default())));
     let link = Script {
         answers: answers.iter().copied().collect(),
         arriving: VecDeque::new(),
@@ -79,8 +73,7 @@ fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
     let mut wire = Wire::new(link, tx, rx);
     let read = |_| {
         let register = Command::brd(0).receive::<u8>(main);
-        wire.drive(register, now_ns() + 20_000_000)
-            .is_some_and(|r| r.is_ok())
+        wire.drive(register, now_ns() + 20_000_000).is_some_and(|r| r.is_ok())
     };
     let came = (0..answers.len()).map(read).collect();
     (came, wire.counts)
