@@ -24,9 +24,16 @@ pub struct From {
     /// System description, in place of system.ssp.
     #[arg(long, value_name = "FILE")]
     ssp: Option<PathBuf>,
+    /// One JSON object a line on stdout, words on stderr.
+    #[arg(long)]
+    json: bool,
 }
 
 impl From {
+    pub fn teller(&self) -> Teller {
+        Teller::new(self.json)
+    }
+
     /// The checked configuration.
     pub fn read(&self) -> Result<Config, String> {
         let mut config = config::read(&self.config)?;
@@ -50,7 +57,8 @@ pub struct Check {
 }
 
 /// Carry it out.
-pub fn check(args: &Check, teller: Teller) -> Exit {
+pub fn check(args: &Check) -> Exit {
+    let teller = args.from.teller();
     teller.title("flexhex-gateway check");
     match without_power(args, teller) {
         Ok(()) => {

@@ -19,9 +19,6 @@ use std::process::ExitCode;
 struct Line {
     #[command(subcommand)]
     verb: Verb,
-    /// One JSON object a line on stdout, words on stderr.
-    #[arg(long, global = true)]
-    json: bool,
 }
 
 #[derive(Subcommand)]
@@ -30,6 +27,8 @@ enum Verb {
     Check(check::Check),
     /// Run the controller against the drives.
     Run(run::Run),
+    /// Six drives that are not there, with the FMU of the machine behind them.
+    Emulate(flexhex_emulator::Args),
 }
 
 /// The exit codes of every flexhex command.
@@ -44,10 +43,20 @@ pub enum Exit {
 
 fn main() -> ExitCode {
     let line = Line::parse();
-    let teller = report::Teller::new(line.json);
     let exit = match &line.verb {
-        Verb::Check(args) => check::check(args, teller),
-        Verb::Run(args) => run::run(args, teller),
+        Verb::Check(args) => check::check(args),
+        Verb::Run(args) => run::run(args),
+        Verb::Emulate(args) => emulate(args),
     };
     ExitCode::from(exit as u8)
+}
+
+fn emulate(args: &flexhex_emulator::Args) -> Exit {
+    match args.options().and_then(flexhex_emulator::run) {
+        Ok(()) => Exit::Good,
+        Err(why) => {
+            eprintln!("✗ {why}");
+            Exit::BadInput
+        }
+    }
 }

@@ -46,7 +46,8 @@ pub struct Run {
 }
 
 /// Carry it out.
-pub fn run(args: &Run, teller: Teller) -> Exit {
+pub fn run(args: &Run) -> Exit {
+    let teller = args.from.teller();
     match prepared(args, teller) {
         Ok(exit) => exit,
         Err((exit, why)) => {
