@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import ZIP_DEFLATED, ZipFile
+from zipfile import ZipFile
 
 from fmugen.compile import STRICT, compiler
 
@@ -22,7 +22,7 @@ Changes = Mapping[str, bytes | None]
 def changed(archive: bytes, changes: Changes) -> bytes:
     """A zip archive with members replaced, added or (None) left out."""
     out = io.BytesIO()
-    with ZipFile(io.BytesIO(archive)) as old, ZipFile(out, "w", ZIP_DEFLATED) as new:
+    with ZipFile(io.BytesIO(archive)) as old, ZipFile(out, "w") as new:
         for name in old.namelist():
             if name not in changes:
                 new.writestr(name, old.read(name))

@@ -1,1 +1,23 @@
-//! To be written.
+//! Six servo drives on EtherCAT that are not there: SubDevices on a raw socket, CiA 402 drives, and
+//! the FMU of the machine behind them. Knows nothing of any MainDevice's code.
+mod application;
+mod coe;
+mod drive;
+mod error;
+mod esc;
+mod event;
+mod faults;
+mod machine;
+mod options;
+mod plant;
+mod replies;
+mod run;
+mod segment;
+mod sii;
+mod socket;
+mod subdevice;
+mod trajectory;
+
+pub use error::Error;
+pub use options::{Args, Options};
+pub use run::run;

@@ -91,7 +91,7 @@ impl Executor {
                 _descriptions: descriptions,
                 _kept: kept,
             }),
-            None => Err(Error::new(text(&message))),
+            None => Err(Error::new(mended(text(&message)))),
         }
     }
 
@@ -194,6 +194,16 @@ impl Kept {
             categories: self.category_pointers.as_ptr(),
         }
     }
+}
+
+/// How to mend what an FMU refuses while it is opened, where its own words do not say so.
+fn mended(message: String) -> String {
+    if message.contains("fmi2Instantiate") {
+        let hint = "its binary is not the one that its modelDescription.xml describes, or lacks a \
+                    file: build the FMU anew";
+        return format!("{message}: {hint}");
+    }
+    message
 }
 
 fn text(buffer: &[u8]) -> String {

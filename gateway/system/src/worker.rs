@@ -152,7 +152,6 @@ impl Drop for Worker {
         let Some(thread) = self.thread.take() else {
             return;
         };
-        let _ = self.finished(FAREWELL);
         self.shared.turn.store(END, Ordering::Release);
         let begin = Instant::now();
         while !thread.is_finished() && begin.elapsed() < FAREWELL {

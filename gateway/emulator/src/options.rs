@@ -1,0 +1,316 @@
+//! What is emulated: flags of the command line over an options file (TOML) over defaults.
+use crate::application::Manner;
+use crate::drive::cia402::State;
+use crate::drive::kind::Kind;
+use crate::drive::{Drive, Setting};
+use crate::error::Error;
+use crate::esc::clock::Clock;
+use crate::faults::{chance, Fault};
+use crate::plant::AXES;
+use crate::sii::Identity;
+use crate::subdevice::SubDevice;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Flags; each stands over what the options file says.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Args {
+    /// Network interface the SubDevices hang on (one end of a veth pair, or a free port)
+    #[arg(long, short)]
+    pub interface: Option<String>,
+    /// Options file (TOML): drives, plant, faults
+    #[arg(long, short)]
+    pub options: Option<PathBuf>,
+    /// System description whose `plant` moves
+    #[arg(long)]
+    pub system: Option<PathBuf>,
+    /// FMU in the place of the system's `plant` (plant.fmu or machine.fmu)
+    #[arg(long)]
+    pub fmu: Option<PathBuf>,
+    /// Kind of all drives: akd or cst
+    #[arg(long)]
+    pub drives: Option<String>,
+    /// One process-data frame is one base step; nobody sleeps
+    #[arg(long)]
+    pub lockstep: bool,
+    /// One JSON line for each event
+    #[arg(long)]
+    pub json: bool,
+    /// Write every plant cycle to this file (CSV, as a measured log)
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+    /// End after this many plant cycles
+    #[arg(long)]
+    pub cycles: Option<u64>,
+}
+
+/// The options file.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    pub interface: String,
+    pub lockstep: bool,
+    pub json: bool,
+    pub log: Option<PathBuf>,
+    pub cycles: Option<u64>,
+    /// Lockstep: real seconds without a frame after which the plant goes on alone, until all
+    /// torques are zero; none: it waits for ever.
+    pub silence_s: Option<f64>,
+    pub plant: PlantOptions,
+    pub drives: Drives,
+    /// Single drives, by position on the bus.
+    pub drive: Vec<Special>,
+    pub fault: Vec<Fault>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantOptions {
+    /// None: six flywheels stand in.
+    pub system: Option<PathBuf>,
+    pub component: Option<String>,
+    pub fmu: Option<PathBuf>,
+    /// "plant.name" = value, over the system's.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// What all drives have in common.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Drives {
+    pub kind: Kind,
+    pub count: usize,
+    /// Axis (from 0) of each position on the bus; empty: in order.
+    pub order: Vec<usize>,
+    pub torque_constant: f64,
+    pub rated_torque_mnm: u32,
+    /// Largest current [mA] or torque [0.1 %]; none: 9 A, or three times the rated torque.
+    pub limit: Option<i64>,
+    pub counts_per_rev: f64,
+    /// Clocks run wrong by up to this much.
+    pub drift_ppm: f64,
+    pub seed: u64,
+    /// None: 512 bytes (AKD) or 128.
+    pub mailbox_bytes: Option<u16>,
+}
+
+impl Default for Drives {
+    fn default() -> Drives {
+        Drives {
+            kind: Kind::Akd,
+            count: AXES,
+            order: Vec::new(),
+            torque_constant: 3.0,
+            rated_torque_mnm: 9000,
+            limit: None,
+            counts_per_rev: 4_294_967_296.0,
+            drift_ppm: 30.0,
+            seed: 1,
+            mailbox_bytes: None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Initial {
+    Ready,
+    Enabled,
+    Fault,
+}
+
+/// One drive that differs.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Special {
+    pub position: usize,
+    pub vendor: Option<u32>,
+    pub product: Option<u32>,
+    pub revision: Option<u32>,
+    pub serial: Option<u32>,
+    pub alias: Option<u16>,
+    pub direction: Option<i64>,
+    pub offset: Option<i64>,
+    /// State at power-up: ready, enabled (energised already) or fault.
+    pub initial: Option<Initial>,
+    /// Writes to its maps are refused.
+    #[serde(default)]
+    pub maps_fixed: bool,
+    /// It wants this many input bytes beyond its maps.
+    #[serde(default)]
+    pub extra_input_bytes: usize,
+}
+
+impl Args {
+    /// Reads the options file and lays the flags over it.
+    pub fn options(&self) -> Result<Options, Error> {
+        let mut options = match &self.options {
+            Some(path) => read(path)?,
+            None => Options::default(),
+        };
+        if let Some(name) = &self.drives {
+            options.drives.kind = match name.as_str() {
+                "akd" => Kind::Akd,
+                "cst" => Kind::Cst,
+                _ => return Err(Error::new(format!("--drives {name}: allowed akd or cst"))),
+            };
+        }
+        let Args {
+            interface,
+            system,
+            fmu,
+            log,
+            cycles,
+            ..
+        } = self.clone();
+        options.interface = interface.unwrap_or(options.interface);
+        options.plant.system = system.or(options.plant.system);
+        options.plant.fmu = fmu.or(options.plant.fmu);
+        options.log = log.or(options.log);
+        options.cycles = cycles.or(options.cycles);
+        options.lockstep |= self.lockstep;
+        options.json |= self.json;
+        options.check()?;
+        Ok(options)
+    }
+}
+
+/// Paths of the plant are taken from the folder of the file.
+fn read(path: &Path) -> Result<Options, Error> {
+    let wrong = |what: String| Error::new(format!("{}: {what}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+    let mut options: Options = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    for file in [&mut options.plant.system, &mut options.plant.fmu]
+        .into_iter()
+        .flatten()
+    {
+        *file = folder.join(&*file);
+    }
+    Ok(options)
+}
+
+impl Options {
+    fn check(&self) -> Result<(), Error> {
+        let drives = &self.drives;
+        let wrong = |what: String| Err(Error::new(what));
+        if self.interface.is_empty() {
+            return wrong(
+                "no network interface: give --interface NAME (`ip link` lists them)".into(),
+            );
+        }
+        if !(1..=AXES).contains(&drives.count) {
+            return wrong(format!(
+                "drives.count = {}, allowed 1 to {AXES}",
+                drives.count
+            ));
+        }
+        let mut axes = self.order();
+        axes.sort_unstable();
+        axes.dedup();
+        if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
+            let order = &drives.order;
+            return wrong(format!(
+                "drives.order = {order:?}: one axis, 0 to 5, for each drive"
+            ));
+        }
+        for (name, value) in [
+            ("torque_constant", drives.torque_constant),
+            ("counts_per_rev", drives.counts_per_rev),
+            ("rated_torque_mnm", f64::from(drives.rated_torque_mnm)),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return wrong(format!("drives.{name} = {value}, must be above 0"));
+            }
+        }
+        if drives
+            .mailbox_bytes
+            .is_some_and(|bytes| !(24..=1024).contains(&bytes))
+        {
+            return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
+        }
+        for special in &self.drive {
+            if special.position >= drives.count {
+                let (position, last) = (special.position, drives.count - 1);
+                return wrong(format!("drive.position = {position}, allowed 0 to {last}"));
+            }
+            if !matches!(special.direction, None | Some(1 | -1)) {
+                return wrong("drive.direction: allowed 1 or -1".into());
+            }
+        }
+        let faults = self.fault.iter().enumerate();
+        faults
+            .into_iter()
+            .try_for_each(|(place, fault)| fault.check(place, drives.count))
+    }
+
+    /// Axis of each position.
+    pub fn order(&self) -> Vec<usize> {
+        if self.drives.order.is_empty() {
+            return (0..self.drives.count).collect();
+        }
+        self.drives.order.clone()
+    }
+
+    pub fn setting(&self) -> Setting {
+        let drives = &self.drives;
+        let limit = if drives.kind == Kind::Akd { 9000 } else { 3000 };
+        Setting {
+            kind: drives.kind,
+            torque_constant: drives.torque_constant,
+            rated_torque_mnm: drives.rated_torque_mnm,
+            limit: drives.limit.unwrap_or(limit),
+            counts_per_rev: drives.counts_per_rev,
+            direction: 1,
+            offset: 0,
+        }
+    }
+
+    pub fn device(&self, position: usize) -> SubDevice {
+        let drives = &self.drives;
+        let (vendor, product) = drives.kind.identity();
+        let serial = 1000 + position as u32;
+        let mut identity = Identity {
+            vendor,
+            product,
+            revision: 2,
+            serial,
+            alias: 0,
+        };
+        let mut setting = self.setting();
+        let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
+        for special in self
+            .drive
+            .iter()
+            .filter(|special| special.position == position)
+        {
+            identity.vendor = special.vendor.unwrap_or(identity.vendor);
+            identity.product = special.product.unwrap_or(identity.product);
+            identity.revision = special.revision.unwrap_or(identity.revision);
+            identity.serial = special.serial.unwrap_or(identity.serial);
+            identity.alias = special.alias.unwrap_or(identity.alias);
+            setting.direction = special.direction.unwrap_or(setting.direction);
+            setting.offset = special.offset.unwrap_or(setting.offset);
+            initial = special.initial.unwrap_or(initial);
+            maps_fixed |= special.maps_fixed;
+            extra_input_bytes += special.extra_input_bytes;
+        }
+        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
+        let manner = Manner {
+            identity,
+            mailbox_bytes,
+            maps_fixed,
+            extra_input_bytes,
+        };
+        let (state, error) = match initial {
+            Initial::Ready => (State::SwitchOnDisabled, 0),
+            Initial::Enabled => (State::OperationEnabled, 0),
+            Initial::Fault => (State::Fault, 0x7305),
+        };
+        let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
+        let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
+        let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
+        SubDevice::new(Drive::new(setting, state, error), manner, clock)
+    }
+}
