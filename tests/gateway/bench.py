@@ -111,7 +111,7 @@ class Bench:
     def run(
         self,
         *,
-        seconds: float = 0.5,
+        seconds: float = 2.5,
         options: str = "",
         changes: Sequence[tuple[str, str]] = (),
         command: Sequence[object] = ("run", "--enable", "--lockstep"),
@@ -130,7 +130,9 @@ class Bench:
             rest += ["--duration", seconds, "--record", recording]
         lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []
         with cable() as ends:
-            drives = self._drives(ends, program, [*lockstep, "--system", plant or self.ssp], options)
+            drives = self._drives(
+                ends, program, [*lockstep, "--system", plant or self.ssp], options
+            )
             try:
                 words = [program, verb, self._config(changes), "--json", *rest]
                 words += ["--interface", "bus1", "--ssp", self.ssp]

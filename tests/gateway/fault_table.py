@@ -8,7 +8,10 @@ from tests.conftest import ROOT
 
 FILE = ROOT / "docs" / "gateway.md"
 BEGIN, END = "<!-- faults: written by tests/gateway -->", "<!-- end of faults -->"
-HEAD = ("| fault | rule | reaction | cycles to the trip | ms to zero torque |", "|---|---|---|---|---|")
+HEAD = (
+    "| fault | rule | reaction | cycles to the trip | ms to zero torque |",
+    "|---|---|---|---|---|",
+)
 
 
 @dataclass(frozen=True)
