@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -111,15 +111,17 @@ class Bench:
     def run(
         self,
         *,
-        seconds: float = 0.5,
+        seconds: float = 2.5,
         options: str = "",
         changes: Sequence[tuple[str, str]] = (),
         command: Sequence[object] = ("run", "--enable", "--lockstep"),
         plant: Path | None = None,
+        during: Callable[[subprocess.Popen[str]], None] | None = None,
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
         plant: the system whose plant moves; by default the one that the gateway has.
+        during: what is done to the gateway while it runs.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
@@ -128,17 +130,25 @@ class Bench:
             rest += ["--duration", seconds, "--record", recording]
         lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []
         with cable() as ends:
-            drives = self._drives(ends, program, [*lockstep, "--system", plant or self.ssp], options)
+            drives = self._drives(
+                ends, program, [*lockstep, "--system", plant or self.ssp], options
+            )
             try:
-                done = subprocess.run(
-                    ends.at(ends.gateway, [program, verb, self._config(changes), "--json", *rest,
-                            "--interface", "bus1", "--ssp", self.ssp]),
-                    capture_output=True, text=True, timeout=LIMIT_S,
-                )  # fmt: skip
+                words = [program, verb, self._config(changes), "--json", *rest]
+                words += ["--interface", "bus1", "--ssp", self.ssp]
+                gateway = subprocess.Popen(
+                    ends.at(ends.gateway, words),
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
+                if during is not None:
+                    during(gateway)
+                said, words_said = gateway.communicate(timeout=LIMIT_S)
             finally:
                 drives.terminate()
                 told = drives.communicate(timeout=20)[0]
-        return Ran(done.returncode, _events(done.stdout), _events(told), done.stderr, recording)
+        return Ran(gateway.returncode, _events(said), _events(told), words_said, recording)
 
     def _drives(
         self, ends: Cable, program: Path, flags: list[object], options: str

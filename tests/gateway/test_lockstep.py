@@ -88,7 +88,7 @@ def test_recording_is_a_measured_log_that_diagnosis_reads(driven: tuple[str, Ran
     log = read_log(ran.recording)
     assert not [f for f in log.findings if f.kind == "bad-rows"]
     for channel in ("theta", "tau_meas", "r", "tau", "tau_ff"):
-        assert np.array_equal(log.values(channel), ran.table[channel]), channel
+        assert np.array_equal(log[channel].values, ran.table[channel]), channel
 
 
 def test_recording_is_the_same_run_after_run(hexapod_ssp: Path, tmp_path: Path) -> None:

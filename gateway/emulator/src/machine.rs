@@ -153,16 +153,18 @@ impl Machine {
         }
         if let Some(cycle) = self.cycle {
             self.push(cycle)?;
-            self.tell();
-            self.cycle = Some(cycle + 1);
-            self.measure(Some(self.dt));
-            self.begin_faults(cycle + 1);
-        } else {
-            self.tell();
         }
+        self.tell();
         for device in &mut self.devices {
             device.drive_mut().machine.settle();
         }
+        let Some(cycle) = self.cycle else {
+            self.measure(None);
+            return Ok(());
+        };
+        self.cycle = Some(cycle + 1);
+        self.measure(Some(self.dt));
+        self.begin_faults(cycle + 1);
         Ok(())
     }
 

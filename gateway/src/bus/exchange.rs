@@ -14,6 +14,8 @@ pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S,
 
 const AL_CONTROL: u16 = 0x0120;
 const INIT: u16 = 1;
+const PRE_OP: u16 = 2;
+const ERROR_CODE: u16 = 0x603f;
 const SAFE_OP: u16 = 4;
 const GOODBYE_NS: u64 = 100_000_000;
 
@@ -126,12 +128,27 @@ impl<L: Link> Bus<L> {
         }
     }
 
-    /// Take every device out of operation with one frame each step, so that no watchdog has a say.
-    pub fn leave(mut self) -> Counts {
-        for state in [SAFE_OP, INIT] {
-            let order = Command::bwr(AL_CONTROL).ignore_wkc();
-            self.wire.drive(order.send(self.main, state), now_ns() + GOODBYE_NS);
+    /// Take every device out of operation, each step with one frame, so that no watchdog has a say.
+    /// Gives the counts, and the error code of the drive of one axis.
+    pub fn leave(mut self, ask: Option<usize>) -> (Counts, Option<u16>) {
+        for state in [SAFE_OP, PRE_OP] {
+            self.request(state);
         }
-        self.wire.counts
+        let place = ask.map(|axis| self.order[axis]);
+        let code = place.and_then(|place| {
+            with_group!(&self.group, group => {
+                let device = group.subdevice(self.main, place).ok()?;
+                let asked = device.sdo_read::<u16>(ERROR_CODE, 0);
+                self.wire.drive(asked, now_ns() + GOODBYE_NS)?.ok()
+            })
+        });
+        self.request(INIT);
+        (self.wire.counts, code)
+    }
+
+    fn request(&mut self, state: u16) {
+        let order = Command::bwr(AL_CONTROL).ignore_wkc();
+        // nobody may be there any more: then there is nothing to take out
+        let _ = self.wire.drive(order.send(self.main, state), now_ns() + GOODBYE_NS);
     }
 }

@@ -108,7 +108,9 @@ impl<'a, L: Link> Machine<'a, L> {
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.overflowed = self.sink.overflowed();
-        self.out.counts = self.bus.leave();
+        let (counts, code) = self.bus.leave(self.out.axis_with_fault());
+        self.out.counts = counts;
+        self.out.set_error_code(code);
         self.out
     }
 

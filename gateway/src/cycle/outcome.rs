@@ -1,7 +1,7 @@
 //! How a run ended, and its figures.
 
 use super::timing::Histogram;
-use crate::safety::Trip;
+use crate::safety::{Reason, Trip};
 use crate::wire::Counts;
 
 /// Why the drives were not enabled, or why they were disabled.
@@ -62,6 +62,23 @@ impl Outcome {
             counts: Counts::default(),
             overflowed: 0,
             most_error: vec![0.0; crate::config::AXES],
+        }
+    }
+
+    /// The axis whose drive reported a fault, but whose process data does not say which.
+    pub fn axis_with_fault(&self) -> Option<usize> {
+        match &self.ending {
+            Ending::Tripped(trip, _) if trip.reason == Reason::DriveFault && trip.value == 0.0 => {
+                trip.axis
+            }
+            _ => None,
+        }
+    }
+
+    /// Which fault it was, asked of the drive afterwards.
+    pub fn set_error_code(&mut self, code: Option<u16>) {
+        if let (Ending::Tripped(trip, _), Some(code)) = (&mut self.ending, code) {
+            trip.value = code.into();
         }
     }
 }

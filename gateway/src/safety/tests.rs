@@ -117,14 +117,14 @@ fn nan_is_beyond_every_limit() {
 
 #[test]
 fn a_jump_is_told_by_its_size_and_not_as_speed() {
-    let over = next_up(0.01);
-    assert_eq!(after_rest(|c| c.theta[5] = -over), Some((Reason::Jump, Some(5), -over, 0.01)));
-    assert_eq!(after_rest(|c| c.theta[5] = 0.01), None);
+    let over = next_up(0.001);
+    assert_eq!(after_rest(|c| c.theta[5] = -over), Some((Reason::Jump, Some(5), -over, 0.001)));
+    assert_eq!(after_rest(|c| c.theta[5] = 0.001), None);
 }
 
 #[test]
 fn a_jump_may_be_larger_after_cycles_without_a_reply() {
-    for (moved, wanted) in [(0.029, None), (0.031, Some(Reason::Jump))] {
+    for (moved, wanted) in [(0.0029, None), (0.0031, Some(Reason::Jump))] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
         cycle.judged(&mut safety);
@@ -139,7 +139,7 @@ fn a_jump_may_be_larger_after_cycles_without_a_reply() {
 
 #[test]
 fn speed_is_the_mean_over_its_cycles() {
-    for (speed, wanted) in [(5.99, None), (6.01, Some((Reason::Speed, 8)))] {
+    for (speed, wanted) in [(2.99, None), (3.01, Some((Reason::Speed, 8)))] {
         let mut safety = safety();
         let mut cycle = Cycle::rest();
         let mut found = None;

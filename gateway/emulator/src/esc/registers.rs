@@ -14,7 +14,6 @@ pub const WATCHDOG_PDI: u16 = 0x0410;
 pub const WATCHDOG_PROCESS: u16 = 0x0420;
 pub const WATCHDOG_STATUS: u16 = 0x0440;
 pub const WATCHDOG_COUNTER: u16 = 0x0442;
-pub const EEPROM: Range<u16> = 0x0500..0x0510;
 pub const EEPROM_CONTROL: u16 = 0x0502;
 pub const FMMU: u16 = 0x0600;
 pub const FMMUS: usize = 8;
