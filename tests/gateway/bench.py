@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import subprocess
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -117,11 +118,13 @@ class Bench:
         command: Sequence[object] = ("run", "--enable", "--lockstep"),
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
+        linger: float = 0.0,
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
+        linger: seconds for which the drives are left alone afterwards.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
@@ -145,6 +148,7 @@ class Bench:
                 if during is not None:
                     during(gateway)
                 said, words_said = gateway.communicate(timeout=LIMIT_S)
+                time.sleep(linger)
             finally:
                 drives.terminate()
                 told = drives.communicate(timeout=20)[0]

@@ -22,6 +22,8 @@ const PATIENCE_NS: u64 = 60_000_000_000;
 const STATIC_SYNC_FRAMES: u32 = 5000;
 const SYNC_START: Duration = Duration::from_millis(50);
 const OP_BIT: u16 = 8;
+/// Station address of the first device, as the MainDevice gives them.
+const FIRST_ADDRESS: u16 = 0x1000;
 
 /// How the drives are brought up.
 #[derive(Clone, Copy, Debug)]
@@ -151,8 +153,6 @@ async fn prepare(
             ));
         }
     }
-    let stuck =
-        |why| format!("the drives do not reach SAFE-OP or OP: {why:?}: does one show an error?");
     if clocks > 0 {
         let plan = DcConfiguration {
             start_delay: SYNC_START,
@@ -161,11 +161,31 @@ async fn prepare(
         };
         let group = group.configure_dc_sync(main, plan).await;
         let group = group.map_err(|why| format!("distributed clocks: {why:?}"))?;
-        let group: Group<Op, HasDc> = group.request_into_op(main).await.map_err(stuck)?;
-        return Ok(Running::Synced(group));
+        let group: Result<Group<Op, HasDc>, _> = group.request_into_op(main).await;
+        return match group {
+            Ok(group) => Ok(Running::Synced(group)),
+            Err(why) => Err(stuck(main, &why).await),
+        };
     }
-    let group: Group<Op> = group.request_into_op(main).await.map_err(stuck)?;
-    Ok(Running::Plain(group))
+    let group: Result<Group<Op>, _> = group.request_into_op(main).await;
+    match group {
+        Ok(group) => Ok(Running::Plain(group)),
+        Err(why) => Err(stuck(main, &why).await),
+    }
+}
+
+/// What the drives say when they do not follow into SAFE-OP or OP.
+async fn stuck(main: &'static MainDevice<'static>, why: &ethercrab::error::Error) -> String {
+    let mut said = format!("the drives do not reach SAFE-OP or OP ({why:?})");
+    for position in 0..AXES as u16 {
+        let register = u16::from(RegisterAddress::AlStatusCode);
+        let asked = Command::fprd(FIRST_ADDRESS + position, register);
+        match asked.ignore_wkc().receive::<u16>(main).await {
+            Ok(0) | Err(_) => {}
+            Ok(code) => said += &format!("\nposition {position}: AL status code {code:#06x}"),
+        }
+    }
+    said
 }
 
 /// Cycle zero torque until every drive says OP.
