@@ -61,7 +61,7 @@ def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
         except subprocess.TimeoutExpired:
             raise RunError(f"flexhex-gateway run: not over {PATIENCE_S:g} s late") from None
     events = {e["event"]: e for e in _events(done.stdout)}
-    if "summary" not in events:
+    if "summary" not in events or "refused" in events:
         refused = events.get("refused", {}).get("message", done.stderr.strip()[-500:])
         raise RunError(f"flexhex-gateway run: {refused}")
     trip = events.get("trip", {}).get("message", "")

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::bus::{self, Wish};
 use crate::check;
 use crate::config::Config;
-use crate::cycle::{signals, Ending, Machine, Outcome, Pulse, Signals, Wanted};
+use crate::cycle::{signals, Ending, Machine, Pulse, Signals, Wanted};
 use crate::realtime;
 use crate::record::{ring, Columns, Plan, Writer};
 use crate::report::Teller;
@@ -85,11 +85,6 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         reset_faults: args.reset_faults,
     };
     realtime::stop::listen();
-    let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found));
-    let bus = bus.map_err(failed)?;
-    teller.mark(true, "six drives in OP, disabled");
-    teller.event("op", json!({}));
-
     let wanted = Wanted {
         cycles: (args.duration / system.base_step()).round() as i64,
         dry_run: args.dry_run,
@@ -99,13 +94,18 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let pulse = Pulse::default();
     let base_step = system.base_step();
     let parts = (controller, found);
-    let machine = Machine::new(&config, wanted, bus, parts, (sink, width), (&pulse, base_step));
     let out = shown(teller, &pulse, base_step, || {
+        // before the drives are in OP: from then on their watchdogs count every pause
         for note in privileges(&config, args.lockstep) {
             teller.line("note", &note);
         }
-        machine.run()
-    });
+        let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found))?;
+        let machine = Machine::new(&config, wanted, bus, parts, (sink, width), (&pulse, base_step));
+        teller.mark(true, "six drives in OP, disabled");
+        teller.event("op", json!({}));
+        Ok(machine.run())
+    })
+    .map_err(failed)?;
     let trip = match &out.ending {
         Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
         _ => None,
@@ -119,7 +119,7 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
 }
 
 /// Run `work` in this thread while another shows the pulse.
-fn shown(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> Outcome) -> Outcome {
+fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> T) -> T {
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let shower = scope.spawn(|| {
