@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +47,7 @@ class Drives:
     driven: dict[str, Driven]
     results: dict[str, Result]
     comparisons: dict[str, Comparison]
-    found: Diagnosis
+    found: dict[str, Diagnosis]
     floor: dict[str, float] | None
     written: tuple[Path, ...]
 
@@ -82,8 +81,9 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
         "lockstep": compare(results["lockstep"], results["simulated"], exact),
         "clock": compare(results["clock"], results["simulated"], near, common=True),
     }
-    stage("diagnosing the recording")
-    found = diagnose([driven["clock"].recording], (), machine_file, Options(confidence=0))
+    stage("diagnosing the recordings")
+    one = Options(confidence=0)
+    found = {n: diagnose([d.recording], (), machine_file, one) for n, d in driven.items()}
     stage("measuring this computer's own floor")
     return Drives(driven, results, comparisons, found, floor(), tuple(written))
 
@@ -130,34 +130,27 @@ def error(result: Result) -> tuple[float, float]:
     return MICRO * float(np.sqrt(np.mean(e**2))), MICRO * float(np.abs(e).max())
 
 
-def rows(found: Drives) -> list[dict[str, Any]]:
-    """One row a run: errors [urad], times [us] as p50 / p99 / max, frames."""
+def rows(found: Drives) -> list[dict[str, str]]:
+    """A row for each figure, a column for each run: errors [urad], times [us], frames."""
+    runs = {"by the clock": "clock", "lockstep": "lockstep", "simulated": "simulated"}
+    said = {name: driven.summary for name, driven in found.driven.items()}
     listed = []
-    for name, title in (("clock", "by the clock"), ("lockstep", "lockstep")):
-        said = found.driven[name].summary
-        times = {k: _times(said[f"{k}_us"]) for k in ("compute", "wake_up", "round_trip")}
-        listed.append(_row(title, found.results[name], times, said))
-    listed.append(_row("simulated", found.results["simulated"], {}, {}))
-    if found.floor:
-        listed.append(_row("cyclictest", None, {"wake_up": _times(found.floor)}, {}))
+    for k, title in enumerate(("e RMS [µrad]", "e max [µrad]")):
+        errors = {column: f"{error(found.results[name])[k]:.2f}" for column, name in runs.items()}
+        listed.append({"": title, **errors, "cyclictest": NONE})
+    for key, title in (
+        ("compute", "compute"),
+        ("wake_up", "wake-up"),
+        ("round_trip", "round trip"),
+    ):
+        for quantile in ("p50", "p99", "max"):
+            row = {"": f"{title} {quantile} [µs]"}
+            for column, name in runs.items():
+                times = said.get(name, {}).get(f"{key}_us")
+                row[column] = f"{times[quantile]:.1f}" if times else NONE
+            ours = found.floor if key == "wake_up" else None
+            listed.append({**row, "cyclictest": f"{ours[quantile]:.1f}" if ours else NONE})
+    for key, title in (("lost", "frames lost"), ("skipped", "cycles left out")):
+        counts = {column: str(said.get(name, {}).get(key, NONE)) for column, name in runs.items()}
+        listed.append({"": title, **counts, "cyclictest": NONE})
     return listed
-
-
-def _row(
-    title: str, result: Result | None, times: dict[str, str], said: dict[str, Any]
-) -> dict[str, Any]:
-    rms, most = error(result) if result else (math.nan, math.nan)
-    return {
-        "run": title,
-        "e RMS [µrad]": NONE if math.isnan(rms) else f"{rms:.2f}",
-        "max": NONE if math.isnan(most) else f"{most:.1f}",
-        "compute [µs]": times.get("compute", NONE),
-        "wake-up [µs]": times.get("wake_up", NONE),
-        "round trip [µs]": times.get("round_trip", NONE),
-        "frames lost": str(said.get("lost", NONE)),
-        "cycles left out": str(said.get("skipped", NONE)),
-    }
-
-
-def _times(of: dict[str, float]) -> str:
-    return " / ".join(f"{of[k]:.0f}" for k in ("p50", "p99", "max"))
