@@ -24,6 +24,9 @@ pub struct From {
     /// System description, in place of system.ssp.
     #[arg(long, value_name = "FILE")]
     ssp: Option<PathBuf>,
+    /// One value of the configuration, as `--set safety.overrun_us=20000`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// One JSON object a line on stdout, words on stderr.
     #[arg(long)]
     json: bool,
@@ -36,7 +39,7 @@ impl From {
 
     /// The checked configuration.
     pub fn read(&self) -> Result<Config, String> {
-        let mut config = config::read(&self.config)?;
+        let mut config = config::read(&self.config, &self.set)?;
         if let Some(interface) = &self.interface {
             config.bus.interface.clone_from(interface);
         }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::bus::{self, Wish};
 use crate::check;
 use crate::config::Config;
-use crate::cycle::{signals, Ending, Machine, Outcome, Pulse, Signals, Wanted};
+use crate::cycle::{signals, Blank, Ending, Machine, Pulse, Signals, Wanted};
 use crate::realtime;
 use crate::record::{ring, Columns, Plan, Writer};
 use crate::report::Teller;
@@ -85,11 +85,6 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         reset_faults: args.reset_faults,
     };
     realtime::stop::listen();
-    let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found));
-    let bus = bus.map_err(failed)?;
-    teller.mark(true, "six drives in OP, disabled");
-    teller.event("op", json!({}));
-
     let wanted = Wanted {
         cycles: (args.duration / system.base_step()).round() as i64,
         dry_run: args.dry_run,
@@ -98,14 +93,17 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     };
     let pulse = Pulse::default();
     let base_step = system.base_step();
-    let parts = (controller, found);
-    let machine = Machine::new(&config, wanted, bus, parts, (sink, width), (&pulse, base_step));
     let out = shown(teller, &pulse, base_step, || {
+        // from OP on the drives count on a frame every cycle: all else is done before
         for note in privileges(&config, args.lockstep) {
             teller.line("note", &note);
         }
-        machine.run()
+        let blank = Blank::new(width);
+        let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found))?;
+        let parts = (controller, found);
+        Ok(Machine::new(&config, wanted, bus, parts, (sink, blank), (&pulse, base_step)).run())
     });
+    let out = out.map_err(failed)?;
     let trip = match &out.ending {
         Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
         _ => None,
@@ -119,13 +117,16 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
 }
 
 /// Run `work` in this thread while another shows the pulse.
-fn shown(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> Outcome) -> Outcome {
+fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> T) -> T {
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let shower = scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
                 std::thread::park_timeout(SHOWN_EVERY);
                 let cycle = pulse.cycle.load(Ordering::Relaxed);
+                if cycle == 0 {
+                    continue;
+                }
                 let time = cycle as f64 * base_step;
                 let error = pulse.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
                 let lost = pulse.lost.load(Ordering::Relaxed);
