@@ -80,6 +80,7 @@ pub struct Machine<'a, L: Link> {
     out: Outcome,
     sent: [f64; AXES],
     deaf: u32,
+    skipped_before: u64,
     stopped_for: u32,
 }
 
@@ -103,6 +104,7 @@ impl<'a, L: Link> Machine<'a, L> {
             out: out.outcome,
             sent: [0.0; AXES],
             deaf: 0,
+            skipped_before: 0,
             stopped_for: 0,
             config,
             wanted,
