@@ -163,3 +163,29 @@ pub fn more(config: &Config, controller: &Controller) -> Vec<(String, String)> {
     };
     config.recorder.signals.iter().map(|name| (name.clone(), unit(name))).collect()
 }
+
+/// Which signal of the system each channel is, and every how many base steps it changes:
+/// `theta=plant.theta:1 ...`, for programs that compare a recording with a simulation.
+pub fn named(config: &Config, system: &System) -> String {
+    let (s, host) = (&config.system, &config.system.host);
+    let mut channels = vec![
+        ("theta".to_owned(), format!("{host}.theta")),
+        ("tau_meas".to_owned(), format!("{host}.tau_meas")),
+        ("r".to_owned(), s.reference.clone()),
+        ("tau_ff".to_owned(), s.feedforward.clone()),
+        ("e".to_owned(), s.following_error.clone()),
+    ];
+    for name in &config.recorder.signals {
+        let whole = name.split('[').next().unwrap_or(name).to_owned();
+        if !channels.iter().any(|(channel, _)| *channel == whole) {
+            channels.push((whole.clone(), whole));
+        }
+    }
+    let period = |signal: &str| {
+        let component = signal.split('.').next().and_then(|name| system.component(name));
+        component.map_or(1, |c| c.period())
+    };
+    let named =
+        |(channel, signal): &(String, String)| format!("{channel}={signal}:{}", period(signal));
+    channels.iter().map(named).collect::<Vec<_>>().join(" ")
+}

@@ -1,6 +1,7 @@
 //! `run`: from a configuration to a finished run, with everything that can fail done before power.
 
 use clap::Args;
+use flexhex_system::System;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -74,7 +75,7 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let columns = Columns::with(&more);
     let (sink, source) = ring(config.recorder.buffer_cycles, columns.len());
     let width = columns.len();
-    let plan = plan(args, &config, system.base_step(), columns).map_err(bad)?;
+    let plan = plan(args, &config, &system, columns).map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
 
     let failed = |why| (Exit::Failed, why);
@@ -164,11 +165,13 @@ fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
     notes
 }
 
-fn plan(args: &Run, config: &Config, base_step: f64, columns: Columns) -> Result<Plan, String> {
+fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {
     let mut meta = vec![
         ("run".to_owned(), "gateway".to_owned()),
         ("system".to_owned(), config.system.ssp.display().to_string()),
         ("drives".to_owned(), config.profile.name.clone()),
+        ("base_step_s".to_owned(), system.base_step().to_string()),
+        ("signals".to_owned(), check::named(config, system)),
     ];
     for pair in &args.meta {
         let (key, value) =
@@ -186,6 +189,6 @@ fn plan(args: &Run, config: &Config, base_step: f64, columns: Columns) -> Result
         meta,
         recording: args.record.clone(),
         before_trip: folder.join(format!("{stem}-trip.csv")),
-        keep: (config.recorder.keep_s / base_step).round() as usize,
+        keep: (config.recorder.keep_s / system.base_step()).round() as usize,
     })
 }
