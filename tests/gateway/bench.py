@@ -119,12 +119,14 @@ class Bench:
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
         linger: float = 0.0,
+        wrapper: Sequence[object] = (),
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
         linger: seconds for which the drives are left alone afterwards.
+        wrapper: a command that the gateway is run by.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
@@ -137,7 +139,7 @@ class Bench:
                 ends, program, [*lockstep, "--system", plant or self.ssp], options
             )
             try:
-                words = [program, verb, self._config(changes), "--json", *rest]
+                words = [*wrapper, program, verb, self._config(changes), "--json", *rest]
                 words += ["--interface", "bus1", "--ssp", self.ssp]
                 gateway = subprocess.Popen(
                     ends.at(ends.gateway, words),
