@@ -12,29 +12,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis
 from diagnosis.workflow import Options, diagnose
 from flexhex.cases import SETTLE
 from flexhex.compare import Comparison, Tolerance, compare
 from flexhex.drive_cable import CONFIGURATION, Driven, check_means, drive, floor
-from fmus.common.errors import LogError, RunError
 from fmus.common.machine_file import read_toml
 from ssp.executor import run
-from ssp.results import Group, Result, provenance, rate_name, save
+from ssp.recording import load_recording
+from ssp.results import Result, provenance, save
 
-Array = NDArray[np.float64]
-SIGNALS = {
-    "theta": ("plant.theta", "rad"),
-    "tau_meas": ("plant.tau_meas", "N m"),
-    "r": ("reference.r", "rad"),
-    "tau": ("feedback.tau", "N m"),
-    "e": ("feedback.e", "rad"),
-}
-"""Columns of a recording: the simulation's name, unit."""
-RUNNING = 1.0
-"""Column `phase` of the cycles in which the controller runs."""
 MICRO = 1e6
 NONE = "–"
 Stage = Callable[[str], None]
@@ -70,15 +58,14 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
         stage(f"driving {title}")
         driven[name] = drive(ssp, seconds, out / f"{name}.csv", name == "lockstep")
     stage("simulating the same")
-    results = {name: recorded(d.recording) for name, d in driven.items()}
-    rows = results["lockstep"].group("plant.theta")
-    wanted = [signal for signal, _ in SIGNALS.values()]
-    length = (rows.rows - 1) * rows.base
+    results = {name: load_recording(d.recording) for name, d in driven.items()}
+    wanted = [s for group in results["lockstep"].groups.values() for s in group.signals]
+    length = results["lockstep"].duration
     results["simulated"] = run(ssp, length, signals=wanted, parameters=steps(), timing=False)
     written = [save(r, out / f"{n}.h5", provenance(run=n)) for n, r in results.items()]
     exact, near = Tolerance(rtol=0.0), Tolerance(atol=1e-4)
     comparisons = {
-        "lockstep": compare(results["lockstep"], results["simulated"], exact),
+        "lockstep": compare(results["lockstep"], results["simulated"], exact, common=True),
         "clock": compare(results["clock"], results["simulated"], near, common=True),
     }
     stage("diagnosing the recordings")
@@ -95,31 +82,6 @@ def steps() -> dict[str, float]:
     tau = current["torque_constant_N_m_per_A"] * (current["step_mA"] * 0.001)
     theta = 2.0 * math.pi / profile["counts_per_revolution"]
     return {"plant.tau_step": tau, "feedback.tau_step": tau, "plant.theta_step": theta}
-
-
-def recorded(path: Path) -> Result:
-    """The cycles of a recording in which the controller ran, by the names of the simulation.
-
-    Cycles that were left out (their number is missing) repeat the one before. LogError when the
-    file is no recording.
-    """
-    lines = (line for line in path.open(encoding="utf-8") if not line.startswith("#"))
-    names = next(lines, "").strip().split(",")
-    next(lines, None)
-    if not {"cycle", "phase", "theta[1]"} <= set(names):
-        raise LogError(f"{path}: no recording of flexhex-gateway")
-    table = np.loadtxt(lines, delimiter=",", ndmin=2)
-    table = table[table[:, names.index("phase")] == RUNNING]
-    if len(table) < 2:
-        raise RunError(f"{path}: the controller never ran; see what the gateway said")
-    cycle = table[:, names.index("cycle")].astype(np.int64)
-    time = table[:, names.index("time")]
-    base = float(f"{(time[-1] - time[0]) / (cycle[-1] - cycle[0]):.9g}")
-    held = np.searchsorted(cycle, np.arange(cycle[0], cycle[-1] + 1), side="right") - 1
-    columns = {c: [names.index(f"{c}[{k}]") for k in range(1, 7)] for c in SIGNALS}
-    signals = {signal: table[held][:, columns[c]] for c, (signal, _) in SIGNALS.items()}
-    group = Group(1, base, signals, dict(SIGNALS.values()))
-    return Result({rate_name(1, base): group}, duration=(group.rows - 1) * base)
 
 
 def error(result: Result) -> tuple[float, float]:
