@@ -12,6 +12,7 @@ import typer
 
 from flexhex.commands import compare_command, study_command
 from flexhex.diagnose import Greedy, diagnose_command
+from flexhex.drive_view import drive_command
 from flexhex.export import export_command
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import FlexhexError
@@ -196,6 +197,7 @@ def found_machine(path: Path) -> Path:
 app.command("compare")(compare_command)
 app.command("study")(study_command)
 app.command("export")(export_command)
+app.command("drive")(drive_command)
 app.command("diagnose", cls=Greedy)(diagnose_command)
 
 

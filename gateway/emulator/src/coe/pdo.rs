@@ -154,7 +154,7 @@ impl Direction {
         }
         let known = if is_map {
             let entry = Entry::parse(word);
-            let whole = entry.bits > 0 && entry.bits % 8 == 0;
+            let whole = entry.bits > 0 && entry.bits.is_multiple_of(8);
             whole && (entry.is_pad() || mappable(&entry))
         } else {
             self.pdos.iter().any(|pdo| u32::from(pdo.index) == word)

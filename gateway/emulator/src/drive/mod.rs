@@ -163,12 +163,12 @@ impl Drive {
             kind::CONTROLWORD => self.control = value as u16,
             kind::MODE => self.mode = value as i8,
             kind::TARGET_CURRENT => self.target = value,
-            kind::TARGET_TORQUE => self.target = self.from_per_mille(value),
+            kind::TARGET_TORQUE => self.target = self.per_mille_to_steps(value),
             _ => {}
         }
     }
 
-    fn from_per_mille(&self, value: i64) -> i64 {
+    fn per_mille_to_steps(&self, value: i64) -> i64 {
         match self.setting.kind {
             Kind::Cst => value,
             Kind::Akd => (value as f64 * 0.001 * self.rated_current_ma()).round() as i64,

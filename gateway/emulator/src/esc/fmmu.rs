@@ -71,7 +71,7 @@ impl Overlap {
     }
 
     pub fn whole_bytes(&self) -> bool {
-        self.bit == 0 && self.data_bit % 8 == 0 && self.bits % 8 == 0
+        self.bit == 0 && self.data_bit.is_multiple_of(8) && self.bits.is_multiple_of(8)
     }
 }
 

@@ -1,10 +1,12 @@
 //! Six drives on one plant: the cycle, its start, and the faults at their exact cycles.
+mod mishaps;
+
 use crate::error::Error;
 use crate::event::{Event, Happening};
 use crate::faults::{Fault, What, When};
 use crate::plant::{Plant, AXES};
 use crate::replies::Replies;
-use crate::segment::{self, Line};
+use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
 
@@ -193,107 +195,6 @@ impl Machine {
         }
     }
 
-    /// Faults of drives, encoders and states that begin or end at this cycle.
-    fn begin_faults(&mut self, cycle: u64) {
-        for place in 0..self.faults.len() {
-            let fault = self.faults[place].clone();
-            let encoder_only = matches!(fault.kind, What::EncoderJump | What::EncoderFrozen);
-            if encoder_only && fault.ends(cycle) {
-                self.devices[fault.position].drive_mut().encoder = Default::default();
-            }
-            if !fault.acts(place, cycle) {
-                continue;
-            }
-            let device = &mut self.devices[fault.position];
-            let drive = device.drive_mut();
-            match fault.kind {
-                What::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
-                What::EncoderJump => drive.encoder.jump = fault.size,
-                What::EncoderFrozen => {
-                    drive.encoder.frozen = Some(drive.shown_position());
-                }
-                What::SafeOp => {
-                    device.fall(fault.code.unwrap_or(crate::esc::state::code::SYNC_ERROR));
-                }
-                _ => continue,
-            }
-            device.show_inputs();
-            self.count(place);
-        }
-        let reached = self.line(0).reached;
-        segment::show_links(&mut self.devices, reached);
-    }
-
-    fn line(&mut self, wall: i64) -> Line {
-        let (dc, watch) = self.now(wall);
-        let mut line = Line {
-            reached: self.devices.len(),
-            deaf: Vec::new(),
-            dc,
-            watch,
-        };
-        for place in 0..self.faults.len() {
-            let (kind, position) = (self.faults[place].kind, self.faults[place].position);
-            if matches!(kind, What::CableCut | What::WkcShort) && self.acts(place) {
-                match kind {
-                    What::CableCut => line.reached = line.reached.min(position),
-                    _ => line.deaf.push(position),
-                }
-                self.count(place);
-            }
-        }
-        line
-    }
-
-    fn acts(&self, place: usize) -> bool {
-        self.cycle
-            .is_some_and(|cycle| self.faults[place].acts(place, cycle))
-    }
-
-    /// The first fault of this kind that acts now.
-    fn find(&mut self, kind: What) -> Option<Fault> {
-        let place = (0..self.faults.len())
-            .find(|place| self.faults[*place].kind == kind && self.acts(*place))?;
-        self.count(place);
-        Some(self.faults[place].clone())
-    }
-
-    fn acting(&mut self, kind: What) -> Option<When> {
-        self.find(kind).map(|fault| fault.acting)
-    }
-
-    fn fate(&mut self, answered: bool) -> crate::replies::Fate {
-        use crate::replies::Fate;
-        if !answered {
-            return Fate::Lost;
-        }
-        if self.find(What::FrameDuplicated).is_some() {
-            return Fate::Twice;
-        }
-        if let Some(fault) = self.find(What::FrameDelayed) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: false,
-            };
-        }
-        if let Some(fault) = self.find(What::FrameReordered) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: true,
-            };
-        }
-        Fate::Sound
-    }
-
-    fn count(&mut self, place: usize) {
-        self.counts[place] += 1;
-        if self.counts[place] == 1 {
-            let fault = &self.faults[place];
-            let (kind, position) = (fault.kind.name(), fault.position);
-            self.happens(Happening::Fault { kind, position });
-        }
-    }
-
     pub fn happens(&mut self, what: Happening) {
         self.events.push(Event {
             cycle: self.cycle,
@@ -352,3 +253,6 @@ impl Machine {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;
