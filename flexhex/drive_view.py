@@ -50,7 +50,7 @@ def data(found: Drives) -> dict[str, object]:
         "trips": {name: driven.trip for name, driven in found.driven.items() if driven.trip},
         "lockstep is the simulation": found.comparisons["lockstep"].equal,
         "largest difference": {n: worst(found, n) for n in found.comparisons},
-        "diagnosis": found.found.verdict,
+        "diagnosis": {name: diagnosis.verdict for name, diagnosis in found.found.items()},
         "summary": {name: driven.summary for name, driven in found.driven.items()},
         "written": [str(path) for path in found.written],
     }
@@ -65,7 +65,7 @@ def show(found: Drives) -> None:
     """The table, and what comparing and diagnosing said."""
     out = Console()
     listed = rows(found)
-    title = "The adaptive loop on emulated drives (times: p50 / p99 / max)"
+    title = "The adaptive loop on emulated drives, 4 kHz"
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for k, key in enumerate(listed[0]):
         table.add_column(key, justify="right" if k else "left")
@@ -81,5 +81,9 @@ def show(found: Drives) -> None:
     words = "equals the simulation, every sample" if same else "is NOT the simulation"
     out.print(f"Lockstep {words}; by the clock, the angles differ by at most", end=" ")
     out.print(f"{1e6 * worst(found, 'clock')['plant.theta']:.1f} µrad.")
-    out.print(f"Diagnosis of the recording: {found.found.verdict}.")
+    for name, diagnosis in found.found.items():
+        notes = "; ".join(diagnosis.notes)
+        out.print(
+            f"Diagnosis of {name}.csv: {diagnosis.verdict}" + (f" ({notes})" if notes else "")
+        )
     out.print("  ".join(str(path) for path in found.written), soft_wrap=True)

@@ -50,14 +50,7 @@ impl Args {
                 _ => return Err(Error::new(format!("--drives {name}: allowed akd or cst"))),
             };
         }
-        let Args {
-            interface,
-            system,
-            fmu,
-            log,
-            cycles,
-            ..
-        } = self.clone();
+        let Args { interface, system, fmu, log, cycles, .. } = self.clone();
         options.interface = interface.unwrap_or(options.interface);
         options.plant.system = system.or(options.plant.system);
         options.plant.fmu = fmu.or(options.plant.fmu);
@@ -76,10 +69,7 @@ fn read(path: &Path) -> Result<Options, Error> {
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
     let mut options: Options = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new("."));
-    for file in [&mut options.plant.system, &mut options.plant.fmu]
-        .into_iter()
-        .flatten()
-    {
+    for file in [&mut options.plant.system, &mut options.plant.fmu].into_iter().flatten() {
         *file = folder.join(&*file);
     }
     Ok(options)

@@ -64,42 +64,27 @@ impl Bench {
     pub fn new(options: &str) -> Bench {
         let options: Options = toml::from_str(options).expect("sound options");
         let count = options.drives.count;
-        let devices = (0..count)
-            .map(|position| options.device(position))
-            .collect();
+        let devices = (0..count).map(|position| options.device(position)).collect();
         let plant = Box::new(Flywheels::new(DT));
         let trajectory = Trajectory::new(DT, None).unwrap();
         let faults = options.fault.clone();
-        let machine = Machine::new(
-            devices,
-            options.order(),
-            plant,
-            faults,
-            (DT, true),
-            trajectory,
-        );
+        let machine = Machine::new(devices, options.order(), plant, faults, (DT, true), trajectory);
         Bench { machine, count }
     }
 
     pub fn replies(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
         let mut out = Vec::new();
-        self.machine
-            .receive(bytes, 0, &mut out)
-            .expect("the plant runs");
+        self.machine.receive(bytes, 0, &mut out).expect("the plant runs");
         out
     }
 
     pub fn send(&mut self, requests: &[Request]) -> Vec<Reply> {
-        self.replies(&frame(requests))
-            .first()
-            .map(|bytes| parse(bytes))
-            .unwrap_or_default()
+        self.replies(&frame(requests)).first().map(|bytes| parse(bytes)).unwrap_or_default()
     }
 
     /// One datagram to station `position + 1`; data and working counter.
     pub fn read(&mut self, position: usize, offset: u16, length: usize) -> Reply {
-        self.send(&[(4, position as u16 + 1, offset, vec![0; length])])
-            .remove(0)
+        self.send(&[(4, position as u16 + 1, offset, vec![0; length])]).remove(0)
     }
 
     pub fn write(&mut self, position: usize, offset: u16, data: &[u8]) -> u16 {
@@ -110,10 +95,7 @@ impl Bench {
     pub fn request(&mut self, position: usize, control: u16) -> (u16, u16) {
         self.write(position, 0x0120, &control.to_le_bytes());
         let data = self.read(position, 0x0130, 6).data;
-        (
-            u16::from_le_bytes([data[0], data[1]]),
-            u16::from_le_bytes([data[4], data[5]]),
-        )
+        (u16::from_le_bytes([data[0], data[1]]), u16::from_le_bytes([data[4], data[5]]))
     }
 
     pub fn set_sm(&mut self, position: usize, index: u16, start: u16, length: u16, control: u8) {
@@ -138,11 +120,7 @@ impl Bench {
         mail.extend([0, 0, 0, 3, 0, 0x20]);
         mail.extend(service);
         mail.resize(512, 0);
-        assert_eq!(
-            self.write(position, 0x1000, &mail),
-            1,
-            "the mailbox takes it"
-        );
+        assert_eq!(self.write(position, 0x1000, &mail), 1, "the mailbox takes it");
         let reply = self.read(position, 0x1400, 512);
         assert_eq!(reply.counter, 1, "a reply waits");
         reply.data[8..].to_vec()
@@ -164,10 +142,7 @@ impl Bench {
     fn map(&mut self, position: usize, index: u16, entries: &[Entry]) {
         assert_eq!(self.download(position, index, 0, &[0]), 0);
         for (entry, sub) in entries.iter().zip(1..) {
-            assert_eq!(
-                self.download(position, index, sub, &entry.word().to_le_bytes()),
-                0
-            );
+            assert_eq!(self.download(position, index, sub, &entry.word().to_le_bytes()), 0);
         }
         assert_eq!(self.download(position, index, 0, &[entries.len() as u8]), 0);
     }
@@ -193,27 +168,12 @@ impl Bench {
 
     /// Maps of AKDs and what belongs to them.
     pub fn configure(&mut self, position: usize) {
-        let (pad, control, mode) = (
-            Entry::new(0, 8),
-            Entry::new(0x6040, 16),
-            Entry::new(0x6060, 8),
-        );
-        self.map(
-            position,
-            0x1600,
-            &[control, mode, pad, Entry::new(0x2071, 32)],
-        );
+        let (pad, control, mode) =
+            (Entry::new(0, 8), Entry::new(0x6040, 16), Entry::new(0x6060, 8));
+        self.map(position, 0x1600, &[control, mode, pad, Entry::new(0x2071, 32)]);
         let (status, shown) = (Entry::new(0x6041, 16), Entry::new(0x6061, 8));
-        self.map(
-            position,
-            0x1A00,
-            &[status, shown, pad, Entry::new(0x6063, 32)],
-        );
-        self.map(
-            position,
-            0x1A01,
-            &[Entry::new(0x2077, 32), Entry::new(0x606C, 32)],
-        );
+        self.map(position, 0x1A00, &[status, shown, pad, Entry::new(0x6063, 32)]);
+        self.map(position, 0x1A01, &[Entry::new(0x2077, 32), Entry::new(0x606C, 32)]);
         self.assign(position, 0x1C12, &[0x1600]);
         self.assign(position, 0x1C13, &[0x1A00, 0x1A01]);
         self.set_sm(position, 2, 0x1800, OUT as u16, 0x64);
@@ -265,11 +225,7 @@ impl Bench {
         for control in [6, 7, 15] {
             self.cycle(control, 0);
         }
-        assert_eq!(
-            self.machine.cycle(),
-            None,
-            "held until a reply says that all are enabled"
-        );
+        assert_eq!(self.machine.cycle(), None, "held until a reply says that all are enabled");
     }
 
     /// Cycle and happening of all events since the last look.
@@ -296,8 +252,5 @@ pub fn inputs(reply: &[u8]) -> (Vec<Inputs>, u16) {
         position: long(&data[OUT + 4..]),
         current: long(&data[OUT + 8..]),
     };
-    (
-        reply.data.chunks(OUT + IN).map(one).collect(),
-        reply.counter,
-    )
+    (reply.data.chunks(OUT + IN).map(one).collect(), reply.counter)
 }

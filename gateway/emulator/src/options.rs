@@ -120,19 +120,14 @@ impl Options {
             );
         }
         if !(1..=AXES).contains(&drives.count) {
-            return wrong(format!(
-                "drives.count = {}, allowed 1 to {AXES}",
-                drives.count
-            ));
+            return wrong(format!("drives.count = {}, allowed 1 to {AXES}", drives.count));
         }
         let mut axes = self.order();
         axes.sort_unstable();
         axes.dedup();
         if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
             let order = &drives.order;
-            return wrong(format!(
-                "drives.order = {order:?}: one axis, 0 to 5, for each drive"
-            ));
+            return wrong(format!("drives.order = {order:?}: one axis, 0 to 5, for each drive"));
         }
         for (name, value) in [
             ("torque_constant", drives.torque_constant),
@@ -143,10 +138,7 @@ impl Options {
                 return wrong(format!("drives.{name} = {value}, must be above 0"));
             }
         }
-        if drives
-            .mailbox_bytes
-            .is_some_and(|bytes| !(24..=1024).contains(&bytes))
-        {
+        if drives.mailbox_bytes.is_some_and(|bytes| !(24..=1024).contains(&bytes)) {
             return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
         }
         for special in &self.drive {
@@ -159,9 +151,7 @@ impl Options {
             }
         }
         let faults = self.fault.iter().enumerate();
-        faults
-            .into_iter()
-            .try_for_each(|(place, fault)| fault.check(place, drives.count))
+        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, drives.count))
     }
 
     /// Axis of each position.
@@ -190,20 +180,10 @@ impl Options {
         let drives = &self.drives;
         let (vendor, product) = drives.kind.identity();
         let serial = 1000 + position as u32;
-        let mut identity = Identity {
-            vendor,
-            product,
-            revision: 2,
-            serial,
-            alias: 0,
-        };
+        let mut identity = Identity { vendor, product, revision: 2, serial, alias: 0 };
         let mut setting = self.setting();
         let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
-        for special in self
-            .drive
-            .iter()
-            .filter(|special| special.position == position)
-        {
+        for special in self.drive.iter().filter(|special| special.position == position) {
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
             identity.product = special.product.unwrap_or(identity.product);
             identity.revision = special.revision.unwrap_or(identity.revision);
@@ -216,12 +196,7 @@ impl Options {
             extra_input_bytes += special.extra_input_bytes;
         }
         let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
-        let manner = Manner {
-            identity,
-            mailbox_bytes,
-            maps_fixed,
-            extra_input_bytes,
-        };
+        let manner = Manner { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
             Initial::Enabled => (State::OperationEnabled, 0),

@@ -19,10 +19,7 @@ const FREE: u16 = 0x2000;
 fn auto_increment_counts_the_position_up_and_takes_the_one_at_zero() {
     let mut bench = bench();
     let reply = bench.send(&[(1, 0xFFFF, 0x0010, vec![0; 2])]).remove(0);
-    assert_eq!(
-        (reply.data, reply.position, reply.counter),
-        (vec![2, 0], 2, 1)
-    );
+    assert_eq!((reply.data, reply.position, reply.counter), (vec![2, 0], 2, 1));
     let none = bench.send(&[(1, 3, 0x0010, vec![9; 2])]).remove(0);
     assert_eq!((none.data, none.position, none.counter), (vec![9; 2], 6, 0));
 }
@@ -48,9 +45,7 @@ fn every_command_counts_as_the_standard_says() {
         (255, 0, 0),
     ];
     for (command, address, counter) in table {
-        let reply = bench()
-            .send(&[(command, address, FREE, vec![1, 2])])
-            .remove(0);
+        let reply = bench().send(&[(command, address, FREE, vec![1, 2])]).remove(0);
         assert_eq!(reply.counter, counter, "command {command} to {address}");
     }
 }
@@ -70,10 +65,7 @@ fn a_broadcast_read_is_the_or_of_all() {
     bench.write(0, FREE, &[1]);
     bench.write(2, FREE, &[4]);
     let reply = bench.send(&[(7, 0, FREE, vec![0x10])]).remove(0);
-    assert_eq!(
-        (reply.data, reply.position, reply.counter),
-        (vec![0x15], 3, 3)
-    );
+    assert_eq!((reply.data, reply.position, reply.counter), (vec![0x15], 3, 3));
 }
 
 #[test]
@@ -127,11 +119,7 @@ fn frames_that_are_not_sound_are_dropped() {
     let good = frame(&[(7, 0, 0x0130, vec![0; 2])]);
     let mut bench = bench();
     for length in 0..good.len() {
-        assert!(
-            bench.replies(&good[..length]).is_empty(),
-            "{length} of {}",
-            good.len()
-        );
+        assert!(bench.replies(&good[..length]).is_empty(), "{length} of {}", good.len());
     }
     for (place, value) in [(12, 0x08), (15, 0x40), (16 + 6, 0x20), (16 + 7, 0x80)] {
         let mut bad = good.clone();
@@ -152,20 +140,13 @@ fn no_frame_makes_it_panic_or_answer_outside_its_datagrams() {
         seed = mix(seed);
         seed % below
     };
-    let registers = [
-        0x0120, 0x0500, 0x0502, 0x0600, 0x0800, 0x0900, 0x0910, 0x1000, 0x1800, 0x2FFF,
-    ];
+    let registers =
+        [0x0120, 0x0500, 0x0502, 0x0600, 0x0800, 0x0900, 0x0910, 0x1000, 0x1800, 0x2FFF];
     for round in 0..60_000 {
         let mut bytes = if random(4) == 0 {
-            (0..random(120))
-                .map(|_| random(256) as u8)
-                .collect::<Vec<u8>>()
+            (0..random(120)).map(|_| random(256) as u8).collect::<Vec<u8>>()
         } else {
-            let length = if random(50) == 0 {
-                random(1400)
-            } else {
-                random(40)
-            };
+            let length = if random(50) == 0 { random(1400) } else { random(40) };
             let data: Vec<u8> = (0..length).map(|_| random(256) as u8).collect();
             let offset = match random(3) {
                 0 => random(0x1_0000) as u16,
@@ -181,16 +162,8 @@ fn no_frame_makes_it_panic_or_answer_outside_its_datagrams() {
         bytes.extend(std::iter::repeat_n(0xA5, padding));
         for reply in bench.replies(&bytes) {
             assert_eq!(reply.len(), bytes.len(), "round {round}");
-            let end = crate::segment::datagrams(&bytes)
-                .unwrap()
-                .last()
-                .unwrap()
-                .end;
-            assert_eq!(
-                reply[end..],
-                bytes[end..],
-                "round {round}: padding is left alone"
-            );
+            let end = crate::segment::datagrams(&bytes).unwrap().last().unwrap().end;
+            assert_eq!(reply[end..], bytes[end..], "round {round}: padding is left alone");
             assert_eq!(reply[12..16], bytes[12..16], "round {round}");
         }
     }

@@ -37,11 +37,7 @@ fn main() -> ExitCode {
 }
 
 fn arguments() -> Result<Arguments, String> {
-    let mut found = Arguments {
-        seconds: 10.0,
-        host: "plant".to_owned(),
-        ..Arguments::default()
-    };
+    let mut found = Arguments { seconds: 10.0, host: "plant".to_owned(), ..Arguments::default() };
     found.options.wait = Duration::from_secs(5);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {

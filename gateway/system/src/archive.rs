@@ -90,10 +90,7 @@ mod tests {
     fn what_is_no_zip_is_refused_by_name() {
         let refused = Archive::new(b"PK is not enough".to_vec(), "a.ssp".to_owned());
         let text = refused.err().map(|e| e.to_string());
-        assert_eq!(
-            text.as_deref(),
-            Some("a.ssp: not a zip archive, or a truncated one")
-        );
+        assert_eq!(text.as_deref(), Some("a.ssp: not a zip archive, or a truncated one"));
     }
 
     #[test]

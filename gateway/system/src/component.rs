@@ -22,12 +22,8 @@ impl Component {
         sets: &Values,
         base: f64,
     ) -> Result<Component, Error> {
-        let mut component = Component {
-            name: name.to_owned(),
-            fmu,
-            values: Values::new(),
-            period: 1,
-        };
+        let mut component =
+            Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
         // names that the FMU does not have are ignored, as SSP says
         for (name, value) in sets {
             if component.fmu.find(name).is_some() {
@@ -49,10 +45,7 @@ impl Component {
 
     /// Value of a parameter: the `.ssp`'s, else the FMU's start value; None: no such parameter.
     pub fn parameter(&self, name: &str) -> Option<f64> {
-        let start = self
-            .variable(name)
-            .filter(|v| v.causality == Causality::Parameter)?
-            .start;
+        let start = self.variable(name).filter(|v| v.causality == Causality::Parameter)?.start;
         let set = self.values.iter().find(|(known, _)| known == name);
         set.map(|(_, value)| *value).or(start)
     }

@@ -138,10 +138,7 @@ impl Controller {
 
     fn advance(&mut self, theta: &[f64], tau_meas: &[f64]) -> Result<(), Trip> {
         let bus = self.inline.bus_mut();
-        for (slots, values) in [
-            (&self.drives.theta, theta),
-            (&self.drives.tau_meas, tau_meas),
-        ] {
+        for (slots, values) in [(&self.drives.theta, theta), (&self.drives.tau_meas, tau_meas)] {
             for (slot, value) in slots.iter().zip(values) {
                 bus[*slot] = *value;
             }
@@ -215,10 +212,7 @@ impl Controller {
     /// Component and value of every `fault` output that is not zero at `now`.
     pub fn faults(&self) -> impl Iterator<Item = (&str, f64)> {
         let bus = self.inline.bus();
-        let all = self
-            .faults
-            .iter()
-            .map(|(name, slot)| (name.as_str(), bus[*slot]));
+        let all = self.faults.iter().map(|(name, slot)| (name.as_str(), bus[*slot]));
         all.filter(|(_, fault)| *fault != 0.0)
     }
 

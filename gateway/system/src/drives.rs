@@ -37,11 +37,7 @@ impl Drives {
                 tau_meas.len()
             )));
         }
-        Ok(Drives {
-            theta,
-            tau_meas,
-            tau,
-        })
+        Ok(Drives { theta, tau_meas, tau })
     }
 }
 

@@ -57,10 +57,7 @@ unsafe impl Send for Executor {}
 impl Executor {
     /// Instantiates and initialises all units.
     pub fn open(units: Vec<Unit>, n_slots: usize, base: f64) -> Result<Executor, Error> {
-        let kept = units
-            .into_iter()
-            .map(Kept::new)
-            .collect::<Result<Vec<_>, _>>()?;
+        let kept = units.into_iter().map(Kept::new).collect::<Result<Vec<_>, _>>()?;
         let descriptions: Box<[Description]> = kept.iter().map(Kept::description).collect();
         for (k, unit) in kept.iter().enumerate() {
             let end = unit.slot + unit.outputs.len();

@@ -102,9 +102,6 @@ impl Binary {
                 .map_err(|_| Error::new(format!("its library lacks the function {name}")))?;
             *function = *symbol;
         }
-        Ok(Binary {
-            functions,
-            _library: library,
-        })
+        Ok(Binary { functions, _library: library })
     }
 }

@@ -88,11 +88,7 @@ impl Fmu {
             guid: top.attribute("guid").unwrap_or_default().to_owned(),
             step_size: experiment.and_then(|e| e.attribute("stepSize")?.trim().parse().ok()),
             categories: categories(top),
-            by_name: variables
-                .iter()
-                .enumerate()
-                .map(|(k, v)| (v.name.clone(), k))
-                .collect(),
+            by_name: variables.iter().enumerate().map(|(k, v)| (v.name.clone(), k)).collect(),
             variables,
             platforms: platforms(&members),
             file,
@@ -108,8 +104,7 @@ impl Fmu {
     /// The same, or an error that names the nearest variable.
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         let known = self.variables.iter().map(|v| v.name.as_str());
-        self.find(name)
-            .ok_or_else(|| Error::new(unknown("variable", name, known)))
+        self.find(name).ok_or_else(|| Error::new(unknown("variable", name, known)))
     }
 
     /// Path of the shared library for this machine.
@@ -183,11 +178,7 @@ fn model_identifier(top: Node) -> Result<String, Error> {
             }
         }
         found => {
-            let kind = if found.is_some() {
-                "co-simulation"
-            } else {
-                "no co-simulation"
-            };
+            let kind = if found.is_some() { "co-simulation" } else { "no co-simulation" };
             let text = format!("FMI {version}, {kind}: export it for FMI 2.0 co-simulation");
             Err(Error::new(text))
         }
@@ -206,26 +197,16 @@ fn categories(top: Node) -> Vec<String> {
 
 fn variables(top: Node) -> Result<Vec<Variable>, Error> {
     let all = child(top, "ModelVariables");
-    all.iter()
-        .flat_map(|v| v.children())
-        .filter(Node::is_element)
-        .map(variable)
-        .collect()
+    all.iter().flat_map(|v| v.children()).filter(Node::is_element).map(variable).collect()
 }
 
 fn variable(element: Node) -> Result<Variable, Error> {
     let kinds = ["Real", "Integer", "Boolean", "String", "Enumeration"];
-    let typed = element
-        .children()
-        .find(|c| kinds.contains(&c.tag_name().name()));
-    let reference = element
-        .attribute("valueReference")
-        .and_then(|r| r.parse().ok());
+    let typed = element.children().find(|c| kinds.contains(&c.tag_name().name()));
+    let reference = element.attribute("valueReference").and_then(|r| r.parse().ok());
     let (Some(typed), Some(name), Some(reference)) = (typed, element.attribute("name"), reference)
     else {
-        return Err(Error::new(
-            "a variable lacks name, type or reference: build it anew",
-        ));
+        return Err(Error::new("a variable lacks name, type or reference: build it anew"));
     };
     let is_real = typed.has_tag_name("Real");
     Ok(Variable {
@@ -239,9 +220,6 @@ fn variable(element: Node) -> Result<Variable, Error> {
         },
         is_real,
         unit: typed.attribute("unit").unwrap_or_default().to_owned(),
-        start: typed
-            .attribute("start")
-            .filter(|_| is_real)
-            .and_then(|s| s.trim().parse().ok()),
+        start: typed.attribute("start").filter(|_| is_real).and_then(|s| s.trim().parse().ok()),
     })
 }

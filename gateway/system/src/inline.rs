@@ -76,13 +76,7 @@ impl Inline {
             if !self.executor.publish(k, n) {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }
-            check_finite(
-                &member.name,
-                n,
-                member.slots.clone(),
-                self.executor.bus(),
-                layout,
-            )?;
+            check_finite(&member.name, n, member.slots.clone(), self.executor.bus(), layout)?;
         }
         Ok(())
     }
@@ -99,10 +93,5 @@ pub(crate) fn check_finite(
     let Some(slot) = slots.clone().find(|s| !bus[*s].is_finite()) else {
         return Ok(());
     };
-    Err(Trip::not_finite(
-        component,
-        now,
-        &layout.names[slot],
-        bus[slot],
-    ))
+    Err(Trip::not_finite(component, now, &layout.names[slot], bus[slot]))
 }

@@ -77,9 +77,7 @@ impl Layout {
                 .map(|(name, value)| Ok((reference(name)?, *value)))
                 .collect::<Result<_, Error>>()?,
             inputs: inputs.collect::<Result<_, Error>>()?,
-            slot: first
-                .and_then(|name| self.find(member.name(), name))
-                .unwrap_or(0),
+            slot: first.and_then(|name| self.find(member.name(), name)).unwrap_or(0),
             outputs: outputs.iter().map(|(_, reference)| *reference).collect(),
         })
     }

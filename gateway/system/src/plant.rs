@@ -42,13 +42,7 @@ impl Plant {
         let mut layout = Layout::new(&system, &members);
         let drives = Drives::new(&system, machine, &mut layout)?;
         let inline = Inline::open(&system, &members, &layout)?;
-        let mut plant = Plant {
-            inline,
-            layout,
-            drives,
-            now: 0,
-            _folder: system.folder(),
-        };
+        let mut plant = Plant { inline, layout, drives, now: 0, _folder: system.folder() };
         plant.publish()?;
         Ok(plant)
     }
@@ -56,10 +50,7 @@ impl Plant {
     /// `theta[1..6]` [rad] and `tau_meas[1..6]` [N m] at `now`.
     pub fn read(&self, theta: &mut [f64], tau_meas: &mut [f64]) {
         let bus = self.inline.bus();
-        for (values, slots) in [
-            (theta, &self.drives.theta),
-            (tau_meas, &self.drives.tau_meas),
-        ] {
+        for (values, slots) in [(theta, &self.drives.theta), (tau_meas, &self.drives.tau_meas)] {
             for (value, slot) in values.iter_mut().zip(slots) {
                 *value = bus[*slot];
             }

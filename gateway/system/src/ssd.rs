@@ -13,11 +13,7 @@ const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
 /// Where a base step [s] may stand, the first found wins.
 const BASE_STEPS: [(&str, &str, &str); 3] = [
     ("urn:flexhex:schedule", "Schedule", "baseStep"),
-    (
-        "http://opensimulationplatform.com/SSP/OSPAnnotations",
-        "FixedStepAlgorithm",
-        "baseStepSize",
-    ),
+    ("http://opensimulationplatform.com/SSP/OSPAnnotations", "FixedStepAlgorithm", "baseStepSize"),
     (
         "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
         "SimulationInformation",
@@ -54,9 +50,7 @@ impl Structure {
     fn of(document: &Document, archive: &mut Archive) -> Result<Structure, Error> {
         let root = document.root_element();
         if !root.has_tag_name((SSD, "SystemStructureDescription")) {
-            return Err(Error::new(
-                "SystemStructure.ssd is no SSP 1.x system description",
-            ));
+            return Err(Error::new("SystemStructure.ssd is no SSP 1.x system description"));
         }
         let top = child(root, (SSD, "System"))
             .ok_or_else(|| Error::new("SystemStructure.ssd holds no System"))?;
@@ -101,9 +95,7 @@ fn grandchildren<'a>(
 fn refuse(top: Node) -> Result<(), Error> {
     let holds = |outer: &str, inner: (&str, &str)| {
         let outer = top.children().filter(|c| c.has_tag_name((SSD, outer)));
-        outer
-            .flat_map(|c| c.descendants())
-            .any(|c| c.has_tag_name(inner))
+        outer.flat_map(|c| c.descendants()).any(|c| c.has_tag_name(inner))
     };
     let what = if holds("Elements", (SSD, "System")) {
         "nested systems"
@@ -160,9 +152,7 @@ fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
         .collect();
     for binding in bindings {
         if child(binding, (SSD, "ParameterMapping")).is_some() {
-            return Err(Error::new(
-                "holds a parameter mapping: name the parameters directly",
-            ));
+            return Err(Error::new("holds a parameter mapping: name the parameters directly"));
         }
         let prefix = binding.attribute("prefix").unwrap_or_default();
         match binding.attribute("source").filter(|s| !s.is_empty()) {
@@ -184,9 +174,7 @@ fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
 }
 
 fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
-    let groups = set
-        .children()
-        .filter(|c| c.has_tag_name((SSV, "Parameters")));
+    let groups = set.children().filter(|c| c.has_tag_name((SSV, "Parameters")));
     for entry in groups.flat_map(|g| g.children()) {
         if !entry.has_tag_name((SSV, "Parameter")) {
             continue;
@@ -203,13 +191,8 @@ fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
 
 fn base_step(root: Node) -> Result<Option<f64>, Error> {
     for (namespace, tag, key) in BASE_STEPS {
-        let found = root
-            .descendants()
-            .find(|n| n.has_tag_name((namespace, tag)));
-        if let Some(text) = found
-            .and_then(|n| n.attribute(key))
-            .filter(|t| !t.is_empty())
-        {
+        let found = root.descendants().find(|n| n.has_tag_name((namespace, tag)));
+        if let Some(text) = found.and_then(|n| n.attribute(key)).filter(|t| !t.is_empty()) {
             let step = text.trim().parse::<f64>().ok();
             return match step.filter(|s| *s > 0.0 && s.is_finite()) {
                 Some(step) => Ok(Some(step)),

@@ -42,12 +42,7 @@ impl System {
             components.push(Component::new(&element.name, fmu, &sets, base).map_err(at)?);
         }
         check(&structure.wires, &components).map_err(at)?;
-        Ok(System {
-            base,
-            components,
-            wires: structure.wires,
-            folder: Arc::new(folder),
-        })
+        Ok(System { base, components, wires: structure.wires, folder: Arc::new(folder) })
     }
 
     /// `[s]`
@@ -90,12 +85,7 @@ impl System {
             component.set(parameter, *value).map_err(at)?;
             component.schedule(self.base).map_err(at)?;
         }
-        Ok(System {
-            base: self.base,
-            components,
-            wires: self.wires.clone(),
-            folder: self.folder(),
-        })
+        Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
     }
 
     /// The same with another FMU of equal interface for one component. It brings its own values:
@@ -113,12 +103,7 @@ impl System {
             *component = Component::new(name, Arc::clone(&fmu), &Values::new(), self.base)?;
         }
         check(&self.wires, &components).map_err(|e| e.at(path.display()))?;
-        Ok(System {
-            base: self.base,
-            components,
-            wires: self.wires.clone(),
-            folder: self.folder(),
-        })
+        Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
     }
 }
 
@@ -126,9 +111,8 @@ impl System {
 fn sets_of(element: &Element, system: &Values) -> Values {
     let mut sets = element.values.clone();
     for (name, value) in system {
-        if let Some((_, parameter)) = name
-            .split_once('.')
-            .filter(|(component, _)| *component == element.name)
+        if let Some((_, parameter)) =
+            name.split_once('.').filter(|(component, _)| *component == element.name)
         {
             sets.push((parameter.to_owned(), *value));
         }
@@ -156,10 +140,7 @@ fn open_fmus(
 
 /// \[s\]: the description's, else the smallest step size of the FMUs.
 fn base_step(structure: &Structure, fmus: &HashMap<String, Arc<Fmu>>) -> Result<f64, Error> {
-    let sizes = fmus
-        .values()
-        .filter_map(|f| f.step_size)
-        .filter(|s| *s > 0.0);
+    let sizes = fmus.values().filter_map(|f| f.step_size).filter(|s| *s > 0.0);
     structure
         .base_step
         .or_else(|| sizes.min_by(f64::total_cmp))

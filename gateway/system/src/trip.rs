@@ -30,12 +30,7 @@ pub struct Trip {
 
 impl Trip {
     fn new(component: &str, what: What, now: i64, message: String) -> Trip {
-        Trip {
-            component: component.to_owned(),
-            what,
-            now,
-            message,
-        }
+        Trip { component: component.to_owned(), what, now, message }
     }
 
     /// message: the executor's, which names component, call and time.

@@ -18,12 +18,7 @@ pub(crate) struct Wire {
 
 impl fmt::Display for Wire {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Wire {
-            source,
-            output,
-            target,
-            input,
-        } = self;
+        let Wire { source, output, target, input } = self;
         write!(f, "{source}.{output} -> {target}.{input}")
     }
 }
@@ -63,18 +58,9 @@ pub(crate) fn check(wires: &[Wire], components: &[Component]) -> Result<(), Erro
 }
 
 fn check_ends(wire: &Wire, components: &[Component]) -> Result<(), Error> {
-    let start = port(
-        components,
-        &wire.source,
-        &wire.output,
-        (Causality::Output, "starts at an output"),
-    )?;
-    let end = port(
-        components,
-        &wire.target,
-        &wire.input,
-        (Causality::Input, "ends at an input"),
-    )?;
+    let start =
+        port(components, &wire.source, &wire.output, (Causality::Output, "starts at an output"))?;
+    let end = port(components, &wire.target, &wire.input, (Causality::Input, "ends at an input"))?;
     if start.unit != end.unit {
         return Err(Error::new(format!(
             "'{}' into '{}', units must be equal: connect another variable or correct a unit",
@@ -91,10 +77,7 @@ fn port<'a>(
     (causality, rule): (Causality, &str),
 ) -> Result<&'a Variable, Error> {
     let found = find(components, component)?;
-    let variable = found
-        .fmu()
-        .variable(name)
-        .map_err(|e| e.at(format!("in {component}")))?;
+    let variable = found.fmu().variable(name).map_err(|e| e.at(format!("in {component}")))?;
     if variable.causality != causality {
         return Err(Error::new(format!(
             "{component}.{name} is of causality {}; a connection {rule}",

@@ -78,11 +78,7 @@ impl Worker {
         let executor = Executor::open(vec![unit], n_slots, base)?;
         let shared = Arc::new(Shared {
             turn: AtomicU8::new(DONE),
-            state: Mutex::new(State {
-                executor,
-                now: 0,
-                period,
-            }),
+            state: Mutex::new(State { executor, now: 0, period }),
         });
         if !lock(&shared).executor.publish(0, 0) {
             return Err(Error::new(lock(&shared).executor.message()));
@@ -98,14 +94,7 @@ impl Worker {
                 serve(&theirs, pause);
             })
             .map_err(|e| Error::new(format!("{name}: no thread can be made ({e})")))?;
-        Ok(Worker {
-            name,
-            period,
-            sources,
-            slots,
-            shared,
-            thread: Some(thread),
-        })
+        Ok(Worker { name, period, sources, slots, shared, thread: Some(thread) })
     }
 
     /// Whether the last step is over, within `wait`.
@@ -172,9 +161,7 @@ fn serve(shared: &Shared, pause: Duration) {
                 let next = if done { DONE } else { FAILED };
                 // END may have been asked for meanwhile: then it stays
                 let _ =
-                    shared
-                        .turn
-                        .compare_exchange(STEP, next, Ordering::AcqRel, Ordering::Acquire);
+                    shared.turn.compare_exchange(STEP, next, Ordering::AcqRel, Ordering::Acquire);
             }
             END => return,
             _ => thread::sleep(pause),

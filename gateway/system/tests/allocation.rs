@@ -77,10 +77,7 @@ fn the_counter_counts() {
         fclose(stream);
         calls() - before
     };
-    assert!(
-        opened > 0,
-        "allocations of shared libraries are not counted"
-    );
+    assert!(opened > 0, "allocations of shared libraries are not counted");
 }
 
 fn a_cycle_allocates_nothing() {

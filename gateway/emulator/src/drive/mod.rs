@@ -103,10 +103,7 @@ impl Drive {
     pub fn measure(&mut self, angle: f64, torque: f64, dt: Option<f64>) {
         let setting = &self.setting;
         let steps = (angle / setting.angle_step()).round_ties_even() as i64;
-        self.position = setting
-            .direction
-            .wrapping_mul(steps)
-            .wrapping_add(setting.offset);
+        self.position = setting.direction.wrapping_mul(steps).wrapping_add(setting.offset);
         let current = (torque / setting.torque_step()).round_ties_even() as i64;
         self.torque = setting.direction.wrapping_mul(current);
         if let Some(dt) = dt {
@@ -119,9 +116,7 @@ impl Drive {
 
     /// Position as the encoder shows it `[counts]`.
     pub fn shown_position(&self) -> i64 {
-        self.encoder
-            .frozen
-            .unwrap_or(self.position.wrapping_add(self.encoder.jump))
+        self.encoder.frozen.unwrap_or(self.position.wrapping_add(self.encoder.jump))
     }
 
     /// The low bits of an object; None where the drive has none.

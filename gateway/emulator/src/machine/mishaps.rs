@@ -52,12 +52,7 @@ impl Machine {
 
     pub(super) fn line(&mut self, wall: i64) -> Line {
         let (dc, watch) = self.now(wall);
-        let mut line = Line {
-            reached: self.devices.len(),
-            deaf: Vec::new(),
-            dc,
-            watch,
-        };
+        let mut line = Line { reached: self.devices.len(), deaf: Vec::new(), dc, watch };
         for place in 0..self.faults.len() {
             let (kind, position) = (self.faults[place].kind, self.faults[place].position);
             if matches!(kind, What::CableCut | What::WkcShort) && self.acts(place) {
@@ -72,8 +67,7 @@ impl Machine {
     }
 
     fn acts(&self, place: usize) -> bool {
-        self.cycle
-            .is_some_and(|cycle| self.faults[place].acts(place, cycle))
+        self.cycle.is_some_and(|cycle| self.faults[place].acts(place, cycle))
     }
 
     /// The first fault of this kind that acts now.
@@ -97,16 +91,10 @@ impl Machine {
             return Fate::Twice;
         }
         if let Some(fault) = self.find(What::FrameDelayed) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: false,
-            };
+            return Fate::Late { frames: fault.frames, after: false };
         }
         if let Some(fault) = self.find(What::FrameReordered) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: true,
-            };
+            return Fate::Late { frames: fault.frames, after: true };
         }
         Fate::Sound
     }

@@ -43,10 +43,7 @@ struct Seen {
 }
 
 fn seen(device: &SubDevice) -> Seen {
-    Seen {
-        layer: device.layer.state.name(),
-        drive: device.drive().machine.state.name(),
-    }
+    Seen { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
 }
 
 impl Machine {
@@ -180,27 +177,20 @@ impl Machine {
             }
             self.pushed[axis] = pushes;
         }
-        self.trajectory
-            .note(cycle, &self.theta, &self.tau_meas, &tau)?;
+        self.trajectory.note(cycle, &self.theta, &self.tau_meas, &tau)?;
         self.plant.step(&tau)
     }
 
     fn measure(&mut self, dt: Option<f64>) {
         self.plant.read(&mut self.theta, &mut self.tau_meas);
         for (device, axis) in self.devices.iter_mut().zip(&self.order) {
-            device
-                .drive_mut()
-                .measure(self.theta[*axis], self.tau_meas[*axis], dt);
+            device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);
             device.show_inputs();
         }
     }
 
     pub fn happens(&mut self, what: Happening) {
-        self.events.push(Event {
-            cycle: self.cycle,
-            frame: self.frames,
-            what,
-        });
+        self.events.push(Event { cycle: self.cycle, frame: self.frames, what });
     }
 
     /// Tells of states that have changed.
@@ -215,21 +205,11 @@ impl Machine {
             self.seen[position] = now;
             if now.layer != before.layer {
                 let (from, to) = (before.layer, now.layer);
-                self.happens(Happening::State {
-                    position,
-                    from,
-                    to,
-                    code,
-                });
+                self.happens(Happening::State { position, from, to, code });
             }
             if now.drive != before.drive {
                 let (from, to) = (before.drive, now.drive);
-                self.happens(Happening::Drive {
-                    position,
-                    from,
-                    to,
-                    error,
-                });
+                self.happens(Happening::Drive { position, from, to, error });
             }
         }
     }
@@ -244,12 +224,7 @@ impl Machine {
         let faults = names.zip(self.counts.iter().copied()).collect();
         let digest = self.trajectory.finish()?;
         let (frames, dropped) = (self.frames, self.dropped);
-        self.happens(Happening::Stopped {
-            digest,
-            frames,
-            dropped,
-            faults,
-        });
+        self.happens(Happening::Stopped { digest, frames, dropped, faults });
         Ok(())
     }
 }

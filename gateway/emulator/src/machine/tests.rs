@@ -19,10 +19,7 @@ const ENABLED: u16 = 0x0237;
 fn states(bench: &mut Bench, count: usize) -> Vec<Option<(Vec<u16>, u16)>> {
     let one = |bench: &mut Bench| {
         let (inputs, counter) = bench.cycle(15, 100)?;
-        Some((
-            inputs.iter().map(|one| one.status & 0x6F).collect(),
-            counter,
-        ))
+        Some((inputs.iter().map(|one| one.status & 0x6F).collect(), counter))
     };
     (0..count).map(|_| one(bench)).collect()
 }
@@ -33,9 +30,7 @@ fn the_plant_is_held_until_a_reply_says_that_all_are_enabled() {
     // the outputs of the frame that says so drive the step 0 -> 1
     let (first, counter) = bench.cycle(15, 1000).unwrap();
     assert_eq!(counter, 18);
-    assert!(first
-        .iter()
-        .all(|one| one.status == ENABLED && one.position == 0));
+    assert!(first.iter().all(|one| one.status == ENABLED && one.position == 0));
     assert_eq!(bench.machine.cycle(), Some(1));
     let (second, _) = bench.cycle(15, 0).unwrap();
     // 3 N m on 0.05 kg m2 for one step of 0.25 ms: 3.75e-6 rad of 2^32 counts a turn
@@ -50,10 +45,7 @@ fn inputs_are_latched_before_outputs_act() {
     let mut bench = running("drives.count = 6");
     bench.cycle(15, 0);
     let (now, _) = bench.cycle(0, 0).unwrap();
-    assert_eq!(
-        now[0].status, ENABLED,
-        "this frame disables, the next says it"
-    );
+    assert_eq!(now[0].status, ENABLED, "this frame disables, the next says it");
     assert_ne!(bench.cycle(0, 0).unwrap().0[0].status, ENABLED);
 }
 
@@ -68,9 +60,7 @@ fn a_disabled_drive_pushes_no_more_and_the_plant_goes_on() {
     let (after, _) = bench.cycle(0, 1000).unwrap();
     assert_eq!(after[0].current, 0);
     assert!(after[0].position > before[0].position, "it coasts");
-    assert!(bench
-        .events()
-        .contains(&(Some(100), Happening::TorqueZero { position: 0 })));
+    assert!(bench.events().contains(&(Some(100), Happening::TorqueZero { position: 0 })));
 }
 
 #[test]
@@ -111,18 +101,11 @@ fn the_watchdog_zeroes_the_torque_at_its_exact_cycle() {
     for position in 0..6 {
         assert!(events.contains(&(Some(19), Happening::Watchdog { position })));
         assert!(events.contains(&(Some(19), Happening::TorqueZero { position })));
-        assert_eq!(
-            bench.read(position, 0x0130, 6).data,
-            [0x14, 0, 0, 0, 0x1B, 0]
-        );
+        assert_eq!(bench.read(position, 0x0130, 6).data, [0x14, 0, 0, 0, 0x1B, 0]);
         assert_eq!(bench.read(position, 0x0442, 1).data, [1]);
     }
     let (inputs, counter) = bench.cycle(15, 100).unwrap();
-    assert_eq!(
-        (inputs[0].status & 0x4F, counter),
-        (0x08, 18),
-        "fault, and a full counter"
-    );
+    assert_eq!((inputs[0].status & 0x4F, counter), (0x08, 18), "fault, and a full counter");
     assert_eq!(bench.machine.devices[0].drive().machine.error, 0x8130);
 }
 
@@ -132,27 +115,21 @@ fn a_drive_fault_is_seen_at_its_cycle() {
     let seen = states(&mut bench, 7);
     let third: Vec<u16> = seen.iter().map(|one| one.as_ref().unwrap().0[2]).collect();
     assert_eq!(third, [0x27, 0x27, 0x27, 0x27, 0x27, 0x0F, 0x08 & 0x6F]);
-    assert!(bench
-        .events()
-        .contains(&(Some(5), Happening::TorqueZero { position: 2 })));
+    assert!(bench.events().contains(&(Some(5), Happening::TorqueZero { position: 2 })));
     assert_eq!(bench.machine.devices[2].drive().machine.error, 0x2310);
 }
 
 #[test]
 fn an_encoder_jumps_and_comes_back() {
     let mut bench = fault("kind = 'encoder_jump'\ncycle = 3\ncount = 2\nposition = 1\nsize = 5000");
-    let shown: Vec<i32> = (0..6)
-        .map(|_| bench.cycle(15, 0).unwrap().0[1].position)
-        .collect();
+    let shown: Vec<i32> = (0..6).map(|_| bench.cycle(15, 0).unwrap().0[1].position).collect();
     assert_eq!(shown, [0, 0, 0, 5000, 5000, 0]);
 }
 
 #[test]
 fn a_frozen_encoder_stands_while_the_plant_moves() {
     let mut bench = fault("kind = 'encoder_frozen'\ncycle = 4\nposition = 0");
-    let shown: Vec<i32> = (0..9)
-        .map(|_| bench.cycle(15, 1000).unwrap().0[0].position)
-        .collect();
+    let shown: Vec<i32> = (0..9).map(|_| bench.cycle(15, 1000).unwrap().0[0].position).collect();
     assert!(shown[3] < shown[4]);
     assert!(shown[4..].iter().all(|one| *one == shown[4]));
     assert!(bench.machine.theta[0] > shown[4] as f64 * 2e-9);
@@ -164,9 +141,7 @@ fn a_drive_in_safe_op_still_counts_fully() {
     let seen = states(&mut bench, 4);
     assert!(seen.iter().all(|one| one.as_ref().unwrap().1 == 18));
     assert_eq!(bench.read(5, 0x0130, 6).data, [0x14, 0, 0, 0, 0x1A, 0]);
-    assert!(bench
-        .events()
-        .contains(&(Some(2), Happening::TorqueZero { position: 5 })));
+    assert!(bench.events().contains(&(Some(2), Happening::TorqueZero { position: 5 })));
 }
 
 #[test]
@@ -183,11 +158,7 @@ fn a_cut_cable_takes_away_all_behind_it() {
         let mut bench = fault(&text);
         let counters: Vec<u16> = (0..5).map(|_| bench.cycle(15, 0).unwrap().1).collect();
         assert_eq!(counters, [18, 18, counter, counter, 18]);
-        assert_eq!(
-            bench.read(position - 1, 0x0311, 1).data,
-            [1],
-            "one lost link"
-        );
+        assert_eq!(bench.read(position - 1, 0x0311, 1).data, [1], "one lost link");
     }
     let mut bench = fault("kind = 'cable_cut'\ncycle = 2\nposition = 0");
     let answered: Vec<bool> = (0..4).map(|_| bench.cycle(15, 0).is_some()).collect();
@@ -214,28 +185,14 @@ fn replies_are_doubled_late_or_out_of_order() {
         let one = |bench: &mut Bench, k: i32| {
             let bytes = bench.process_data(15, k);
             let replies = bench.replies(&bytes);
-            replies
-                .iter()
-                .map(|bytes| inputs(bytes).0[0].current)
-                .collect::<Vec<i32>>()
+            replies.iter().map(|bytes| inputs(bytes).0[0].current).collect::<Vec<i32>>()
         };
-        (1..5)
-            .map(|k| one(&mut bench, k))
-            .collect::<Vec<Vec<i32>>>()
+        (1..5).map(|k| one(&mut bench, k)).collect::<Vec<Vec<i32>>>()
     };
     // the reply to frame n carries the current of frame n - 1
-    assert_eq!(
-        count("frame_duplicated", 1),
-        [vec![0], vec![1, 1], vec![2], vec![3]]
-    );
-    assert_eq!(
-        count("frame_delayed", 2),
-        [vec![0], vec![], vec![2], vec![1, 3]]
-    );
-    assert_eq!(
-        count("frame_reordered", 1),
-        [vec![0], vec![], vec![2, 1], vec![3]]
-    );
+    assert_eq!(count("frame_duplicated", 1), [vec![0], vec![1, 1], vec![2], vec![3]]);
+    assert_eq!(count("frame_delayed", 2), [vec![0], vec![], vec![2], vec![1, 3]]);
+    assert_eq!(count("frame_reordered", 1), [vec![0], vec![], vec![2, 1], vec![3]]);
 }
 
 #[test]

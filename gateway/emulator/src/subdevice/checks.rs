@@ -25,10 +25,7 @@ impl SubDevice {
     }
 
     fn check_mailbox(&self) -> Result<(), u16> {
-        let wanted = [
-            (0, sii::MAILBOX_OUT, Access::Write),
-            (1, sii::MAILBOX_IN, Access::Read),
-        ];
+        let wanted = [(0, sii::MAILBOX_OUT, Access::Write), (1, sii::MAILBOX_IN, Access::Read)];
         let right = wanted.iter().all(|(index, start, direction)| {
             let sm = self.esc.sm(*index);
             sm.enabled()

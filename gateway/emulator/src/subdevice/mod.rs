@@ -26,13 +26,7 @@ impl SubDevice {
         }
         let (identity, mailbox) = (&manner.identity, manner.mailbox_bytes);
         let image = sii::image(identity, kind.name(), mailbox, &outputs, &inputs);
-        let application = Application {
-            drive,
-            manner,
-            outputs,
-            inputs,
-            state: State::Init,
-        };
+        let application = Application { drive, manner, outputs, inputs, state: State::Init };
         let mut device = SubDevice {
             esc: Esc::new(image, clock),
             layer: Layer::new(),
@@ -66,10 +60,7 @@ impl SubDevice {
 
     fn serve_mailbox(&mut self) {
         let (inbox, outbox) = (self.esc.sm(0), self.esc.sm(1));
-        let request = self
-            .esc
-            .get(inbox.start, usize::from(inbox.length))
-            .to_vec();
+        let request = self.esc.get(inbox.start, usize::from(inbox.length)).to_vec();
         self.esc.set_full(0, false);
         if self.layer.state == State::Init {
             return;
@@ -136,10 +127,7 @@ impl SubDevice {
             return false;
         }
         let outputs = self.esc.sm(2);
-        let data = self
-            .esc
-            .get(outputs.start, usize::from(outputs.length))
-            .to_vec();
+        let data = self.esc.get(outputs.start, usize::from(outputs.length)).to_vec();
         self.application.take(&data);
         true
     }

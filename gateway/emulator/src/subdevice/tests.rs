@@ -16,11 +16,7 @@ fn pre_op_needs_the_mailbox_that_the_eeprom_names() {
     bench.set_sm(0, 1, 0x1400, 256, 0x22);
     assert_eq!(bench.request(0, 0x12), (0x11, code::INVALID_MAILBOX));
     bench.set_sm(0, 1, 0x1400, 512, 0x22);
-    assert_eq!(
-        bench.request(0, 2),
-        (0x11, code::INVALID_MAILBOX),
-        "not acknowledged"
-    );
+    assert_eq!(bench.request(0, 2), (0x11, code::INVALID_MAILBOX), "not acknowledged");
     assert_eq!(bench.request(0, 0x12), (2, 0));
 }
 
@@ -35,11 +31,7 @@ fn safe_op_needs_the_sizes_of_the_maps() {
     bench.set_sm(0, 3, 0x1C00, 14, 0x20);
     assert_eq!(bench.request(0, 0x14), (0x12, code::INVALID_INPUTS));
     bench.set_sm(0, 3, 0x1C00, 16, 0x24);
-    assert_eq!(
-        bench.request(0, 0x14),
-        (0x12, code::INVALID_INPUTS),
-        "wrong direction"
-    );
+    assert_eq!(bench.request(0, 0x14), (0x12, code::INVALID_INPUTS), "wrong direction");
     bench.set_sm(0, 3, 0x1C00, 16, 0x20);
     assert_eq!(bench.request(0, 0x14), (4, 0));
 }
@@ -95,11 +87,7 @@ fn the_mailbox_takes_one_request_and_gives_its_answer_once() {
     let reply = bench.sdo(0, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     assert_eq!(reply[..8], [0x43, 0x18, 0x10, 2, 0x44, 0x4B, 0x41, 0x00]);
     assert_eq!(bench.read(0, 0x1400, 512).counter, 0, "it was taken");
-    assert_eq!(
-        bench.read(0, 0x080D, 1).data,
-        [0],
-        "and the sync manager says so"
-    );
+    assert_eq!(bench.read(0, 0x080D, 1).data, [0], "and the sync manager says so");
 }
 
 #[test]
@@ -111,34 +99,20 @@ fn maps_are_written_in_pre_op_only() {
     bench.request(0, 4);
     assert_eq!(bench.download(0, 0x1600, 0, &[0]), abort::DEVICE_STATE);
     assert_eq!(bench.download(0, 0x1C13, 0, &[0]), abort::DEVICE_STATE);
-    assert_eq!(
-        bench.download(0, 0x6060, 0, &[4]),
-        0,
-        "other objects are free"
-    );
+    assert_eq!(bench.download(0, 0x6060, 0, &[4]), 0, "other objects are free");
 }
 
 #[test]
 fn objects_of_the_device_refuse_with_the_right_code() {
     let mut bench = one();
     bench.reach_pre_op();
-    assert_eq!(
-        bench.download(0, 0x1018, 1, &[1, 0, 0, 0]),
-        abort::READ_ONLY
-    );
-    assert_eq!(
-        bench.download(0, 0x1018, 9, &[1, 0, 0, 0]),
-        abort::NO_SUBINDEX
-    );
+    assert_eq!(bench.download(0, 0x1018, 1, &[1, 0, 0, 0]), abort::READ_ONLY);
+    assert_eq!(bench.download(0, 0x1018, 9, &[1, 0, 0, 0]), abort::NO_SUBINDEX);
     assert_eq!(bench.download(0, 0x1650, 0, &[0]), abort::NO_OBJECT);
     assert_eq!(bench.download(0, 0x1701, 0, &[0]), abort::READ_ONLY);
     assert_eq!(bench.download(0, 0x5000, 0, &[0]), abort::NO_OBJECT);
     let statusword = 0x6041_0010u32.to_le_bytes();
-    assert_eq!(
-        bench.download(0, 0x1600, 1, &statusword),
-        abort::NOT_MAPPABLE,
-        "not an output"
-    );
+    assert_eq!(bench.download(0, 0x1600, 1, &statusword), abort::NOT_MAPPABLE, "not an output");
     let mut fixed = Bench::new("drives.count = 1\n[[drive]]\nposition = 0\nmaps_fixed = true");
     fixed.reach_pre_op();
     assert_eq!(fixed.download(0, 0x1C12, 0, &[0]), abort::READ_ONLY);
@@ -150,10 +124,7 @@ fn the_eeprom_is_read_through_its_registers() {
     bench.send(&[(2, 0, 0x0010, vec![1, 0])]);
     bench.write(0, 0x0502, &[0, 1, 0x0A, 0, 0, 0]);
     // product 0x00414B44, then revision 2
-    assert_eq!(
-        bench.read(0, 0x0508, 8).data,
-        [0x44, 0x4B, 0x41, 0, 2, 0, 0, 0]
-    );
+    assert_eq!(bench.read(0, 0x0508, 8).data, [0x44, 0x4B, 0x41, 0, 2, 0, 0, 0]);
 }
 
 #[test]
