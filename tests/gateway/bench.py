@@ -89,6 +89,11 @@ class Ran:
         """Columns of the recording by name; those of six axes as (n, 6)."""
         return columns(self.recording)
 
+    @cached_property
+    def kept(self) -> dict[str, Rows]:
+        """The same of the file that a trip leaves: five seconds, with the reaction."""
+        return columns(Path(self.one("summary")["before_trip"]))
+
 
 def columns(path: Path) -> dict[str, Rows]:
     """A recording's columns; theta[1..6] and the like become one array (n, 6)."""

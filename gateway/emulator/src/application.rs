@@ -67,19 +67,10 @@ impl Objects for Application {
     fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
         if let Some(direction) = self.direction(index) {
             let known = index >= 0x1C00 || direction.pdos.iter().any(|pdo| pdo.index == index);
-            return if known {
-                direction.upload(index, sub)
-            } else {
-                Err(abort::NO_OBJECT)
-            };
+            return if known { direction.upload(index, sub) } else { Err(abort::NO_OBJECT) };
         }
         let identity = &self.manner.identity;
-        let fields = [
-            identity.vendor,
-            identity.product,
-            identity.revision,
-            identity.serial,
-        ];
+        let fields = [identity.vendor, identity.product, identity.revision, identity.serial];
         match (index, sub) {
             (0x1000, 0) => Ok(0x0002_0192u32.to_le_bytes().to_vec()),
             (0x1001, 0) => Ok(vec![u8::from(self.drive.machine.error != 0)]),
@@ -118,11 +109,7 @@ impl Objects for Application {
             let fits = |bits, role| bits == entry.bits && role == wanted && entry.sub == 0;
             object.is_some_and(|object| fits(object.bits, object.role))
         };
-        let direction = if outputs {
-            &mut self.outputs
-        } else {
-            &mut self.inputs
-        };
+        let direction = if outputs { &mut self.outputs } else { &mut self.inputs };
         direction.download(index, sub, data, &mappable)
     }
 }

@@ -58,32 +58,18 @@ impl Happening {
     /// Name and further fields, as JSON.
     fn fields(&self) -> (&'static str, String) {
         match self {
-            Happening::Ready {
-                interface,
-                drives,
-                lockstep,
-            } => {
+            Happening::Ready { interface, drives, lockstep } => {
                 let fields = format!(
                     r#","interface":{interface:?},"drives":{drives},"lockstep":{lockstep}"#
                 );
                 ("ready", fields)
             }
-            Happening::State {
-                position,
-                from,
-                to,
-                code,
-            } => {
+            Happening::State { position, from, to, code } => {
                 let fields =
                     format!(r#","position":{position},"from":"{from}","to":"{to}","code":{code}"#);
                 ("state", fields)
             }
-            Happening::Drive {
-                position,
-                from,
-                to,
-                error,
-            } => {
+            Happening::Drive { position, from, to, error } => {
                 let fields = format!(
                     r#","position":{position},"from":"{from}","to":"{to}","error":{error}"#
                 );
@@ -91,20 +77,14 @@ impl Happening {
             }
             Happening::Enabled => ("enabled", String::new()),
             Happening::Watchdog { position } => ("watchdog", format!(r#","position":{position}"#)),
-            Happening::Fault { kind, position } => (
-                "fault",
-                format!(r#","kind":"{kind}","position":{position}"#),
-            ),
+            Happening::Fault { kind, position } => {
+                ("fault", format!(r#","kind":"{kind}","position":{position}"#))
+            }
             Happening::TorqueZero { position } => {
                 ("torque_zero", format!(r#","position":{position}"#))
             }
             Happening::Silence => ("silence", String::new()),
-            Happening::Stopped {
-                digest,
-                frames,
-                dropped,
-                faults,
-            } => {
+            Happening::Stopped { digest, frames, dropped, faults } => {
                 let counts: Vec<String> = faults
                     .iter()
                     .map(|(kind, count)| format!(r#"{{"kind":"{kind}","count":{count}}}"#))
@@ -131,9 +111,7 @@ impl Event {
     /// The same for people.
     pub fn text(&self) -> String {
         let (name, fields) = self.what.fields();
-        let cycle = self
-            .cycle
-            .map_or("before start".into(), |cycle| format!("cycle {cycle}"));
+        let cycle = self.cycle.map_or("before start".into(), |cycle| format!("cycle {cycle}"));
         let fields = fields.replace(['"', '{', '}'], "").replace(',', "  ");
         format!("{cycle:>14}  {name}{fields}")
     }
@@ -146,19 +124,11 @@ mod tests {
     #[test]
     fn an_event_is_one_json_object() {
         let what = Happening::Watchdog { position: 3 };
-        let event = Event {
-            cycle: Some(2008),
-            frame: 2100,
-            what,
-        };
+        let event = Event { cycle: Some(2008), frame: 2100, what };
         let wanted =
             r#"{"event":"watchdog","cycle":2008,"frame":2100,"time":1.500000,"position":3}"#;
         assert_eq!(event.json(Duration::from_millis(1500)), wanted);
-        let first = Event {
-            cycle: None,
-            frame: 0,
-            what: Happening::Enabled,
-        };
+        let first = Event { cycle: None, frame: 0, what: Happening::Enabled };
         assert!(first.json(Duration::ZERO).contains(r#""cycle":null"#));
     }
 }

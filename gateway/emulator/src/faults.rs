@@ -98,17 +98,10 @@ impl Fault {
         let name = self.kind.name();
         let wrong = |what: String| Err(Error::new(format!("fault {} ({name}): {what}", place + 1)));
         if !(0.0..=1.0).contains(&self.probability) {
-            return wrong(format!(
-                "probability = {}, allowed 0 to 1",
-                self.probability
-            ));
+            return wrong(format!("probability = {}, allowed 0 to 1", self.probability));
         }
         if self.position >= devices {
-            return wrong(format!(
-                "position = {}, allowed 0 to {}",
-                self.position,
-                devices - 1
-            ));
+            return wrong(format!("position = {}, allowed 0 to {}", self.position, devices - 1));
         }
         if self.cycle == 0 {
             return wrong("cycle = 0 starts the plant and must be sound; allowed 1 and up".into());
@@ -177,11 +170,7 @@ mod tests {
         let lost = fault("kind = 'frame_lost'\ncycle = 1\ncount = 0\nprobability = 0.1\nseed = 7");
         let hits = |fault: &Fault, place| (1..100_001).filter(|n| fault.acts(place, *n)).count();
         // 10 000 expected, standard deviation 95
-        assert!(
-            (9_600..10_400).contains(&hits(&lost, 0)),
-            "{}",
-            hits(&lost, 0)
-        );
+        assert!((9_600..10_400).contains(&hits(&lost, 0)), "{}", hits(&lost, 0));
         assert_eq!(hits(&lost, 0), hits(&lost.clone(), 0));
         assert_ne!(hits(&lost, 0), hits(&lost, 1));
     }

@@ -1,6 +1,9 @@
 //! Six servo drives on EtherCAT that are not there: SubDevices on a raw socket, CiA 402 drives, and
 //! the FMU of the machine behind them. Knows nothing of any MainDevice's code.
 mod application;
+mod args;
+#[cfg(test)]
+mod bench;
 mod coe;
 mod drive;
 mod error;
@@ -18,6 +21,7 @@ mod socket;
 mod subdevice;
 mod trajectory;
 
+pub use args::Args;
 pub use error::Error;
-pub use options::{Args, Options};
+pub use options::Options;
 pub use run::run;

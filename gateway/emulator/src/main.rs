@@ -10,10 +10,7 @@ struct Command {
 }
 
 fn main() -> ExitCode {
-    let result = Command::parse()
-        .args
-        .options()
-        .and_then(flexhex_emulator::run);
+    let result = Command::parse().args.options().and_then(flexhex_emulator::run);
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

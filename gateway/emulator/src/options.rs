@@ -1,4 +1,4 @@
-//! What is emulated: flags of the command line over an options file (TOML) over defaults.
+//! What is emulated: the options file (TOML) over defaults.
 use crate::application::Manner;
 use crate::drive::cia402::State;
 use crate::drive::kind::Kind;
@@ -11,39 +11,7 @@ use crate::sii::Identity;
 use crate::subdevice::SubDevice;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-
-/// Flags; each stands over what the options file says.
-#[derive(Debug, Clone, Default, clap::Args)]
-pub struct Args {
-    /// Network interface the SubDevices hang on (one end of a veth pair, or a free port)
-    #[arg(long, short)]
-    pub interface: Option<String>,
-    /// Options file (TOML): drives, plant, faults
-    #[arg(long, short)]
-    pub options: Option<PathBuf>,
-    /// System description whose `plant` moves
-    #[arg(long)]
-    pub system: Option<PathBuf>,
-    /// FMU in the place of the system's `plant` (plant.fmu or machine.fmu)
-    #[arg(long)]
-    pub fmu: Option<PathBuf>,
-    /// Kind of all drives: akd or cst
-    #[arg(long)]
-    pub drives: Option<String>,
-    /// One process-data frame is one base step; nobody sleeps
-    #[arg(long)]
-    pub lockstep: bool,
-    /// One JSON line for each event
-    #[arg(long)]
-    pub json: bool,
-    /// Write every plant cycle to this file (CSV, as a measured log)
-    #[arg(long)]
-    pub log: Option<PathBuf>,
-    /// End after this many plant cycles
-    #[arg(long)]
-    pub cycles: Option<u64>,
-}
+use std::path::PathBuf;
 
 /// The options file.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -142,57 +110,8 @@ pub struct Special {
     pub extra_input_bytes: usize,
 }
 
-impl Args {
-    /// Reads the options file and lays the flags over it.
-    pub fn options(&self) -> Result<Options, Error> {
-        let mut options = match &self.options {
-            Some(path) => read(path)?,
-            None => Options::default(),
-        };
-        if let Some(name) = &self.drives {
-            options.drives.kind = match name.as_str() {
-                "akd" => Kind::Akd,
-                "cst" => Kind::Cst,
-                _ => return Err(Error::new(format!("--drives {name}: allowed akd or cst"))),
-            };
-        }
-        let Args {
-            interface,
-            system,
-            fmu,
-            log,
-            cycles,
-            ..
-        } = self.clone();
-        options.interface = interface.unwrap_or(options.interface);
-        options.plant.system = system.or(options.plant.system);
-        options.plant.fmu = fmu.or(options.plant.fmu);
-        options.log = log.or(options.log);
-        options.cycles = cycles.or(options.cycles);
-        options.lockstep |= self.lockstep;
-        options.json |= self.json;
-        options.check()?;
-        Ok(options)
-    }
-}
-
-/// Paths of the plant are taken from the folder of the file.
-fn read(path: &Path) -> Result<Options, Error> {
-    let wrong = |what: String| Error::new(format!("{}: {what}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-    let mut options: Options = toml::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    for file in [&mut options.plant.system, &mut options.plant.fmu]
-        .into_iter()
-        .flatten()
-    {
-        *file = folder.join(&*file);
-    }
-    Ok(options)
-}
-
 impl Options {
-    fn check(&self) -> Result<(), Error> {
+    pub fn check(&self) -> Result<(), Error> {
         let drives = &self.drives;
         let wrong = |what: String| Err(Error::new(what));
         if self.interface.is_empty() {
@@ -201,19 +120,14 @@ impl Options {
             );
         }
         if !(1..=AXES).contains(&drives.count) {
-            return wrong(format!(
-                "drives.count = {}, allowed 1 to {AXES}",
-                drives.count
-            ));
+            return wrong(format!("drives.count = {}, allowed 1 to {AXES}", drives.count));
         }
         let mut axes = self.order();
         axes.sort_unstable();
         axes.dedup();
         if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
             let order = &drives.order;
-            return wrong(format!(
-                "drives.order = {order:?}: one axis, 0 to 5, for each drive"
-            ));
+            return wrong(format!("drives.order = {order:?}: one axis, 0 to 5, for each drive"));
         }
         for (name, value) in [
             ("torque_constant", drives.torque_constant),
@@ -224,10 +138,7 @@ impl Options {
                 return wrong(format!("drives.{name} = {value}, must be above 0"));
             }
         }
-        if drives
-            .mailbox_bytes
-            .is_some_and(|bytes| !(24..=1024).contains(&bytes))
-        {
+        if drives.mailbox_bytes.is_some_and(|bytes| !(24..=1024).contains(&bytes)) {
             return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
         }
         for special in &self.drive {
@@ -240,9 +151,7 @@ impl Options {
             }
         }
         let faults = self.fault.iter().enumerate();
-        faults
-            .into_iter()
-            .try_for_each(|(place, fault)| fault.check(place, drives.count))
+        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, drives.count))
     }
 
     /// Axis of each position.
@@ -271,20 +180,10 @@ impl Options {
         let drives = &self.drives;
         let (vendor, product) = drives.kind.identity();
         let serial = 1000 + position as u32;
-        let mut identity = Identity {
-            vendor,
-            product,
-            revision: 2,
-            serial,
-            alias: 0,
-        };
+        let mut identity = Identity { vendor, product, revision: 2, serial, alias: 0 };
         let mut setting = self.setting();
         let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
-        for special in self
-            .drive
-            .iter()
-            .filter(|special| special.position == position)
-        {
+        for special in self.drive.iter().filter(|special| special.position == position) {
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
             identity.product = special.product.unwrap_or(identity.product);
             identity.revision = special.revision.unwrap_or(identity.revision);
@@ -297,12 +196,7 @@ impl Options {
             extra_input_bytes += special.extra_input_bytes;
         }
         let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
-        let manner = Manner {
-            identity,
-            mailbox_bytes,
-            maps_fixed,
-            extra_input_bytes,
-        };
+        let manner = Manner { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
             Initial::Enabled => (State::OperationEnabled, 0),

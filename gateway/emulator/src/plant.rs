@@ -37,14 +37,7 @@ pub struct Flywheels {
 impl Flywheels {
     pub fn new(dt: f64) -> Flywheels {
         let zero = [0.0; AXES];
-        Flywheels {
-            dt,
-            inertia: 0.05,
-            friction: 0.2,
-            theta: zero,
-            speed: zero,
-            tau: zero,
-        }
+        Flywheels { dt, inertia: 0.05, friction: 0.2, theta: zero, speed: zero, tau: zero }
     }
 }
 

@@ -35,12 +35,7 @@ impl Replies {
     fn release(&mut self, after: bool, out: &mut Vec<Vec<u8>>) {
         let count = self.count;
         let due = |held: &(u64, bool, Vec<u8>)| held.0 <= count && held.1 == after;
-        out.extend(
-            self.held
-                .iter()
-                .filter(|held| due(held))
-                .map(|held| held.2.clone()),
-        );
+        out.extend(self.held.iter().filter(|held| due(held)).map(|held| held.2.clone()));
         self.held.retain(|held| !due(held));
     }
 }
@@ -63,15 +58,9 @@ mod tests {
     fn replies_come_when_their_fate_says() {
         use Fate::{Late, Lost, Sound, Twice};
         assert_eq!(sent(&[Sound, Lost, Twice]), [vec![0], vec![], vec![2, 2]]);
-        let late = Late {
-            frames: 2,
-            after: false,
-        };
+        let late = Late { frames: 2, after: false };
         assert_eq!(sent(&[late, Sound, Sound]), [vec![], vec![1], vec![0, 2]]);
-        let after = Late {
-            frames: 1,
-            after: true,
-        };
+        let after = Late { frames: 1, after: true };
         assert_eq!(sent(&[after, Sound]), [vec![], vec![1, 0]]);
     }
 }

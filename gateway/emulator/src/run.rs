@@ -68,9 +68,7 @@ struct Run {
 pub fn run(options: Options) -> Result<(), Error> {
     let (plant, dt) = plant(&options)?;
     let socket = Socket::open(&options.interface)?;
-    let devices = (0..options.drives.count)
-        .map(|position| options.device(position))
-        .collect();
+    let devices = (0..options.drives.count).map(|position| options.device(position)).collect();
     let trajectory = Trajectory::new(dt, options.log.as_deref())?;
     let timing = (dt, options.lockstep);
     let faults = options.fault.clone();
@@ -118,8 +116,7 @@ impl Run {
                 silent = true;
                 self.go_on_alone()?;
             } else {
-                self.socket
-                    .wait(Some(silence.unwrap_or(LONGEST_SLEEP).min(LONGEST_SLEEP)));
+                self.socket.wait(Some(silence.unwrap_or(LONGEST_SLEEP).min(LONGEST_SLEEP)));
             }
         }
         Ok(())
@@ -167,9 +164,7 @@ impl Run {
     /// All frames that wait; how many there were.
     fn frames(&mut self) -> Result<usize, Error> {
         let wrong = |error: std::io::Error| {
-            Error::new(format!(
-                "the interface does not work any more: {error}; see `ip link`"
-            ))
+            Error::new(format!("the interface does not work any more: {error}; see `ip link`"))
         };
         let mut count = 0;
         while !self.done() {
@@ -194,11 +189,7 @@ impl Run {
         let time = monotonic();
         let mut out = std::io::stdout().lock();
         for event in self.machine.events.drain(..) {
-            let line = if self.options.json {
-                event.json(time)
-            } else {
-                event.text()
-            };
+            let line = if self.options.json { event.json(time) } else { event.text() };
             // a reader that has gone away is no reason to stop
             let _ = writeln!(out, "{line}");
         }
@@ -209,10 +200,7 @@ impl Run {
 
 /// CLOCK_MONOTONIC, which other programs of this machine see too.
 fn monotonic() -> Duration {
-    let mut time = libc::timespec {
-        tv_sec: 0,
-        tv_nsec: 0,
-    };
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a timespec that lives through the call.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
     Duration::new(time.tv_sec as u64, time.tv_nsec as u32)

@@ -41,11 +41,7 @@ pub fn datagrams(frame: &[u8]) -> Option<Vec<Range<usize>>> {
 
 /// Has it logical datagrams, so is it process data?
 pub fn is_process_data(frame: &[u8], ranges: &[Range<usize>]) -> bool {
-    ranges.iter().any(|range| {
-        frame
-            .get(range.start)
-            .is_some_and(|command| is_logical(*command))
-    })
+    ranges.iter().any(|range| frame.get(range.start).is_some_and(|command| is_logical(*command)))
 }
 
 /// What the frame meets on its way.
@@ -132,10 +128,7 @@ pub fn show_links(devices: &mut [SubDevice], reached: usize) {
 }
 
 fn word(frame: &[u8], place: usize) -> Option<u16> {
-    Some(u16::from_le_bytes([
-        *frame.get(place)?,
-        *frame.get(place + 1)?,
-    ]))
+    Some(u16::from_le_bytes([*frame.get(place)?, *frame.get(place + 1)?]))
 }
 
 #[cfg(test)]

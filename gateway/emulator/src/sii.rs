@@ -35,26 +35,7 @@ pub fn image(
         strings.extend(text.as_bytes());
     }
     category(&mut bytes, 10, strings);
-    let mut general = vec![
-        2,
-        0,
-        1,
-        1,
-        0,
-        COE_DETAILS,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0,
-        0x11,
-        0,
-    ];
+    let mut general = vec![2, 0, 1, 1, 0, COE_DETAILS, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x11, 0];
     general.resize(32, 0);
     category(&mut bytes, 30, general);
     // FMMUs: outputs, inputs, mailbox state
@@ -85,12 +66,7 @@ fn header(identity: &Identity, mailbox_bytes: u16) -> Vec<u8> {
     words[1] = 0x6600;
     words[4] = identity.alias;
     let halves = |value: u32| [value as u16, (value >> 16) as u16];
-    let of_identity = [
-        identity.vendor,
-        identity.product,
-        identity.revision,
-        identity.serial,
-    ];
+    let of_identity = [identity.vendor, identity.product, identity.revision, identity.serial];
     for (place, value) in (8..).step_by(2).zip(of_identity) {
         words[place..place + 2].copy_from_slice(&halves(value));
     }
@@ -111,9 +87,7 @@ fn header(identity: &Identity, mailbox_bytes: u16) -> Vec<u8> {
 /// CRC-8 with x^8 + x^2 + x + 1, from 0xFF.
 fn checksum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |crc: u8, byte| {
-        (0..8).fold(crc ^ byte, |crc, _| {
-            crc << 1 ^ if crc & 0x80 != 0 { 0x07 } else { 0 }
-        })
+        (0..8).fold(crc ^ byte, |crc, _| crc << 1 ^ if crc & 0x80 != 0 { 0x07 } else { 0 })
     })
 }
 
@@ -157,13 +131,8 @@ mod tests {
     use crate::drive::kind::Kind;
 
     fn bytes() -> Vec<u8> {
-        let identity = Identity {
-            vendor: 0x6A,
-            product: 0x0041_4B44,
-            revision: 2,
-            serial: 77,
-            alias: 1234,
-        };
+        let identity =
+            Identity { vendor: 0x6A, product: 0x0041_4B44, revision: 2, serial: 77, alias: 1234 };
         let kind = Kind::Akd;
         image(&identity, "AKD", 512, &kind.outputs(), &kind.inputs())
     }
@@ -188,11 +157,7 @@ mod tests {
     #[test]
     fn the_checksum_is_the_one_of_the_standard() {
         // example: PDI 0x0C08 0x6600 and zeros, worked out by long division
-        assert_eq!(
-            checksum(b"123456789"),
-            0xFB,
-            "CRC-8 with initial value 0xFF"
-        );
+        assert_eq!(checksum(b"123456789"), 0xFB, "CRC-8 with initial value 0xFF");
         assert_eq!(bytes()[14], checksum(&bytes()[..14]));
     }
 
@@ -214,9 +179,7 @@ mod tests {
         while word(&bytes, address) != 41 {
             address += 2 + usize::from(word(&bytes, address + 1));
         }
-        let lengths: Vec<u16> = (0..4)
-            .map(|k| word(&bytes, address + 2 + 4 * k + 1))
-            .collect();
+        let lengths: Vec<u16> = (0..4).map(|k| word(&bytes, address + 2 + 4 * k + 1)).collect();
         // the map at power-up: torque and controlword, position and statusword
         assert_eq!(lengths, [512, 512, 4, 6]);
     }

@@ -40,11 +40,7 @@ impl Socket {
         // SAFETY: no pointers; the result is checked before use.
         let raw = unsafe { libc::socket(libc::AF_PACKET, kind, i32::from(PROTOCOL)) };
         if raw < 0 {
-            return Err(wrong(
-                interface,
-                "raw socket refused",
-                &io::Error::last_os_error(),
-            ));
+            return Err(wrong(interface, "raw socket refused", &io::Error::last_os_error()));
         }
         // SAFETY: `raw` was just opened and is owned by nobody else.
         let descriptor = unsafe { OwnedFd::from_raw_fd(raw) };
@@ -57,11 +53,7 @@ impl Socket {
         let pointer = (&raw const address).cast();
         // SAFETY: `pointer` is to a sockaddr_ll of `size` bytes that lives through the call.
         if unsafe { libc::bind(descriptor.as_raw_fd(), pointer, size) } != 0 {
-            return Err(wrong(
-                interface,
-                "cannot be bound",
-                &io::Error::last_os_error(),
-            ));
+            return Err(wrong(interface, "cannot be bound", &io::Error::last_os_error()));
         }
         Ok(Socket { descriptor })
     }
@@ -105,18 +97,13 @@ impl Socket {
 
     /// Sleeps until a frame waits, `timeout` is over (None: never) or a signal arrives.
     pub fn wait(&self, timeout: Option<Duration>) {
-        let mut poll = libc::pollfd {
-            fd: self.descriptor.as_raw_fd(),
-            events: libc::POLLIN,
-            revents: 0,
-        };
+        let mut poll =
+            libc::pollfd { fd: self.descriptor.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let time = timeout.map(|time| libc::timespec {
             tv_sec: time.as_secs() as libc::time_t,
             tv_nsec: libc::c_long::from(time.subsec_nanos()),
         });
-        let pointer = time
-            .as_ref()
-            .map_or(std::ptr::null(), |time| time as *const _);
+        let pointer = time.as_ref().map_or(std::ptr::null(), |time| time as *const _);
         // SAFETY: one pollfd and a timespec (or null) that live through the call; no signal mask.
         unsafe { libc::ppoll(&mut poll, 1, pointer, std::ptr::null()) };
     }

@@ -19,12 +19,7 @@ const PRIME: u64 = 0x0000_0100_0000_01B3;
 
 impl Trajectory {
     pub fn new(dt: f64, path: Option<&Path>) -> Result<Trajectory, Error> {
-        let mut trajectory = Trajectory {
-            digest: OFFSET,
-            dt,
-            file: None,
-            line: String::new(),
-        };
+        let mut trajectory = Trajectory { digest: OFFSET, dt, file: None, line: String::new() };
         if let Some(path) = path {
             let file = File::create(path)
                 .map_err(|error| Error::new(format!("{}: {error}", path.display())))?;
@@ -82,8 +77,7 @@ impl Trajectory {
     /// The digest so far; the file is complete on disk.
     pub fn finish(&mut self) -> Result<u64, Error> {
         if let Some((path, file)) = &mut self.file {
-            file.flush()
-                .map_err(|error| Error::new(format!("{}: {error}", path.display())))?;
+            file.flush().map_err(|error| Error::new(format!("{}: {error}", path.display())))?;
         }
         Ok(self.digest)
     }

@@ -57,7 +57,10 @@ impl Mailbox {
             return Some(self.error(ERROR_TOO_SHORT));
         }
         let reply = self.server.answer(sdo, room - HEADER - 2, objects)?;
-        let mut body = (COE_SDO_REPLY << 12).to_le_bytes().to_vec();
+        // an abort is a request by the standard, whoever sends it [ETG.1000.6, 5.6.2.7]
+        let aborts = reply.first() == Some(&0x80);
+        let service = if aborts { COE_SDO_REQUEST } else { COE_SDO_REPLY };
+        let mut body = (service << 12).to_le_bytes().to_vec();
         body.extend(reply);
         Some(self.message(TYPE_COE, &body))
     }
@@ -99,13 +102,20 @@ mod tests {
         };
         // FoE; SDO information (service 8); a length beyond the mailbox; nothing in it
         assert_eq!(code(&request(4, &[0; 10])), ERROR_UNSUPPORTED_PROTOCOL);
-        assert_eq!(
-            code(&request(3, &[0, 0x80, 1, 0, 0, 0, 0, 0])),
-            ERROR_SERVICE_NOT_SUPPORTED
-        );
+        assert_eq!(code(&request(3, &[0, 0x80, 1, 0, 0, 0, 0, 0])), ERROR_SERVICE_NOT_SUPPORTED);
         assert_eq!(code(&[0xFF, 0xFF, 0, 0, 0, 3, 0]), ERROR_INVALID_HEADER);
         assert_eq!(code(&request(3, &[0])), ERROR_TOO_SHORT);
         assert_eq!(code(&request(3, &[0, 0x20, 0x40])), ERROR_TOO_SHORT);
+    }
+
+    #[test]
+    fn an_abort_goes_out_as_a_request_and_data_as_a_reply() {
+        let mut mailbox = Mailbox::default();
+        let mut service = |index: u8| {
+            let read = request(3, &[0, 0x20, 0x40, 0x00, index, 0, 0, 0, 0, 0]);
+            mailbox.answer(&read, 64, &mut Table::default()).unwrap()[7] >> 4
+        };
+        assert_eq!((service(0x10), service(0x50)), (3, 2));
     }
 
     #[test]

@@ -11,11 +11,7 @@ pub struct Entry {
 
 impl Entry {
     pub const fn new(index: u16, bits: u8) -> Entry {
-        Entry {
-            index,
-            sub: 0,
-            bits,
-        }
+        Entry { index, sub: 0, bits }
     }
 
     pub fn word(&self) -> u32 {
@@ -23,11 +19,7 @@ impl Entry {
     }
 
     pub fn parse(word: u32) -> Entry {
-        Entry {
-            index: (word >> 16) as u16,
-            sub: (word >> 8) as u8,
-            bits: word as u8,
-        }
+        Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8, bits: word as u8 }
     }
 
     /// A gap that carries nothing.
@@ -66,21 +58,13 @@ pub struct Direction {
 
 impl Direction {
     pub fn new(pdos: Vec<Pdo>, assigned: Vec<u16>, limits: Limits) -> Direction {
-        Direction {
-            pdos,
-            assigned,
-            limits,
-            spare: Vec::new(),
-        }
+        Direction { pdos, assigned, limits, spare: Vec::new() }
     }
 
     /// Mapped entries in the order of the process data.
     pub fn entries(&self) -> impl Iterator<Item = &Entry> {
         let find = |index: &u16| self.pdos.iter().find(|pdo| pdo.index == *index);
-        self.assigned
-            .iter()
-            .filter_map(find)
-            .flat_map(|pdo| &pdo.entries)
+        self.assigned.iter().filter_map(find).flat_map(|pdo| &pdo.entries)
     }
 
     pub fn bytes(&self) -> usize {
@@ -125,11 +109,7 @@ impl Direction {
         let word = u32::from_le_bytes(word);
         let most = if is_map { 8 } else { 4 };
         if sub > most || sub == 0 && word > u32::from(most) {
-            return Err(if sub == 0 {
-                abort::VALUE_RANGE
-            } else {
-                abort::NO_SUBINDEX
-            });
+            return Err(if sub == 0 { abort::VALUE_RANGE } else { abort::NO_SUBINDEX });
         }
         if self.pdos.iter().any(|pdo| pdo.index == index && pdo.fixed) {
             return Err(abort::READ_ONLY);
@@ -154,7 +134,7 @@ impl Direction {
         }
         let known = if is_map {
             let entry = Entry::parse(word);
-            let whole = entry.bits > 0 && entry.bits % 8 == 0;
+            let whole = entry.bits > 0 && entry.bits.is_multiple_of(8);
             whole && (entry.is_pad() || mappable(&entry))
         } else {
             self.pdos.iter().any(|pdo| u32::from(pdo.index) == word)
@@ -191,10 +171,7 @@ impl Direction {
 }
 
 fn nth<T: Copy>(items: &[T], sub: u8) -> Result<T, u32> {
-    items
-        .get(usize::from(sub) - 1)
-        .copied()
-        .ok_or(abort::NO_SUBINDEX)
+    items.get(usize::from(sub) - 1).copied().ok_or(abort::NO_SUBINDEX)
 }
 
 #[cfg(test)]

@@ -81,13 +81,7 @@ impl Server {
         let sent = data.len().min(room - 8);
         reply.extend(&data[..sent]);
         let left = sent < data.len();
-        self.upload = left.then_some(Transfer {
-            index,
-            sub,
-            data,
-            mark: sent,
-            toggle: 0,
-        });
+        self.upload = left.then_some(Transfer { index, sub, data, mark: sent, toggle: 0 });
         Ok(reply)
     }
 
@@ -124,11 +118,7 @@ impl Server {
         }
         let body = request.get(4..).unwrap_or(&[]);
         if command & 2 != 0 {
-            let unused = if command & 1 != 0 {
-                command >> 2 & 3
-            } else {
-                0
-            };
+            let unused = if command & 1 != 0 { command >> 2 & 3 } else { 0 };
             let data = body.get(..4 - usize::from(unused)).ok_or(abort::LENGTH)?;
             objects.download(index, sub, data)?;
         } else {
@@ -141,13 +131,7 @@ impl Server {
                 objects.download(index, sub, &data[..size])?;
             } else {
                 let data = data.to_vec();
-                self.download = Some(Transfer {
-                    index,
-                    sub,
-                    data,
-                    mark: size,
-                    toggle: 0,
-                });
+                self.download = Some(Transfer { index, sub, data, mark: size, toggle: 0 });
             }
         }
         Ok(reply(0x60, index, sub))

@@ -44,11 +44,7 @@ fn aborts_with(reply: &[u8]) -> u32 {
 
 #[test]
 fn four_bytes_are_uploaded_expedited() {
-    let reply = ask(
-        &mut Server::default(),
-        &mut Table::default(),
-        &[0x40, 0, 0x10, 0],
-    );
+    let reply = ask(&mut Server::default(), &mut Table::default(), &[0x40, 0, 0x10, 0]);
     assert_eq!(reply, [0x43, 0, 0x10, 0, 0x92, 1, 2, 0]);
 }
 
@@ -71,46 +67,27 @@ fn a_long_string_comes_in_segments_with_a_toggle() {
         }
     }
     assert_eq!(text, TEXT);
-    assert_eq!(
-        aborts_with(&ask(&mut server, &mut table, &[0x60])),
-        abort::COMMAND
-    );
+    assert_eq!(aborts_with(&ask(&mut server, &mut table, &[0x60])), abort::COMMAND);
 }
 
 #[test]
 fn a_wrong_toggle_aborts_the_transfer() {
     let (mut server, mut table) = (Server::default(), Table::default());
     ask(&mut server, &mut table, &[0x40, 8, 0x10, 0]);
-    assert_eq!(
-        aborts_with(&ask(&mut server, &mut table, &[0x70])),
-        abort::TOGGLE
-    );
+    assert_eq!(aborts_with(&ask(&mut server, &mut table, &[0x70])), abort::TOGGLE);
 }
 
 #[test]
 fn downloads_arrive_expedited_normal_and_in_segments() {
     let (mut server, mut table) = (Server::default(), Table::default());
-    assert_eq!(
-        ask(&mut server, &mut table, &[0x2B, 0, 0x20, 0, 7, 8])[0],
-        0x60
-    );
+    assert_eq!(ask(&mut server, &mut table, &[0x2B, 0, 0x20, 0, 7, 8])[0], 0x60);
     assert_eq!(table.written, [7, 8]);
-    ask(
-        &mut server,
-        &mut table,
-        &[0x21, 0, 0x20, 0, 5, 0, 0, 0, 1, 2, 3, 4, 5],
-    );
+    ask(&mut server, &mut table, &[0x21, 0, 0x20, 0, 5, 0, 0, 0, 1, 2, 3, 4, 5]);
     assert_eq!(table.written, [1, 2, 3, 4, 5]);
     ask(&mut server, &mut table, &[0x21, 0, 0x20, 0, 12, 0, 0, 0]);
-    assert_eq!(
-        ask(&mut server, &mut table, &[0, 1, 2, 3, 4, 5, 6, 7])[0],
-        0x20
-    );
+    assert_eq!(ask(&mut server, &mut table, &[0, 1, 2, 3, 4, 5, 6, 7])[0], 0x20);
     // five bytes, so two of the seven are unused
-    assert_eq!(
-        ask(&mut server, &mut table, &[0x15, 8, 9, 10, 11, 12, 0, 0])[0],
-        0x30
-    );
+    assert_eq!(ask(&mut server, &mut table, &[0x15, 8, 9, 10, 11, 12, 0, 0])[0], 0x30);
     assert_eq!(table.written, (1..=12).collect::<Vec<u8>>());
 }
 
@@ -121,26 +98,11 @@ fn every_refusal_has_its_code() {
     assert_eq!(code(&[0x40, 0, 0x10, 1]), abort::NO_SUBINDEX);
     assert_eq!(code(&[0x40, 0, 0x30, 0]), abort::NO_OBJECT);
     assert_eq!(code(&[0x23, 0, 0x10, 0, 1, 0, 0, 0]), abort::READ_ONLY);
-    assert_eq!(
-        code(&[0x50, 8, 0x10, 0]),
-        abort::UNSUPPORTED_ACCESS,
-        "complete access"
-    );
-    assert_eq!(
-        code(&[0x33, 0, 0x20, 0]),
-        abort::UNSUPPORTED_ACCESS,
-        "complete access"
-    );
+    assert_eq!(code(&[0x50, 8, 0x10, 0]), abort::UNSUPPORTED_ACCESS, "complete access");
+    assert_eq!(code(&[0x33, 0, 0x20, 0]), abort::UNSUPPORTED_ACCESS, "complete access");
     assert_eq!(code(&[0xE0, 0, 0x20, 0]), abort::COMMAND);
-    assert_eq!(
-        code(&[0x21, 0, 0x20, 0, 0xFF, 0xFF, 0xFF, 0xFF]),
-        abort::TOO_LONG
-    );
-    assert_eq!(
-        code(&[0x00, 1, 2, 3]),
-        abort::COMMAND,
-        "a segment of no transfer"
-    );
+    assert_eq!(code(&[0x21, 0, 0x20, 0, 0xFF, 0xFF, 0xFF, 0xFF]), abort::TOO_LONG);
+    assert_eq!(code(&[0x00, 1, 2, 3]), abort::COMMAND, "a segment of no transfer");
 }
 
 #[test]

@@ -74,11 +74,7 @@ pub struct Machine {
 
 impl Machine {
     pub fn new(state: State, error: u16) -> Machine {
-        Machine {
-            state,
-            error,
-            last: 0,
-        }
+        Machine { state, error, last: 0 }
     }
 
     /// A controlword arrives: at most one transition.
@@ -131,12 +127,7 @@ mod tests {
     fn every_command_in_every_state_goes_where_the_table_says() {
         // controlwords: disable voltage, quick stop, shutdown, switch on, enable operation
         let words = [0x00, 0x02, 0x06, 0x07, 0x0F];
-        let (d, r, s, o) = (
-            SwitchOnDisabled,
-            ReadyToSwitchOn,
-            SwitchedOn,
-            OperationEnabled,
-        );
+        let (d, r, s, o) = (SwitchOnDisabled, ReadyToSwitchOn, SwitchedOn, OperationEnabled);
         let (q, f) = (QuickStopActive, Fault);
         let table = [
             (d, [d, d, r, d, d]),
@@ -173,10 +164,7 @@ mod tests {
         let mut machine = Machine::new(OperationEnabled, 0);
         machine.control(0x8F);
         machine.raise(0x7305);
-        assert_eq!(
-            (machine.state, machine.error),
-            (FaultReactionActive, 0x7305)
-        );
+        assert_eq!((machine.state, machine.error), (FaultReactionActive, 0x7305));
         machine.control(0x8F);
         machine.control(0x8F);
         assert_eq!(machine.state, Fault, "the bit was set all the time");

@@ -102,9 +102,7 @@ impl Kind {
 
     /// Object 0x6502: bit m - 1 for mode m.
     pub fn supported_modes(self) -> u32 {
-        self.modes()
-            .iter()
-            .fold(0, |bits, mode| bits | 1 << (mode - 1))
+        self.modes().iter().fold(0, |bits, mode| bits | 1 << (mode - 1))
     }
 
     pub fn mailbox_bytes(self) -> u16 {
@@ -116,11 +114,7 @@ impl Kind {
 
     pub fn object(self, index: u16) -> Option<Object> {
         let own: &[Object] = if self == Kind::Akd { &AKD_ONLY } else { &[] };
-        COMMON
-            .iter()
-            .chain(own)
-            .find(|object| object.index == index)
-            .copied()
+        COMMON.iter().chain(own).find(|object| object.index == index).copied()
     }
 
     /// Maps of the outputs as at power-up.
@@ -134,11 +128,7 @@ impl Kind {
             }
             Kind::Cst => {
                 let entries = [layout, vec![Entry::new(TARGET_TORQUE, 16)]].concat();
-                let pdo = Pdo {
-                    index: 0x1600,
-                    entries,
-                    fixed: false,
-                };
+                let pdo = Pdo { index: 0x1600, entries, fixed: false };
                 Direction::new(vec![pdo], vec![0x1600], CST_LIMITS)
             }
         }
@@ -153,43 +143,22 @@ impl Kind {
             }
             Kind::Cst => {
                 let head = [status, Entry::new(MODE_DISPLAY, 8), Entry::new(0, 8)];
-                let tail = [
-                    Entry::new(POSITION, 32),
-                    Entry::new(TORQUE, 16),
-                    Entry::new(ERROR_CODE, 16),
-                ];
+                let tail =
+                    [Entry::new(POSITION, 32), Entry::new(TORQUE, 16), Entry::new(ERROR_CODE, 16)];
                 let entries = [&head[..], &tail[..]].concat();
-                let pdo = Pdo {
-                    index: 0x1A00,
-                    entries,
-                    fixed: false,
-                };
+                let pdo = Pdo { index: 0x1A00, entries, fixed: false };
                 Direction::new(vec![pdo], vec![0x1A00], CST_LIMITS)
             }
         }
     }
 }
 
-const AKD_LIMITS: Limits = Limits {
-    pdo_bytes: 8,
-    total_bytes: 32,
-};
-const CST_LIMITS: Limits = Limits {
-    pdo_bytes: 32,
-    total_bytes: 64,
-};
+const AKD_LIMITS: Limits = Limits { pdo_bytes: 8, total_bytes: 32 };
+const CST_LIMITS: Limits = Limits { pdo_bytes: 32, total_bytes: 64 };
 
 /// Four free maps and a fixed one, which is the one at power-up (no target current in it).
 fn akd_maps(first: u16, fixed: u16, entries: Vec<Entry>) -> Vec<Pdo> {
-    let free = |k| Pdo {
-        index: first + k,
-        entries: Vec::new(),
-        fixed: false,
-    };
-    let fixed = Pdo {
-        index: fixed,
-        entries,
-        fixed: true,
-    };
+    let free = |k| Pdo { index: first + k, entries: Vec::new(), fixed: false };
+    let fixed = Pdo { index: fixed, entries, fixed: true };
     (0..4).map(free).chain([fixed]).collect()
 }

@@ -103,10 +103,7 @@ impl Drive {
     pub fn measure(&mut self, angle: f64, torque: f64, dt: Option<f64>) {
         let setting = &self.setting;
         let steps = (angle / setting.angle_step()).round_ties_even() as i64;
-        self.position = setting
-            .direction
-            .wrapping_mul(steps)
-            .wrapping_add(setting.offset);
+        self.position = setting.direction.wrapping_mul(steps).wrapping_add(setting.offset);
         let current = (torque / setting.torque_step()).round_ties_even() as i64;
         self.torque = setting.direction.wrapping_mul(current);
         if let Some(dt) = dt {
@@ -119,9 +116,7 @@ impl Drive {
 
     /// Position as the encoder shows it `[counts]`.
     pub fn shown_position(&self) -> i64 {
-        self.encoder
-            .frozen
-            .unwrap_or(self.position.wrapping_add(self.encoder.jump))
+        self.encoder.frozen.unwrap_or(self.position.wrapping_add(self.encoder.jump))
     }
 
     /// The low bits of an object; None where the drive has none.
@@ -163,12 +158,12 @@ impl Drive {
             kind::CONTROLWORD => self.control = value as u16,
             kind::MODE => self.mode = value as i8,
             kind::TARGET_CURRENT => self.target = value,
-            kind::TARGET_TORQUE => self.target = self.from_per_mille(value),
+            kind::TARGET_TORQUE => self.target = self.per_mille_to_steps(value),
             _ => {}
         }
     }
 
-    fn from_per_mille(&self, value: i64) -> i64 {
+    fn per_mille_to_steps(&self, value: i64) -> i64 {
         match self.setting.kind {
             Kind::Cst => value,
             Kind::Akd => (value as f64 * 0.001 * self.rated_current_ma()).round() as i64,

@@ -73,10 +73,7 @@ impl Esc {
             return 0;
         };
         let reads = !matches!(action, Action::Nothing | Action::Write);
-        let writes = matches!(
-            action,
-            Action::Write | Action::ReadWrite | Action::ReadWriteOr
-        );
+        let writes = matches!(action, Action::Write | Action::ReadWrite | Action::ReadWriteOr);
         let read = reads && self.read(address, old);
         let wrote = writes && self.write(address, data);
         if read {
@@ -127,13 +124,7 @@ impl Esc {
             let begin = overlap.data_bit / 8;
             data[begin..begin + bytes.len()].copy_from_slice(bytes);
         } else {
-            copy_bits(
-                bytes,
-                usize::from(overlap.bit),
-                data,
-                overlap.data_bit,
-                overlap.bits,
-            );
+            copy_bits(bytes, usize::from(overlap.bit), data, overlap.data_bit, overlap.bits);
         }
         true
     }
@@ -151,13 +142,7 @@ impl Esc {
         }
         buffer[..length].copy_from_slice(kept);
         let bytes = &mut buffer[..length];
-        copy_bits(
-            data,
-            overlap.data_bit,
-            bytes,
-            usize::from(overlap.bit),
-            overlap.bits,
-        );
+        copy_bits(data, overlap.data_bit, bytes, usize::from(overlap.bit), overlap.bits);
         self.write(overlap.address, &buffer[..length])
     }
 }

@@ -22,10 +22,7 @@ pub struct Answer {
 impl Eeprom {
     /// control: as written to 0x0502; address: in words; data: what is to be written.
     pub fn command(&mut self, control: u16, address: u32, data: [u8; 2]) -> Answer {
-        let mut answer = Answer {
-            status: FEATURES | control & 1,
-            data: None,
-        };
+        let mut answer = Answer { status: FEATURES | control & 1, data: None };
         let place = (address as usize).saturating_mul(2);
         match control >> 8 & 7 {
             0 | RELOAD => {}
@@ -53,9 +50,7 @@ mod tests {
 
     #[test]
     fn reads_eight_bytes_and_pads_at_the_end() {
-        let mut eeprom = Eeprom {
-            bytes: (0..12).collect(),
-        };
+        let mut eeprom = Eeprom { bytes: (0..12).collect() };
         let answer = eeprom.command(0x0100, 1, [0; 2]);
         assert_eq!(answer.data, Some([2, 3, 4, 5, 6, 7, 8, 9]));
         assert_eq!(answer.status, FEATURES);
@@ -66,10 +61,7 @@ mod tests {
     #[test]
     fn writes_only_when_enabled_and_refuses_what_is_not_there() {
         let mut eeprom = Eeprom { bytes: vec![0; 8] };
-        assert_eq!(
-            eeprom.command(0x0200, 1, [1, 2]).status,
-            FEATURES | WRITE_ERROR
-        );
+        assert_eq!(eeprom.command(0x0200, 1, [1, 2]).status, FEATURES | WRITE_ERROR);
         assert_eq!(eeprom.command(0x0201, 1, [1, 2]).status, FEATURES);
         assert_eq!(eeprom.bytes, [0, 0, 1, 2, 0, 0, 0, 0]);
         let beyond = eeprom.command(0x0100, u32::MAX, [0; 2]);

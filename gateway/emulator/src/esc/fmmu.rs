@@ -71,7 +71,7 @@ impl Overlap {
     }
 
     pub fn whole_bytes(&self) -> bool {
-        self.bit == 0 && self.data_bit % 8 == 0 && self.bits % 8 == 0
+        self.bit == 0 && self.data_bit.is_multiple_of(8) && self.bits.is_multiple_of(8)
     }
 }
 
@@ -106,12 +106,7 @@ mod tests {
     #[test]
     fn whole_bytes_are_found_inside_a_datagram() {
         let hit = fmmu(0x10008, 8, (0, 7), 0x1800, 0).overlap(0x10000, 32);
-        let wanted = Overlap {
-            data_bit: 64,
-            address: 0x1800,
-            bit: 0,
-            bits: 64,
-        };
+        let wanted = Overlap { data_bit: 64, address: 0x1800, bit: 0, bits: 64 };
         assert_eq!(hit, Some(wanted));
         assert!(wanted.whole_bytes());
     }
@@ -119,30 +114,14 @@ mod tests {
     #[test]
     fn a_datagram_that_begins_inside_finds_the_later_bytes() {
         let hit = fmmu(0x10000, 8, (0, 7), 0x1800, 0).overlap(0x10003, 2);
-        assert_eq!(
-            hit,
-            Some(Overlap {
-                data_bit: 0,
-                address: 0x1803,
-                bit: 0,
-                bits: 16
-            })
-        );
+        assert_eq!(hit, Some(Overlap { data_bit: 0, address: 0x1803, bit: 0, bits: 16 }));
     }
 
     #[test]
     fn single_bits_move_to_their_place() {
         // logical bits 3..=4 of byte 1 lie at bits 6..=7 of physical 0x1A00
         let hit = fmmu(1, 1, (3, 4), 0x1A00, 6).overlap(0, 2).unwrap();
-        assert_eq!(
-            hit,
-            Overlap {
-                data_bit: 11,
-                address: 0x1A00,
-                bit: 6,
-                bits: 2
-            }
-        );
+        assert_eq!(hit, Overlap { data_bit: 11, address: 0x1A00, bit: 6, bits: 2 });
         let mut data = [0xFF, 0x00];
         copy_bits(&[0b1000_0000], 6, &mut data, hit.data_bit, hit.bits);
         assert_eq!(data, [0xFF, 0b0001_0000]);

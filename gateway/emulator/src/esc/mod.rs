@@ -111,10 +111,7 @@ impl Esc {
 
     /// `[ns]` of the process-data watchdog as configured.
     pub fn watchdog_period(&self) -> i64 {
-        watchdog::period(
-            self.get16(reg::WATCHDOG_DIVIDER),
-            self.get16(reg::WATCHDOG_PROCESS),
-        )
+        watchdog::period(self.get16(reg::WATCHDOG_DIVIDER), self.get16(reg::WATCHDOG_PROCESS))
     }
 
     /// The MainDevice reads; false: nothing was read and the working counter stays.
@@ -218,10 +215,7 @@ impl Esc {
         if wrote(reg::RECEIVE_TIME) {
             let there = self.clock.local(now);
             self.put(reg::RECEIVE_TIME, &(there as u32).to_le_bytes());
-            let back = self
-                .passage
-                .dc_back
-                .map_or(0, |time| self.clock.local(time) as u32);
+            let back = self.passage.dc_back.map_or(0, |time| self.clock.local(time) as u32);
             self.put(reg::RECEIVE_TIME + 4, &back.to_le_bytes());
             self.put(reg::RECEIVE_TIME_ECAT, &there.to_le_bytes());
         }

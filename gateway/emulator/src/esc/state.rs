@@ -52,12 +52,7 @@ pub enum Answer {
 
 impl Layer {
     pub fn new() -> Layer {
-        Layer {
-            state: State::Init,
-            error: false,
-            code: 0,
-            waits_for_outputs: false,
-        }
+        Layer { state: State::Init, error: false, code: 0, waits_for_outputs: false }
     }
 
     /// AL control was written. `Wanted` is answered by `grant` or `refuse`.
@@ -128,10 +123,7 @@ mod tests {
         ];
         for (state, codes) in table {
             for (request, wanted) in [1, 2, 3, 4, 8, 7].into_iter().zip(codes) {
-                let mut layer = Layer {
-                    state,
-                    ..Layer::new()
-                };
+                let mut layer = Layer { state, ..Layer::new() };
                 let answer = layer.request(request);
                 assert_eq!(layer.code, wanted, "{state:?} asked for {request}");
                 assert_eq!(layer.error, wanted != 0);

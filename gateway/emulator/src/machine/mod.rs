@@ -1,10 +1,12 @@
 //! Six drives on one plant: the cycle, its start, and the faults at their exact cycles.
+mod mishaps;
+
 use crate::error::Error;
 use crate::event::{Event, Happening};
 use crate::faults::{Fault, What, When};
 use crate::plant::{Plant, AXES};
 use crate::replies::Replies;
-use crate::segment::{self, Line};
+use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
 
@@ -41,10 +43,7 @@ struct Seen {
 }
 
 fn seen(device: &SubDevice) -> Seen {
-    Seen {
-        layer: device.layer.state.name(),
-        drive: device.drive().machine.state.name(),
-    }
+    Seen { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
 }
 
 impl Machine {
@@ -178,128 +177,20 @@ impl Machine {
             }
             self.pushed[axis] = pushes;
         }
-        self.trajectory
-            .note(cycle, &self.theta, &self.tau_meas, &tau)?;
+        self.trajectory.note(cycle, &self.theta, &self.tau_meas, &tau)?;
         self.plant.step(&tau)
     }
 
     fn measure(&mut self, dt: Option<f64>) {
         self.plant.read(&mut self.theta, &mut self.tau_meas);
         for (device, axis) in self.devices.iter_mut().zip(&self.order) {
-            device
-                .drive_mut()
-                .measure(self.theta[*axis], self.tau_meas[*axis], dt);
+            device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);
             device.show_inputs();
-        }
-    }
-
-    /// Faults of drives, encoders and states that begin or end at this cycle.
-    fn begin_faults(&mut self, cycle: u64) {
-        for place in 0..self.faults.len() {
-            let fault = self.faults[place].clone();
-            let encoder_only = matches!(fault.kind, What::EncoderJump | What::EncoderFrozen);
-            if encoder_only && fault.ends(cycle) {
-                self.devices[fault.position].drive_mut().encoder = Default::default();
-            }
-            if !fault.acts(place, cycle) {
-                continue;
-            }
-            let device = &mut self.devices[fault.position];
-            let drive = device.drive_mut();
-            match fault.kind {
-                What::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
-                What::EncoderJump => drive.encoder.jump = fault.size,
-                What::EncoderFrozen => {
-                    drive.encoder.frozen = Some(drive.shown_position());
-                }
-                What::SafeOp => {
-                    device.fall(fault.code.unwrap_or(crate::esc::state::code::SYNC_ERROR));
-                }
-                _ => continue,
-            }
-            device.show_inputs();
-            self.count(place);
-        }
-        let reached = self.line(0).reached;
-        segment::show_links(&mut self.devices, reached);
-    }
-
-    fn line(&mut self, wall: i64) -> Line {
-        let (dc, watch) = self.now(wall);
-        let mut line = Line {
-            reached: self.devices.len(),
-            deaf: Vec::new(),
-            dc,
-            watch,
-        };
-        for place in 0..self.faults.len() {
-            let (kind, position) = (self.faults[place].kind, self.faults[place].position);
-            if matches!(kind, What::CableCut | What::WkcShort) && self.acts(place) {
-                match kind {
-                    What::CableCut => line.reached = line.reached.min(position),
-                    _ => line.deaf.push(position),
-                }
-                self.count(place);
-            }
-        }
-        line
-    }
-
-    fn acts(&self, place: usize) -> bool {
-        self.cycle
-            .is_some_and(|cycle| self.faults[place].acts(place, cycle))
-    }
-
-    /// The first fault of this kind that acts now.
-    fn find(&mut self, kind: What) -> Option<Fault> {
-        let place = (0..self.faults.len())
-            .find(|place| self.faults[*place].kind == kind && self.acts(*place))?;
-        self.count(place);
-        Some(self.faults[place].clone())
-    }
-
-    fn acting(&mut self, kind: What) -> Option<When> {
-        self.find(kind).map(|fault| fault.acting)
-    }
-
-    fn fate(&mut self, answered: bool) -> crate::replies::Fate {
-        use crate::replies::Fate;
-        if !answered {
-            return Fate::Lost;
-        }
-        if self.find(What::FrameDuplicated).is_some() {
-            return Fate::Twice;
-        }
-        if let Some(fault) = self.find(What::FrameDelayed) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: false,
-            };
-        }
-        if let Some(fault) = self.find(What::FrameReordered) {
-            return Fate::Late {
-                frames: fault.frames,
-                after: true,
-            };
-        }
-        Fate::Sound
-    }
-
-    fn count(&mut self, place: usize) {
-        self.counts[place] += 1;
-        if self.counts[place] == 1 {
-            let fault = &self.faults[place];
-            let (kind, position) = (fault.kind.name(), fault.position);
-            self.happens(Happening::Fault { kind, position });
         }
     }
 
     pub fn happens(&mut self, what: Happening) {
-        self.events.push(Event {
-            cycle: self.cycle,
-            frame: self.frames,
-            what,
-        });
+        self.events.push(Event { cycle: self.cycle, frame: self.frames, what });
     }
 
     /// Tells of states that have changed.
@@ -314,21 +205,11 @@ impl Machine {
             self.seen[position] = now;
             if now.layer != before.layer {
                 let (from, to) = (before.layer, now.layer);
-                self.happens(Happening::State {
-                    position,
-                    from,
-                    to,
-                    code,
-                });
+                self.happens(Happening::State { position, from, to, code });
             }
             if now.drive != before.drive {
                 let (from, to) = (before.drive, now.drive);
-                self.happens(Happening::Drive {
-                    position,
-                    from,
-                    to,
-                    error,
-                });
+                self.happens(Happening::Drive { position, from, to, error });
             }
         }
     }
@@ -343,12 +224,10 @@ impl Machine {
         let faults = names.zip(self.counts.iter().copied()).collect();
         let digest = self.trajectory.finish()?;
         let (frames, dropped) = (self.frames, self.dropped);
-        self.happens(Happening::Stopped {
-            digest,
-            frames,
-            dropped,
-            faults,
-        });
+        self.happens(Happening::Stopped { digest, frames, dropped, faults });
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,11 +1,12 @@
 //! One SubDevice: controller, mailbox, states and the drive behind them.
+mod checks;
+
 use crate::application::{Application, Manner};
 use crate::coe::Mailbox;
 use crate::drive::{cia402, Drive, ERROR_WATCHDOG};
 use crate::esc::clock::Clock;
 use crate::esc::registers as reg;
 use crate::esc::state::{code, Answer, Layer, State};
-use crate::esc::sync_manager::Access;
 use crate::esc::Esc;
 use crate::sii;
 
@@ -16,9 +17,6 @@ pub struct SubDevice {
     application: Application,
 }
 
-/// Shortest cycle in torque mode [ns].
-const SHORTEST_CYCLE_NS: u32 = 250_000;
-
 impl SubDevice {
     pub fn new(drive: Drive, manner: Manner, clock: Clock) -> SubDevice {
         let kind = drive.setting.kind;
@@ -28,13 +26,7 @@ impl SubDevice {
         }
         let (identity, mailbox) = (&manner.identity, manner.mailbox_bytes);
         let image = sii::image(identity, kind.name(), mailbox, &outputs, &inputs);
-        let application = Application {
-            drive,
-            manner,
-            outputs,
-            inputs,
-            state: State::Init,
-        };
+        let application = Application { drive, manner, outputs, inputs, state: State::Init };
         let mut device = SubDevice {
             esc: Esc::new(image, clock),
             layer: Layer::new(),
@@ -68,10 +60,7 @@ impl SubDevice {
 
     fn serve_mailbox(&mut self) {
         let (inbox, outbox) = (self.esc.sm(0), self.esc.sm(1));
-        let request = self
-            .esc
-            .get(inbox.start, usize::from(inbox.length))
-            .to_vec();
+        let request = self.esc.get(inbox.start, usize::from(inbox.length)).to_vec();
         self.esc.set_full(0, false);
         if self.layer.state == State::Init {
             return;
@@ -123,71 +112,6 @@ impl SubDevice {
         }
     }
 
-    fn check(&self, before: State, state: State) -> Result<(), u16> {
-        if before == State::Init && state == State::PreOp {
-            self.check_mailbox()?;
-        }
-        if before == State::PreOp && state == State::SafeOp {
-            let outputs = self.application.outputs.bytes();
-            self.check_buffer(2, outputs, Access::Write, code::INVALID_OUTPUTS)?;
-            let inputs = self.application.input_bytes();
-            self.check_buffer(3, inputs, Access::Read, code::INVALID_INPUTS)?;
-            self.check_sync()?;
-        }
-        Ok(())
-    }
-
-    fn check_mailbox(&self) -> Result<(), u16> {
-        let wanted = [
-            (0, sii::MAILBOX_OUT, Access::Write),
-            (1, sii::MAILBOX_IN, Access::Read),
-        ];
-        let right = wanted.iter().all(|(index, start, direction)| {
-            let sm = self.esc.sm(*index);
-            sm.enabled()
-                && sm.is_mailbox()
-                && sm.start == *start
-                && sm.length == self.application.manner.mailbox_bytes
-                && sm.direction() == *direction
-        });
-        if right {
-            Ok(())
-        } else {
-            Err(code::INVALID_MAILBOX)
-        }
-    }
-
-    fn check_buffer(
-        &self,
-        index: usize,
-        bytes: usize,
-        access: Access,
-        code: u16,
-    ) -> Result<(), u16> {
-        let sm = self.esc.sm(index);
-        let inside = reg::RAM.contains(&sm.start)
-            && usize::from(sm.start) + usize::from(sm.length) <= usize::from(reg::RAM.end);
-        let right = sm.enabled()
-            && !sm.is_mailbox()
-            && sm.direction() == access
-            && usize::from(sm.length) == bytes
-            && inside;
-        if right || bytes == 0 && !sm.enabled() {
-            Ok(())
-        } else {
-            Err(code)
-        }
-    }
-
-    fn check_sync(&self) -> Result<(), u16> {
-        let active = self.esc.get16(reg::SYNC_ACTIVATION) & 3 == 3;
-        let cycle = self.esc.get32(reg::SYNC0_CYCLE);
-        if active && (cycle < SHORTEST_CYCLE_NS || cycle % 62_500 != 0) {
-            return Err(code::INVALID_SYNC_CYCLE);
-        }
-        Ok(())
-    }
-
     /// The end of a frame: outputs that were written act, in OP. True if they did.
     pub fn act(&mut self) -> bool {
         let written = std::mem::take(&mut self.esc.outputs_written);
@@ -203,10 +127,7 @@ impl SubDevice {
             return false;
         }
         let outputs = self.esc.sm(2);
-        let data = self
-            .esc
-            .get(outputs.start, usize::from(outputs.length))
-            .to_vec();
+        let data = self.esc.get(outputs.start, usize::from(outputs.length)).to_vec();
         self.application.take(&data);
         true
     }
@@ -271,5 +192,4 @@ impl SubDevice {
 }
 
 #[cfg(test)]
-#[path = "subdevice_tests.rs"]
 mod tests;
