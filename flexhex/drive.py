@@ -10,32 +10,19 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis
 from diagnosis.workflow import Options, diagnose
 from flexhex.cases import SETTLE
 from flexhex.compare import Comparison, Tolerance, compare
 from flexhex.drive_cable import CONFIGURATION, Driven, check_means, drive, floor
-from fmus.common.errors import LogError, RunError
 from fmus.common.machine_file import read_toml
 from ssp.executor import run
-from ssp.results import Group, Result, provenance, rate_name, save
+from ssp.recording import load_recording
+from ssp.results import Result, provenance, save
 
-Array = NDArray[np.float64]
-SIGNALS = {
-    "theta": ("plant.theta", "rad"),
-    "tau_meas": ("plant.tau_meas", "N m"),
-    "r": ("reference.r", "rad"),
-    "tau": ("feedback.tau", "N m"),
-    "e": ("feedback.e", "rad"),
-}
-"""Columns of a recording: the simulation's name, unit."""
-RUNNING = 1.0
-"""Column `phase` of the cycles in which the controller runs."""
 MICRO = 1e6
 NONE = "–"
 Stage = Callable[[str], None]
@@ -48,7 +35,7 @@ class Drives:
     driven: dict[str, Driven]
     results: dict[str, Result]
     comparisons: dict[str, Comparison]
-    found: Diagnosis
+    found: dict[str, Diagnosis]
     floor: dict[str, float] | None
     written: tuple[Path, ...]
 
@@ -71,19 +58,19 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
         stage(f"driving {title}")
         driven[name] = drive(ssp, seconds, out / f"{name}.csv", name == "lockstep")
     stage("simulating the same")
-    results = {name: recorded(d.recording) for name, d in driven.items()}
-    rows = results["lockstep"].group("plant.theta")
-    wanted = [signal for signal, _ in SIGNALS.values()]
-    length = (rows.rows - 1) * rows.base
+    results = {name: load_recording(d.recording) for name, d in driven.items()}
+    wanted = [s for group in results["lockstep"].groups.values() for s in group.signals]
+    length = results["lockstep"].duration
     results["simulated"] = run(ssp, length, signals=wanted, parameters=steps(), timing=False)
     written = [save(r, out / f"{n}.h5", provenance(run=n)) for n, r in results.items()]
     exact, near = Tolerance(rtol=0.0), Tolerance(atol=1e-4)
     comparisons = {
-        "lockstep": compare(results["lockstep"], results["simulated"], exact),
+        "lockstep": compare(results["lockstep"], results["simulated"], exact, common=True),
         "clock": compare(results["clock"], results["simulated"], near, common=True),
     }
-    stage("diagnosing the recording")
-    found = diagnose([driven["clock"].recording], (), machine_file, Options(confidence=0))
+    stage("diagnosing the recordings")
+    one = Options(confidence=0)
+    found = {n: diagnose([d.recording], (), machine_file, one) for n, d in driven.items()}
     stage("measuring this computer's own floor")
     return Drives(driven, results, comparisons, found, floor(), tuple(written))
 
@@ -97,31 +84,6 @@ def steps() -> dict[str, float]:
     return {"plant.tau_step": tau, "feedback.tau_step": tau, "plant.theta_step": theta}
 
 
-def recorded(path: Path) -> Result:
-    """The cycles of a recording in which the controller ran, by the names of the simulation.
-
-    Cycles that were left out (their number is missing) repeat the one before. LogError when the
-    file is no recording.
-    """
-    lines = (line for line in path.open(encoding="utf-8") if not line.startswith("#"))
-    names = next(lines, "").strip().split(",")
-    next(lines, None)
-    if not {"cycle", "phase", "theta[1]"} <= set(names):
-        raise LogError(f"{path}: no recording of flexhex-gateway")
-    table = np.loadtxt(lines, delimiter=",", ndmin=2)
-    table = table[table[:, names.index("phase")] == RUNNING]
-    if len(table) < 2:
-        raise RunError(f"{path}: the controller never ran; see what the gateway said")
-    cycle = table[:, names.index("cycle")].astype(np.int64)
-    time = table[:, names.index("time")]
-    base = float(f"{(time[-1] - time[0]) / (cycle[-1] - cycle[0]):.9g}")
-    held = np.searchsorted(cycle, np.arange(cycle[0], cycle[-1] + 1), side="right") - 1
-    columns = {c: [names.index(f"{c}[{k}]") for k in range(1, 7)] for c in SIGNALS}
-    signals = {signal: table[held][:, columns[c]] for c, (signal, _) in SIGNALS.items()}
-    group = Group(1, base, signals, dict(SIGNALS.values()))
-    return Result({rate_name(1, base): group}, duration=(group.rows - 1) * base)
-
-
 def error(result: Result) -> tuple[float, float]:
     """RMS over the joints and largest tracking error after the settling time [urad]."""
     e = result["feedback.e"][result.time("feedback.e") > SETTLE]
@@ -130,34 +92,27 @@ def error(result: Result) -> tuple[float, float]:
     return MICRO * float(np.sqrt(np.mean(e**2))), MICRO * float(np.abs(e).max())
 
 
-def rows(found: Drives) -> list[dict[str, Any]]:
-    """One row a run: errors [urad], times [us] as p50 / p99 / max, frames."""
+def rows(found: Drives) -> list[dict[str, str]]:
+    """A row for each figure, a column for each run: errors [urad], times [us], frames."""
+    runs = {"by the clock": "clock", "lockstep": "lockstep", "simulated": "simulated"}
+    said = {name: driven.summary for name, driven in found.driven.items()}
     listed = []
-    for name, title in (("clock", "by the clock"), ("lockstep", "lockstep")):
-        said = found.driven[name].summary
-        times = {k: _times(said[f"{k}_us"]) for k in ("compute", "wake_up", "round_trip")}
-        listed.append(_row(title, found.results[name], times, said))
-    listed.append(_row("simulated", found.results["simulated"], {}, {}))
-    if found.floor:
-        listed.append(_row("cyclictest", None, {"wake_up": _times(found.floor)}, {}))
+    for k, title in enumerate(("e RMS [µrad]", "e max [µrad]")):
+        errors = {column: f"{error(found.results[name])[k]:.2f}" for column, name in runs.items()}
+        listed.append({"": title, **errors, "cyclictest": NONE})
+    for key, title in (
+        ("compute", "compute"),
+        ("wake_up", "wake-up"),
+        ("round_trip", "round trip"),
+    ):
+        for quantile in ("p50", "p99", "max"):
+            row = {"": f"{title} {quantile} [µs]"}
+            for column, name in runs.items():
+                times = said.get(name, {}).get(f"{key}_us")
+                row[column] = f"{times[quantile]:.1f}" if times else NONE
+            ours = found.floor if key == "wake_up" else None
+            listed.append({**row, "cyclictest": f"{ours[quantile]:.1f}" if ours else NONE})
+    for key, title in (("lost", "frames lost"), ("skipped", "cycles left out")):
+        counts = {column: str(said.get(name, {}).get(key, NONE)) for column, name in runs.items()}
+        listed.append({"": title, **counts, "cyclictest": NONE})
     return listed
-
-
-def _row(
-    title: str, result: Result | None, times: dict[str, str], said: dict[str, Any]
-) -> dict[str, Any]:
-    rms, most = error(result) if result else (math.nan, math.nan)
-    return {
-        "run": title,
-        "e RMS [µrad]": NONE if math.isnan(rms) else f"{rms:.2f}",
-        "max": NONE if math.isnan(most) else f"{most:.1f}",
-        "compute [µs]": times.get("compute", NONE),
-        "wake-up [µs]": times.get("wake_up", NONE),
-        "round trip [µs]": times.get("round_trip", NONE),
-        "frames lost": str(said.get("lost", NONE)),
-        "cycles left out": str(said.get("skipped", NONE)),
-    }
-
-
-def _times(of: dict[str, float]) -> str:
-    return " / ".join(f"{of[k]:.0f}" for k in ("p50", "p99", "max"))

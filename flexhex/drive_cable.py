@@ -19,6 +19,16 @@ ROOT = Path(__file__).resolve().parent.parent / "gateway"
 PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"
 CONFIGURATION = ROOT / "machines" / "akd.toml"
 """The configuration of the drives that are emulated: six AKD in torque mode."""
+PATIENT = {
+    "step_limit_us": "100000",
+    "overrun_us": "100000",
+    "watchdog_ms": "200",
+    "lost_frame_limit": "400",
+    "frozen_cycles": "800",
+    "jump_rad": "0.05",
+}
+"""Limits of that configuration which an ordinary computer does not keep, and what takes their
+place: emulated drives break nothing, and the figures tell what would have tripped."""
 READY_S, PATIENCE_S = 20.0, 120.0
 """Time that the emulator has to begin, and that a run may take beyond its own duration."""
 Event = dict[str, Any]
@@ -51,7 +61,10 @@ def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
     """
     step = ["--lockstep"] if lockstep else []
     emulate = [PROGRAM, "emulate", "--interface", "bus0", "--system", ssp, "--json", *step]
-    run = [PROGRAM, "run", CONFIGURATION, "--interface", "bus1", "--ssp", ssp, "--enable", "--json"]
+    if not lockstep and shutil.which("chrt"):
+        emulate = ["chrt", "--fifo", "70", *emulate]
+    file = CONFIGURATION if lockstep else _patient(recording.with_suffix(".toml"))
+    run = [PROGRAM, "run", file, "--interface", "bus1", "--ssp", ssp, "--enable", "--json"]
     run += ["--duration", seconds, "--record", recording, *step]
     with _cable() as (drives, gateway), _running(_at(drives, emulate)):
         try:
@@ -66,6 +79,17 @@ def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
         raise RunError(f"flexhex-gateway run: {refused}")
     trip = events.get("trip", {}).get("message", "")
     return Driven(events["summary"], trip, recording)
+
+
+def _patient(path: Path) -> Path:
+    """Writes the configuration with limits that let an ordinary computer through."""
+    text = CONFIGURATION.read_text(encoding="utf-8")
+    for key, value in PATIENT.items():
+        text, count = re.subn(rf"^{key} = [\d.]+", f"{key} = {value}", text, flags=re.MULTILINE)
+        if count != 1:
+            raise RunError(f"{CONFIGURATION}: {key} stands there {count} times, must be once")
+    path.write_text(text, encoding="utf-8")
+    return path
 
 
 def floor() -> dict[str, float] | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json as to_json
+import signal
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +32,8 @@ def drive_command(
     from flexhex.drive_cable import check_means
 
     check_means()
+    # so that being ended removes cable and processes as Ctrl-C does
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     with LiveProgress() as progress:
         progress.stage("building the FMUs")
         builder = Builder(found_machine(machine), out, progress.building)
@@ -50,7 +54,7 @@ def data(found: Drives) -> dict[str, object]:
         "trips": {name: driven.trip for name, driven in found.driven.items() if driven.trip},
         "lockstep is the simulation": found.comparisons["lockstep"].equal,
         "largest difference": {n: worst(found, n) for n in found.comparisons},
-        "diagnosis": found.found.verdict,
+        "diagnosis": {name: diagnosis.verdict for name, diagnosis in found.found.items()},
         "summary": {name: driven.summary for name, driven in found.driven.items()},
         "written": [str(path) for path in found.written],
     }
@@ -65,7 +69,7 @@ def show(found: Drives) -> None:
     """The table, and what comparing and diagnosing said."""
     out = Console()
     listed = rows(found)
-    title = "The adaptive loop on emulated drives (times: p50 / p99 / max)"
+    title = "The adaptive loop on emulated drives, 4 kHz"
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     for k, key in enumerate(listed[0]):
         table.add_column(key, justify="right" if k else "left")
@@ -81,5 +85,9 @@ def show(found: Drives) -> None:
     words = "equals the simulation, every sample" if same else "is NOT the simulation"
     out.print(f"Lockstep {words}; by the clock, the angles differ by at most", end=" ")
     out.print(f"{1e6 * worst(found, 'clock')['plant.theta']:.1f} µrad.")
-    out.print(f"Diagnosis of the recording: {found.found.verdict}.")
+    for name, diagnosis in found.found.items():
+        notes = "; ".join(diagnosis.notes)
+        out.print(
+            f"Diagnosis of {name}.csv: {diagnosis.verdict}" + (f" ({notes})" if notes else "")
+        )
     out.print("  ".join(str(path) for path in found.written), soft_wrap=True)

@@ -24,6 +24,9 @@ pub struct From {
     /// System description, in place of system.ssp.
     #[arg(long, value_name = "FILE")]
     ssp: Option<PathBuf>,
+    /// One value of the configuration, as `--set safety.overrun_us=20000`.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
     /// One JSON object a line on stdout, words on stderr.
     #[arg(long)]
     json: bool,
@@ -36,7 +39,7 @@ impl From {
 
     /// The checked configuration.
     pub fn read(&self) -> Result<Config, String> {
-        let mut config = config::read(&self.config)?;
+        let mut config = config::read(&self.config, &self.set)?;
         if let Some(interface) = &self.interface {
             config.bus.interface.clone_from(interface);
         }
@@ -159,4 +162,30 @@ pub fn more(config: &Config, controller: &Controller) -> Vec<(String, String)> {
         slot.map_or("1".to_owned(), |slot| controller.units()[slot].clone())
     };
     config.recorder.signals.iter().map(|name| (name.clone(), unit(name))).collect()
+}
+
+/// Which signal of the system each channel is, and every how many base steps it changes:
+/// `theta=plant.theta:1 ...`, for programs that compare a recording with a simulation.
+pub fn named(config: &Config, system: &System) -> String {
+    let (s, host) = (&config.system, &config.system.host);
+    let mut channels = vec![
+        ("theta".to_owned(), format!("{host}.theta")),
+        ("tau_meas".to_owned(), format!("{host}.tau_meas")),
+        ("r".to_owned(), s.reference.clone()),
+        ("tau_ff".to_owned(), s.feedforward.clone()),
+        ("e".to_owned(), s.following_error.clone()),
+    ];
+    for name in &config.recorder.signals {
+        let whole = name.split('[').next().unwrap_or(name).to_owned();
+        if !channels.iter().any(|(channel, _)| *channel == whole) {
+            channels.push((whole.clone(), whole));
+        }
+    }
+    let period = |signal: &str| {
+        let component = signal.split('.').next().and_then(|name| system.component(name));
+        component.map_or(1, |c| c.period())
+    };
+    let named =
+        |(channel, signal): &(String, String)| format!("{channel}={signal}:{}", period(signal));
+    channels.iter().map(named).collect::<Vec<_>>().join(" ")
 }

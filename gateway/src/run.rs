@@ -1,6 +1,7 @@
 //! `run`: from a configuration to a finished run, with everything that can fail done before power.
 
 use clap::Args;
+use flexhex_system::System;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +10,7 @@ use std::time::Duration;
 use crate::bus::{self, Wish};
 use crate::check;
 use crate::config::Config;
-use crate::cycle::{signals, Ending, Machine, Pulse, Signals, Wanted};
+use crate::cycle::{signals, Blank, Ending, Machine, Pulse, Signals, Wanted};
 use crate::realtime;
 use crate::record::{ring, Columns, Plan, Writer};
 use crate::report::Teller;
@@ -74,7 +75,7 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let columns = Columns::with(&more);
     let (sink, source) = ring(config.recorder.buffer_cycles, columns.len());
     let width = columns.len();
-    let plan = plan(args, &config, system.base_step(), columns).map_err(bad)?;
+    let plan = plan(args, &config, &system, columns).map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
 
     let failed = |why| (Exit::Failed, why);
@@ -93,19 +94,17 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     };
     let pulse = Pulse::default();
     let base_step = system.base_step();
-    let parts = (controller, found);
     let out = shown(teller, &pulse, base_step, || {
-        // before the drives are in OP: from then on their watchdogs count every pause
+        // from OP on the drives count on a frame every cycle: all else is done before
         for note in privileges(&config, args.lockstep) {
             teller.line("note", &note);
         }
+        let blank = Blank::new(width);
         let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found))?;
-        let machine = Machine::new(&config, wanted, bus, parts, (sink, width), (&pulse, base_step));
-        teller.mark(true, "six drives in OP, disabled");
-        teller.event("op", json!({}));
-        Ok(machine.run())
-    })
-    .map_err(failed)?;
+        let parts = (controller, found);
+        Ok(Machine::new(&config, wanted, bus, parts, (sink, blank), (&pulse, base_step)).run())
+    });
+    let out = out.map_err(failed)?;
     let trip = match &out.ending {
         Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
         _ => None,
@@ -126,6 +125,9 @@ fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -
             while !over.load(Ordering::Relaxed) {
                 std::thread::park_timeout(SHOWN_EVERY);
                 let cycle = pulse.cycle.load(Ordering::Relaxed);
+                if cycle == 0 {
+                    continue;
+                }
                 let time = cycle as f64 * base_step;
                 let error = pulse.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
                 let lost = pulse.lost.load(Ordering::Relaxed);
@@ -163,11 +165,13 @@ fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
     notes
 }
 
-fn plan(args: &Run, config: &Config, base_step: f64, columns: Columns) -> Result<Plan, String> {
+fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {
     let mut meta = vec![
         ("run".to_owned(), "gateway".to_owned()),
         ("system".to_owned(), config.system.ssp.display().to_string()),
         ("drives".to_owned(), config.profile.name.clone()),
+        ("base_step_s".to_owned(), system.base_step().to_string()),
+        ("signals".to_owned(), check::named(config, system)),
     ];
     for pair in &args.meta {
         let (key, value) =
@@ -185,6 +189,6 @@ fn plan(args: &Run, config: &Config, base_step: f64, columns: Columns) -> Result
         meta,
         recording: args.record.clone(),
         before_trip: folder.join(format!("{stem}-trip.csv")),
-        keep: (config.recorder.keep_s / base_step).round() as usize,
+        keep: (config.recorder.keep_s / system.base_step()).round() as usize,
     })
 }

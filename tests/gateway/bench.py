@@ -89,6 +89,11 @@ class Ran:
         """Columns of the recording by name; those of six axes as (n, 6)."""
         return columns(self.recording)
 
+    @cached_property
+    def kept(self) -> dict[str, Rows]:
+        """The same of the file that a trip leaves: five seconds, with the reaction."""
+        return columns(Path(self.one("summary")["before_trip"]))
+
 
 def columns(path: Path) -> dict[str, Rows]:
     """A recording's columns; theta[1..6] and the like become one array (n, 6)."""
@@ -119,12 +124,14 @@ class Bench:
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
         linger: float = 0.0,
+        wrapper: Sequence[object] = (),
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
         linger: seconds for which the drives are left alone afterwards.
+        wrapper: a command that the gateway is run by.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
@@ -137,7 +144,7 @@ class Bench:
                 ends, program, [*lockstep, "--system", plant or self.ssp], options
             )
             try:
-                words = [program, verb, self._config(changes), "--json", *rest]
+                words = [*wrapper, program, verb, self._config(changes), "--json", *rest]
                 words += ["--interface", "bus1", "--ssp", self.ssp]
                 gateway = subprocess.Popen(
                     ends.at(ends.gateway, words),

@@ -50,8 +50,9 @@ class Table:
         text = FILE.read_text(encoding="utf-8")
         before, rest = text.split(BEGIN)
         _, after = rest.split(END)
-        lines = [line for line in written() if line.split(" | ")[0][2:] not in self.rows]
-        lines += [str(row) for row in self.rows.values()]
+        rows = {line.split(" | ")[0][2:]: line for line in written()}
+        rows |= {name: str(row) for name, row in self.rows.items()}
+        lines = rows.values()
         FILE.write_text("\n".join([before + BEGIN, *HEAD, *lines, END + after]), encoding="utf-8")
 
 

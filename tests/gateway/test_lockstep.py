@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from diagnosis.logs.read import read_log
+from flexhex.cli import app
 from ssp.executor import run
+from ssp.results import save
 from tests.gateway.bench import Bench, Ran, Rows
 
 SECONDS = 10.0
@@ -35,14 +39,16 @@ def driven(
     return kind, bench.run(seconds=SECONDS)
 
 
+def steps(tau_step: float) -> dict[str, float]:
+    """Quantisation of a drive as parameters of the simulation."""
+    theta_step = 2 * math.pi / 2**32
+    taus = dict.fromkeys(("plant.tau_step", "feedback.tau_step"), tau_step)
+    return {**taus, "plant.theta_step": theta_step}
+
+
 def simulated(ssp: Path, tau_step: float) -> dict[str, Rows]:
     """The simulation with the steps of the drive, each signal at every base step."""
-    steps = {
-        "plant.tau_step": tau_step,
-        "feedback.tau_step": tau_step,
-        "plant.theta_step": 2 * math.pi / 2**32,
-    }
-    result = run(ssp, SECONDS, signals=list(SAME.values()), parameters=steps)
+    result = run(ssp, SECONDS, signals=list(SAME.values()), parameters=steps(tau_step))
     n = round(SECONDS / 0.00025)
     held = {name: n // (len(result[name]) - 1) for name in SAME.values()}
     return {ours: np.repeat(result[name], held[name], axis=0)[:n] for ours, name in SAME.items()}
@@ -89,6 +95,20 @@ def test_recording_is_a_measured_log_that_diagnosis_reads(driven: tuple[str, Ran
     assert not [f for f in log.findings if f.kind == "bad-rows"]
     for channel in ("theta", "tau_meas", "r", "tau", "tau_ff"):
         assert np.array_equal(log[channel].values, ran.table[channel]), channel
+
+
+def test_recording_is_compared_with_the_simulation_by_the_command(
+    driven: tuple[str, Ran], hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    kind, ran = driven
+    signals = [SAME[name] for name in SAME if name != "tau"]
+    result = run(hexapod_ssp, SECONDS, signals=signals, parameters=steps(STEPS[kind]))
+    file = save(result, tmp_path / "simulated.h5")
+    words = ["compare", str(ran.recording), str(file), "--common", "--rtol", "0", "--plots", "0"]
+    done = CliRunner().invoke(app, [*words, "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.output)
+    assert {d["signal"] for d in told["signals"] if d["state"] == "equal"} == set(signals)
 
 
 def test_recording_is_the_same_run_after_run(hexapod_ssp: Path, tmp_path: Path) -> None:

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.gateway.archives import changed
+from ssp.fmu import binary_path
+from ssp.read import read_ssp
+from tests.gateway.archives import changed, with_fmu
 from tests.gateway.bench import Bench, Ran
 from tests.gateway.fault_table import Row, Table
 
@@ -99,6 +101,37 @@ def test_nothing_is_enabled_without_being_asked(hexapod_ssp: Path, tmp_path: Pat
     ran = Bench(hexapod_ssp, tmp_path).run(command=("run", "--lockstep"))
     assert ran.code == 2
     never_enabled(ran)
+
+
+def test_fmu_of_another_platform_is_bad_input(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    model = read_ssp(hexapod_ssp).instance("feedback").fmu.model
+    data, source = hexapod_ssp.read_bytes(), "resources/feedback.fmu"
+    bad = tmp_path / "bad.ssp"
+    bad.write_bytes(with_fmu(data, source, {binary_path(model): None, "binaries/other/f.so": b""}))
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, command=RUN)
+    assert ran.code == 3, ran.words
+    message = ran.one("refused")["message"]
+    assert "feedback" in message
+    assert "other" in message
+    table.add(Row("an FMU for another platform", "refused", "no power", None, None))
+
+
+def test_system_without_the_wanted_component_is_bad_input(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    for old, new, wanted in (
+        ('host = "plant"', 'host = "machine"', "no component"),
+        ('"feedback.e"', '"feedback.error"', "system.following_error"),
+        ('["K"]', '["E"]', "system.own_thread"),
+        ("torque_N_m = 27.0", "torque_N_m = 5.0", "feedback.tau_max = 27"),
+    ):
+        ran = Bench(hexapod_ssp, tmp_path).run(command=RUN, changes=((old, new),))
+        assert ran.code == 3, ran.words
+        assert wanted in ran.one("refused")["message"]
+        assert not ran.happened("state"), "not one frame was sent"
+    table.add(Row("a system that does not match", "refused", "no power", None, None))
 
 
 @pytest.mark.parametrize(

@@ -6,17 +6,42 @@ use std::path::Path;
 use super::{Config, Limits, AXES};
 
 /// The configuration in `file`, or every mistake with key, value, range and how to mend it.
-pub fn read(file: &Path) -> Result<Config, String> {
+/// `changes`: `key=value` of single values, over what the file says.
+pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     let name = file.display();
     let text = std::fs::read_to_string(file).map_err(|why| format!("{name}: {why}"))?;
     let named = |all: String| {
         let lines: Vec<_> = all.lines().map(|m| format!("{name}: {m}")).collect();
         lines.join("\n")
     };
+    let text = changed(&text, changes).map_err(named)?;
     let mut config = parse(&text).map_err(named)?;
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     Ok(config)
+}
+
+/// The text with single values changed; as it is, line by line, where nothing is.
+fn changed(text: &str, changes: &[String]) -> Result<String, String> {
+    if changes.is_empty() {
+        return Ok(text.to_owned());
+    }
+    let mut all: toml::Table = toml::from_str(text).map_err(|why| why.message().to_owned())?;
+    for change in changes {
+        let wrong = |why: &str| format!("--set {change}: {why}");
+        let (key, value) = change.split_once('=').ok_or_else(|| wrong("wants KEY=VALUE"))?;
+        let value: toml::Table = toml::from_str(&format!("value = {value}"))
+            .or_else(|_| toml::from_str(&format!("value = {value:?}")))
+            .map_err(|_| wrong("the value is none of TOML's"))?;
+        let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
+        let mut table = &mut all;
+        for name in tables.split('.').filter(|name| !name.is_empty()) {
+            let inner = table.get_mut(name).and_then(toml::Value::as_table_mut);
+            table = inner.ok_or_else(|| wrong(&format!("there is no table {name:?}")))?;
+        }
+        table.insert(last.to_owned(), value["value"].clone());
+    }
+    toml::to_string(&all).map_err(|why| why.to_string())
 }
 
 /// The configuration in a text, or its mistakes, a line each.

@@ -76,3 +76,20 @@ fn steps_are_the_products_that_the_plant_takes() {
     assert_eq!(cia402.profile.scale.tau_step(), 9.0 * 0.001);
     assert_eq!(akd.profile.rx[0].entries[3].role, Role::TargetTorque);
 }
+
+#[test]
+fn single_values_are_changed_and_checked_like_the_file() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/akd.toml");
+    let read = |change: &str| super::read(&file, &[change.to_owned()]);
+    assert_eq!(read("safety.overrun_us=20000").unwrap().safety.overrun_us, 20000);
+    assert_eq!(read("bus.interface=veth7").unwrap().bus.interface, "veth7");
+    for (change, wanted) in [
+        ("bus.watchdog_ms=0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
+        ("bus.watchdog=5", "unknown field `watchdog`"),
+        ("cable.length=5", "there is no table \"cable\""),
+        ("nothing", "wants KEY=VALUE"),
+    ] {
+        let text = read(change).unwrap_err();
+        assert!(text.contains(wanted), "{text}");
+    }
+}

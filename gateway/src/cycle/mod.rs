@@ -51,6 +51,19 @@ enum Phase {
     Stopping(Reaction),
 }
 
+/// What a run fills in, laid out before the drives are in OP: they do not wait for memory.
+pub struct Blank {
+    row: Vec<f64>,
+    outcome: Outcome,
+}
+
+impl Blank {
+    /// For recordings of so many columns.
+    pub fn new(columns: usize) -> Self {
+        Blank { row: vec![0.0; columns], outcome: Outcome::new() }
+    }
+}
+
 /// Everything that a cycle touches.
 pub struct Machine<'a, L: Link> {
     config: &'a Config,
@@ -67,6 +80,7 @@ pub struct Machine<'a, L: Link> {
     out: Outcome,
     sent: [f64; AXES],
     deaf: u32,
+    skipped_before: u64,
     stopped_for: u32,
 }
 
@@ -76,7 +90,7 @@ impl<'a, L: Link> Machine<'a, L> {
         wanted: Wanted,
         bus: Bus<L>,
         (controller, signals): (Controller, Signals),
-        (sink, width): (Sink, usize),
+        (sink, out): (Sink, Blank),
         (pulse, base_step): (&'a Pulse, f64),
     ) -> Self {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
@@ -86,10 +100,11 @@ impl<'a, L: Link> Machine<'a, L> {
             safety: Safety::new(config, base_step, bus.complete(), powered),
             clock: Clock::new(cycle, spin, wanted.lockstep),
             phase: if powered { Phase::Arming(0) } else { Phase::Running },
-            row: vec![0.0; width],
-            out: Outcome::new(),
+            row: out.row,
+            out: out.outcome,
             sent: [0.0; AXES],
             deaf: 0,
+            skipped_before: 0,
             stopped_for: 0,
             config,
             wanted,

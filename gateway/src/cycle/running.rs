@@ -13,6 +13,8 @@ impl<L: Link> Machine<'_, L> {
     /// A cycle of the controller: judge what was measured, compute what comes next.
     pub(super) fn running(&mut self, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let n = self.controller.now();
+        let skipped = self.clock.skipped - self.skipped_before;
+        self.skipped_before = self.clock.skipped;
         let (r, e) = (self.pick(self.signals.r), self.pick(self.signals.e));
         self.fill(n, reply, late_ns, round_trip_ns);
         let begin = now_ns();
@@ -28,6 +30,7 @@ impl<L: Link> Machine<'_, L> {
         self.out.short += u64::from(counters.0 && !counters.1);
         let trip = self.safety.judge(&Measured {
             cycle: n,
+            skipped,
             answered: reply.answered,
             working_counter: reply.working_counter,
             theta: &reply.theta,

@@ -40,8 +40,8 @@ fn rows_come_in_order_across_threads() {
 fn plan(name: &str, keep: usize) -> Plan {
     let folder = std::env::temp_dir().join(format!("flexhex-{}-{name}", std::process::id()));
     let mut columns = Columns::with(&[]);
-    columns.names.truncate(2);
-    columns.units.truncate(2);
+    columns.names = ["time", "theta[1]", "phase"].map(str::to_owned).into();
+    columns.units = ["s", "rad", "1"].map(str::to_owned).into();
     Plan {
         columns,
         meta: vec![("run".to_owned(), "7".to_owned())],
@@ -54,35 +54,38 @@ fn plan(name: &str, keep: usize) -> Plan {
 #[test]
 fn recordings_read_back_to_the_last_bit() {
     let values = [0.1 + 0.2, -1.0 / 3.0, 1e-9 / 7.0, 123456.789, f64::MIN_POSITIVE];
-    let (mut sink, source) = ring(16, 2);
+    let (mut sink, source) = ring(16, 3);
     let writer = Writer::start(plan("bits", 4), source).unwrap();
     for v in values {
-        sink.push(&[v, -v]);
+        sink.push(&[v, -v, 1.0]);
     }
     let written = writer.finish(None).unwrap();
     let text = std::fs::read_to_string(written.recording.unwrap()).unwrap();
     let mut lines = text.lines();
     assert_eq!(lines.next(), Some("# run: 7"));
-    assert_eq!(lines.next(), Some("time,theta[1]"));
-    assert_eq!(lines.next(), Some("s,rad"));
+    assert_eq!(lines.next(), Some("time,theta[1],phase"));
+    assert_eq!(lines.next(), Some("s,rad,1"));
     for v in values {
         let fields: Vec<f64> =
             lines.next().unwrap().split(',').map(|f| f.parse().unwrap()).collect();
-        assert_eq!(fields, [v, -v]);
+        assert_eq!(fields, [v, -v, 1.0]);
     }
     assert!(written.before_trip.is_none());
 }
 
 #[test]
 fn a_trip_keeps_the_newest_rows_and_its_reason() {
-    let (mut sink, source) = ring(64, 2);
+    let (mut sink, source) = ring(64, 3);
     let writer = Writer::start(plan("trip", 3), source).unwrap();
     for n in 0..10 {
-        sink.push(&[f64::from(n), 0.0]);
+        // the last three belong to the reaction
+        sink.push(&[f64::from(n), 0.0, if n < 7 { 1.0 } else { 2.0 }]);
     }
     let written = writer.finish(Some("axis 2: speed".to_owned())).unwrap();
+    let recorded = std::fs::read_to_string(written.recording.unwrap()).unwrap();
+    assert!(recorded.ends_with("6,0,1\n# trip: axis 2: speed\n"), "{recorded}");
     let text = std::fs::read_to_string(written.before_trip.unwrap()).unwrap();
     let lines: Vec<_> = text.lines().collect();
     assert_eq!(lines[1], "# trip: axis 2: speed");
-    assert_eq!(lines[4..], ["7,0", "8,0", "9,0"]);
+    assert_eq!(lines[4..], ["7,0,2", "8,0,2", "9,0,2"]);
 }

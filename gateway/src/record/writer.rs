@@ -10,6 +10,8 @@ use std::time::Duration;
 use super::columns::Columns;
 use super::ring::Source;
 
+const PHASE: &str = "phase";
+const RUNNING: f64 = 1.0;
 const PERIOD: Duration = Duration::from_millis(10);
 
 /// What is written where.
@@ -18,9 +20,9 @@ pub struct Plan {
     pub columns: Columns,
     /// `key: value` lines at the head of each file.
     pub meta: Vec<(String, String)>,
-    /// Every cycle goes here; None records nothing but what a trip keeps.
+    /// Every cycle of the controller goes here; None records nothing but what a trip keeps.
     pub recording: Option<PathBuf>,
-    /// The rows before a trip go here.
+    /// The rows before a trip go here, and those of the reaction to it.
     pub before_trip: PathBuf,
     /// How many of them.
     pub keep: usize,
@@ -82,6 +84,8 @@ struct Sheet {
     kept: Vec<f64>,
     row: Vec<f64>,
     rows: u64,
+    /// Column of the phase.
+    phase: usize,
 }
 
 impl Sheet {
@@ -90,6 +94,7 @@ impl Sheet {
         Sheet {
             kept: vec![0.0; plan.keep * width],
             row: vec![0.0; width],
+            phase: plan.columns.names.iter().position(|n| n == PHASE).unwrap_or(0),
             plan,
             source,
             file,
@@ -105,6 +110,10 @@ impl Sheet {
                 self.kept[at..at + width].copy_from_slice(&self.row);
             }
             self.rows += 1;
+            // a reaction is no motion that a model is asked about
+            if self.row[self.phase] > RUNNING {
+                continue;
+            }
             if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
                 line(file, &self.row).map_err(|why| failed(path, &why))?;
             }

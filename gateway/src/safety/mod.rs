@@ -20,6 +20,8 @@ const LONGEST: usize = 64; // cycles of the mean speed
 /// What one cycle saw. Arrays are by axis.
 pub struct Measured<'a> {
     pub cycle: i64,
+    /// Cycles that the clock left out before this one.
+    pub skipped: u64,
     /// Whether a reply came in time.
     pub answered: bool,
     pub working_counter: u16,
@@ -83,6 +85,11 @@ impl Safety {
 
     /// The first broken rule of this cycle, in the order from cause to consequence.
     pub fn judge(&mut self, m: &Measured) -> Option<Trip> {
+        if m.skipped > 0 {
+            // time went on without cycles: more motion may be seen, and no mean speed for a while
+            self.age += m.skipped as u32;
+            self.seen = 0;
+        }
         let found = self
             .wire(m)
             .or_else(|| if m.answered { self.drives(m) } else { None })

@@ -14,6 +14,7 @@ fn config() -> Config {
 #[derive(Clone)]
 struct Cycle {
     n: i64,
+    skipped: u64,
     answered: bool,
     working_counter: u16,
     theta: [f64; AXES],
@@ -32,6 +33,7 @@ impl Cycle {
     fn rest() -> Cycle {
         Cycle {
             n: 0,
+            skipped: 0,
             answered: true,
             working_counter: COMPLETE,
             theta: [0.0; AXES],
@@ -50,6 +52,7 @@ impl Cycle {
     fn judged(&self, safety: &mut Safety) -> Option<Trip> {
         safety.judge(&Measured {
             cycle: self.n,
+            skipped: self.skipped,
             answered: self.answered,
             working_counter: self.working_counter,
             theta: &self.theta,
@@ -134,6 +137,23 @@ fn a_jump_may_be_larger_after_cycles_without_a_reply() {
         cycle.answered = true;
         cycle.theta[0] = moved;
         assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted, "{moved}");
+    }
+}
+
+#[test]
+fn cycles_that_were_left_out_allow_more_motion_once() {
+    for (moved, wanted) in [(0.0049, None), (0.0051, Some(Reason::Jump))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        for _ in 0..20 {
+            assert_eq!(cycle.judged(&mut safety), None);
+        }
+        cycle.skipped = 4;
+        cycle.theta[0] = moved;
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted, "{moved}");
+        cycle.skipped = 0;
+        cycle.theta[0] += 0.0011;
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), Some(Reason::Jump));
     }
 }
 
