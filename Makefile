@@ -4,12 +4,16 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: help run quick missing build test test-all golden fuzz check format bench clean lock
+GATEWAY := FLEXHEX_FMI_HEADERS="$$($(CURDIR)/$(BIN)/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
+
+.PHONY: help run quick missing build gateway machine test test-all golden fuzz check format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
 	@echo "make quick     the same on a short trajectory"
 	@echo "make missing   what the model lacks: found from logs, added, shown (minutes)"
+	@echo "make gateway   build the drive gateway (Rust)"
+	@echo "make machine   the adaptive loop on emulated EtherCAT drives (root; minutes)"
 	@echo "make test      the tests (slow suites sampled)"
 	@echo "make test-all  every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
@@ -38,6 +42,13 @@ missing: $(READY)
 
 build: $(READY)
 	$(BIN)/flexhex build
+
+gateway: $(READY)
+	$(BIN)/python gateway/lock.py write
+	cd gateway && $(GATEWAY) build --release --locked
+
+machine: gateway
+	$(BIN)/flexhex drive
 
 test: $(READY)
 	$(BIN)/pytest -n 2 -m "not slow"

@@ -12,7 +12,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="result as JSON on stdout")
 
 
 def compare_command(
-    first: Annotated[Path, typer.Argument(metavar="RUN", help="result (HDF5)")],
+    first: Annotated[
+        Path, typer.Argument(metavar="RUN", help="result (HDF5), or recording of the gateway (CSV)")
+    ],
     second: Annotated[Path, typer.Argument(metavar="RUN", help="another one")],
     atol: Annotated[float, typer.Option(help="tolerance of all signals, each in its unit")] = 0.0,
     rtol: Annotated[float, typer.Option(help="the same, times a signal's largest value")] = 1e-9,
@@ -31,9 +33,10 @@ def compare_command(
     """Compare two results signal by signal: exit code 0 equal within tolerance, 1 not."""
     from flexhex.compare.results import Tolerance, compare, tolerances
     from flexhex.compare.view import comparison_json, print_comparison, write_comparison
+    from ssp.recording import load_recording
     from ssp.results import load
 
-    a, b = load(first), load(second)
+    a, b = (load_recording(p) if p.suffix.lower() == ".csv" else load(p) for p in (first, second))
     found = compare(a, b, Tolerance(atol, rtol, tolerances(tol or [])), common)
     names = (str(first), str(second))
     written = write_comparison(found, a, b, names, plots, page) if plots else None

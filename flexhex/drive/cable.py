@@ -1,0 +1,172 @@
+"""The emulated machine and the gateway on a cable: two network namespaces and a veth pair."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmus.common.errors import RunError, UsageError
+
+ROOT = Path(__file__).resolve().parent.parent / "gateway"
+PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"
+CONFIGURATION = ROOT / "machines" / "akd.toml"
+"""The configuration of the drives that are emulated: six AKD in torque mode."""
+PATIENT = {
+    "step_limit_us": "100000",
+    "overrun_us": "100000",
+    "watchdog_ms": "200",
+    "lost_frame_limit": "400",
+    "frozen_cycles": "800",
+    "jump_rad": "0.05",
+}
+"""Limits of that configuration which an ordinary computer does not keep, and what takes their
+place: emulated drives break nothing, and the figures tell what would have tripped."""
+READY_S, PATIENCE_S = 20.0, 120.0
+"""Time that the emulator has to begin, and that a run may take beyond its own duration."""
+Event = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A run of the gateway: its last words as events by name, its recording (CSV)."""
+
+    summary: Event
+    trip: str
+    recording: Path
+
+
+def check_means() -> None:
+    """UsageError when a cable cannot be made here, or the gateway was not built."""
+    if not PROGRAM.exists():
+        raise UsageError(f"{PROGRAM}: no such program: build it by `make gateway` (wants cargo)")
+    if shutil.which("ip") is None or os.geteuid() != 0:
+        raise UsageError(
+            "emulated drives hang on a cable between two network namespaces, which only root may"
+            " make, by the command `ip` (package iproute2): run this as root"
+        )
+
+
+def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
+    """Run a .ssp on emulated drives for `seconds` [s], its own `plant` behind them.
+
+    Raises RunError when either side refuses, hangs or dies; a trip is a result.
+    """
+    step = ["--lockstep"] if lockstep else []
+    emulate = [PROGRAM, "emulate", "--interface", "bus0", "--system", ssp, "--json", *step]
+    if not lockstep and shutil.which("chrt"):
+        emulate = ["chrt", "--fifo", "70", *emulate]
+    file = CONFIGURATION if lockstep else _patient(recording.with_suffix(".toml"))
+    run = [PROGRAM, "run", file, "--interface", "bus1", "--ssp", ssp, "--enable", "--json"]
+    run += ["--duration", seconds, "--record", recording, *step]
+    with _cable() as (drives, gateway), _running(_at(drives, emulate)):
+        try:
+            done = subprocess.run(
+                _at(gateway, run), capture_output=True, text=True, timeout=seconds + PATIENCE_S
+            )
+        except subprocess.TimeoutExpired:
+            raise RunError(f"flexhex-gateway run: not over {PATIENCE_S:g} s late") from None
+    events = {e["event"]: e for e in _events(done.stdout)}
+    if "summary" not in events or "refused" in events:
+        refused = events.get("refused", {}).get("message", done.stderr.strip()[-500:])
+        raise RunError(f"flexhex-gateway run: {refused}")
+    trip = events.get("trip", {}).get("message", "")
+    return Driven(events["summary"], trip, recording)
+
+
+def _patient(path: Path) -> Path:
+    """Writes the configuration with limits that let an ordinary computer through."""
+    text = CONFIGURATION.read_text(encoding="utf-8")
+    for key, value in PATIENT.items():
+        text, count = re.subn(rf"^{key} = [\d.]+", f"{key} = {value}", text, flags=re.MULTILINE)
+        if count != 1:
+            raise RunError(f"{CONFIGURATION}: {key} stands there {count} times, must be once")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def floor() -> dict[str, float] | None:
+    """Wake-up times of this computer at 4 kHz [us], by cyclictest; None without it."""
+    if shutil.which("cyclictest") is None:
+        return None
+    command = "cyclictest --mlockall --priority=80 --interval=250 --loops=20000 --quiet"
+    done = subprocess.run([*command.split(), "--histogram=20000"], capture_output=True, text=True)
+    counts = re.findall(r"^(\d+)\s+(\d+)", done.stdout, re.MULTILINE)
+    highest = re.search(r"^# Max Latencies:\s*(\d+)", done.stdout, re.MULTILINE)
+    if done.returncode or not counts or not highest:
+        return None
+    return {**_quantiles([(float(t), int(n)) for t, n in counts]), "max": float(highest[1])}
+
+
+def _quantiles(counts: Sequence[tuple[float, int]]) -> dict[str, float]:
+    """p50 and p99 of a histogram, (value, count) in rising order."""
+    total = sum(count for _, count in counts)
+    found: dict[str, float] = {}
+    seen = 0
+    for value, count in counts:
+        seen += count
+        for name, share in (("p50", 0.5), ("p99", 0.99)):
+            if seen >= share * total:
+                found.setdefault(name, value)
+    return found
+
+
+@contextmanager
+def _cable() -> Iterator[tuple[str, str]]:
+    """Names of two namespaces with the ends bus0 and bus1; removed in any case."""
+    names = tuple(f"flexhex-{end}-{os.getpid()}" for end in ("drives", "gateway"))
+    drives, gateway = names
+    try:
+        for name in names:
+            _ip("netns", "add", name)
+        peer = ("type", "veth", "peer", "name", "bus1", "netns", gateway)
+        _ip("link", "add", "bus0", "netns", drives, *peer)
+        _ip("-n", drives, "link", "set", "bus0", "up")
+        _ip("-n", gateway, "link", "set", "bus1", "up")
+        yield drives, gateway
+    finally:
+        for name in names:
+            subprocess.run(["ip", "netns", "del", name], capture_output=True)
+
+
+def _ip(*words: str) -> None:
+    done = subprocess.run(["ip", *words], capture_output=True, text=True)
+    if done.returncode:
+        raise UsageError(f"ip {' '.join(words)}: {done.stderr.strip()}: is this a container?")
+
+
+def _at(namespace: str, command: Sequence[object]) -> list[str]:
+    return ["ip", "netns", "exec", namespace, *map(str, command)]
+
+
+@contextmanager
+def _running(command: list[str]) -> Iterator[None]:
+    """The emulator while it runs; begins when it is ready, ended in any case."""
+    emulator = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1
+    )
+    try:
+        told = emulator.stdout
+        if told is None or '"ready"' not in told.readline():
+            emulator.kill()
+            said = emulator.communicate(timeout=READY_S)[1].strip()
+            raise RunError(f"flexhex-gateway emulate: {said[-500:] or 'ended without a word'}")
+        yield
+    finally:
+        emulator.terminate()
+        try:
+            emulator.communicate(timeout=READY_S)
+        except subprocess.TimeoutExpired:
+            emulator.kill()
+            emulator.communicate()
+
+
+def _events(text: str) -> list[Event]:
+    return [json.loads(line) for line in text.splitlines() if line.startswith("{")]

@@ -1,0 +1,216 @@
+//! One servo drive: objects, process data, quantised current and encoder. The motion is the plant's.
+pub mod cia402;
+pub mod kind;
+
+use crate::coe::abort;
+use cia402::{Machine, State};
+use kind::{Kind, Use};
+
+/// Heartbeat or watchdog error in object 0x603F; the AKD shows it as F706.
+pub const ERROR_WATCHDOG: u16 = 0x8130;
+
+/// What a drive is set to.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    pub kind: Kind,
+    /// `[N m/A]`
+    pub torque_constant: f64,
+    /// Object 0x6076 `[mN m]`.
+    pub rated_torque_mnm: u32,
+    /// Largest current `[mA]`, or largest torque [0.1 % of the rated one].
+    pub limit: i64,
+    pub counts_per_rev: f64,
+    /// 1 or -1: counts and current against the axis.
+    pub direction: i64,
+    /// Counts where the axis is at 0.
+    pub offset: i64,
+}
+
+impl Setting {
+    /// Torque of one step of target and measured torque `[N m]`.
+    pub fn torque_step(&self) -> f64 {
+        match self.kind {
+            Kind::Akd => self.torque_constant * 0.001,
+            Kind::Cst => f64::from(self.rated_torque_mnm) * 0.001 * 0.001,
+        }
+    }
+
+    /// Angle of one count `[rad]`.
+    pub fn angle_step(&self) -> f64 {
+        std::f64::consts::TAU / self.counts_per_rev
+    }
+}
+
+/// Faults of the encoder.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Encoder {
+    pub jump: i64,
+    /// Shown instead of the position.
+    pub frozen: Option<i64>,
+}
+
+pub struct Drive {
+    pub setting: Setting,
+    pub machine: Machine,
+    pub encoder: Encoder,
+    control: u16,
+    mode: i8,
+    mode_display: i8,
+    target: i64,
+    /// Counts, 1 mA or 0.1 % steps, mrpm.
+    position: i64,
+    torque: i64,
+    velocity: i64,
+    angle: Option<f64>,
+}
+
+impl Drive {
+    pub fn new(setting: Setting, state: State, error: u16) -> Drive {
+        Drive {
+            setting,
+            machine: Machine::new(state, error),
+            encoder: Encoder::default(),
+            control: 0,
+            mode: 0,
+            mode_display: 0,
+            target: 0,
+            position: 0,
+            torque: 0,
+            velocity: 0,
+            angle: None,
+        }
+    }
+
+    /// Outputs of a frame act: one transition of the state machine.
+    pub fn act(&mut self) {
+        if self.setting.kind.modes().contains(&self.mode) {
+            self.mode_display = self.mode;
+        }
+        self.machine.control(self.control);
+    }
+
+    /// Torque on the axis [N m]; zero unless enabled in the torque mode.
+    pub fn torque(&self) -> f64 {
+        let torque_mode = self.mode_display == self.setting.kind.torque_mode();
+        if self.machine.state != State::OperationEnabled || !torque_mode {
+            return 0.0;
+        }
+        let steps = self.target.clamp(-self.setting.limit, self.setting.limit);
+        (self.setting.direction * steps) as f64 * self.setting.torque_step()
+    }
+
+    /// What the plant shows `[rad]`, `[N m]`; dt `[s]` since the last call, None: it stands still.
+    pub fn measure(&mut self, angle: f64, torque: f64, dt: Option<f64>) {
+        let setting = &self.setting;
+        let steps = (angle / setting.angle_step()).round_ties_even() as i64;
+        self.position = setting.direction.wrapping_mul(steps).wrapping_add(setting.offset);
+        let current = (torque / setting.torque_step()).round_ties_even() as i64;
+        self.torque = setting.direction.wrapping_mul(current);
+        if let Some(dt) = dt {
+            let before = self.angle.unwrap_or(angle);
+            let mrpm = (angle - before) / dt / std::f64::consts::TAU * 60_000.0;
+            self.velocity = setting.direction.wrapping_mul(mrpm.round() as i64);
+        }
+        self.angle = Some(angle);
+    }
+
+    /// Position as the encoder shows it `[counts]`.
+    pub fn shown_position(&self) -> i64 {
+        self.encoder.frozen.unwrap_or(self.position.wrapping_add(self.encoder.jump))
+    }
+
+    /// The low bits of an object; None where the drive has none.
+    pub fn value(&self, index: u16) -> Option<i64> {
+        self.setting.kind.object(index)?;
+        Some(match index {
+            kind::CONTROLWORD => i64::from(self.control),
+            kind::STATUSWORD => i64::from(self.machine.state.statusword()),
+            kind::MODE => i64::from(self.mode),
+            kind::MODE_DISPLAY => i64::from(self.mode_display),
+            kind::ERROR_CODE => i64::from(self.machine.error),
+            kind::POSITION | kind::POSITION_INTERNAL => self.shown_position(),
+            kind::VELOCITY => self.velocity,
+            kind::TARGET_CURRENT | kind::TARGET_TORQUE => self.target,
+            kind::CURRENT => self.torque,
+            kind::TORQUE => self.torque_per_mille(),
+            kind::RATED_CURRENT => self.rated_current_ma() as i64,
+            kind::RATED_TORQUE => i64::from(self.setting.rated_torque_mnm),
+            kind::SUPPORTED_MODES => i64::from(self.setting.kind.supported_modes()),
+            _ => return None,
+        })
+    }
+
+    fn rated_current_ma(&self) -> f64 {
+        f64::from(self.setting.rated_torque_mnm) / self.setting.torque_constant
+    }
+
+    fn torque_per_mille(&self) -> i64 {
+        match self.setting.kind {
+            Kind::Cst => self.torque,
+            Kind::Akd => (1000.0 * self.torque as f64 / self.rated_current_ma()).round() as i64,
+        }
+    }
+
+    /// From the bus: the outputs of a frame, or an SDO. Data has the object's size.
+    pub fn set(&mut self, index: u16, data: &[u8]) {
+        let value = signed(data);
+        match index {
+            kind::CONTROLWORD => self.control = value as u16,
+            kind::MODE => self.mode = value as i8,
+            kind::TARGET_CURRENT => self.target = value,
+            kind::TARGET_TORQUE => self.target = self.per_mille_to_steps(value),
+            _ => {}
+        }
+    }
+
+    fn per_mille_to_steps(&self, value: i64) -> i64 {
+        match self.setting.kind {
+            Kind::Cst => value,
+            Kind::Akd => (value as f64 * 0.001 * self.rated_current_ma()).round() as i64,
+        }
+    }
+
+    pub fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        let object = self.setting.kind.object(index).ok_or(abort::NO_OBJECT)?;
+        if sub != 0 {
+            return Err(abort::NO_SUBINDEX);
+        }
+        let value = self.value(index).ok_or(abort::NO_OBJECT)?;
+        Ok(value.to_le_bytes()[..usize::from(object.bits / 8)].to_vec())
+    }
+
+    pub fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
+        let object = self.setting.kind.object(index).ok_or(abort::NO_OBJECT)?;
+        if sub != 0 {
+            return Err(abort::NO_SUBINDEX);
+        }
+        if object.role != Use::Output {
+            return Err(abort::READ_ONLY);
+        }
+        if data.len() != usize::from(object.bits / 8) {
+            return Err(abort::LENGTH);
+        }
+        if index == kind::MODE && !self.setting.kind.modes().contains(&(data[0] as i8)) {
+            return Err(abort::VALUE_RANGE);
+        }
+        self.set(index, data);
+        if matches!(index, kind::CONTROLWORD | kind::MODE) {
+            self.act();
+        }
+        Ok(())
+    }
+}
+
+/// Little-endian two's complement of any width up to 8 bytes.
+fn signed(data: &[u8]) -> i64 {
+    let negative = data.last().is_some_and(|byte| byte & 0x80 != 0);
+    let mut bytes = [if negative { 0xFF } else { 0 }; 8];
+    for (byte, value) in bytes.iter_mut().zip(data) {
+        *byte = *value;
+    }
+    i64::from_le_bytes(bytes)
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

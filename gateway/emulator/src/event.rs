@@ -1,0 +1,134 @@
+//! What happens, as a line for people or for programs.
+use std::time::Duration;
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Happening {
+    Ready {
+        interface: String,
+        drives: usize,
+        lockstep: bool,
+    },
+    /// Application-layer state of a SubDevice; code: AL status code.
+    State {
+        position: usize,
+        from: &'static str,
+        to: &'static str,
+        code: u16,
+    },
+    /// CiA 402 state of a drive; error: object 0x603F.
+    Drive {
+        position: usize,
+        from: &'static str,
+        to: &'static str,
+        error: u16,
+    },
+    /// All drives enabled: the plant moves from this cycle on.
+    Enabled,
+    Watchdog {
+        position: usize,
+    },
+    /// A fault of the list acts for the first time.
+    Fault {
+        kind: &'static str,
+        position: usize,
+    },
+    /// The drive's torque has become zero because it is no longer enabled.
+    TorqueZero {
+        position: usize,
+    },
+    /// No frame for a while in lockstep: the plant goes on alone.
+    Silence,
+    Stopped {
+        digest: u64,
+        frames: u64,
+        dropped: u64,
+        faults: Vec<(&'static str, u64)>,
+    },
+}
+
+/// One happening at a plant cycle (None before the plant moves) and a monotonic time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    pub cycle: Option<u64>,
+    pub frame: u64,
+    pub what: Happening,
+}
+
+impl Happening {
+    /// Name and further fields, as JSON.
+    fn fields(&self) -> (&'static str, String) {
+        match self {
+            Happening::Ready { interface, drives, lockstep } => {
+                let fields = format!(
+                    r#","interface":{interface:?},"drives":{drives},"lockstep":{lockstep}"#
+                );
+                ("ready", fields)
+            }
+            Happening::State { position, from, to, code } => {
+                let fields =
+                    format!(r#","position":{position},"from":"{from}","to":"{to}","code":{code}"#);
+                ("state", fields)
+            }
+            Happening::Drive { position, from, to, error } => {
+                let fields = format!(
+                    r#","position":{position},"from":"{from}","to":"{to}","error":{error}"#
+                );
+                ("drive", fields)
+            }
+            Happening::Enabled => ("enabled", String::new()),
+            Happening::Watchdog { position } => ("watchdog", format!(r#","position":{position}"#)),
+            Happening::Fault { kind, position } => {
+                ("fault", format!(r#","kind":"{kind}","position":{position}"#))
+            }
+            Happening::TorqueZero { position } => {
+                ("torque_zero", format!(r#","position":{position}"#))
+            }
+            Happening::Silence => ("silence", String::new()),
+            Happening::Stopped { digest, frames, dropped, faults } => {
+                let counts: Vec<String> = faults
+                    .iter()
+                    .map(|(kind, count)| format!(r#"{{"kind":"{kind}","count":{count}}}"#))
+                    .collect();
+                let counts = counts.join(",");
+                let fields = format!(
+                    r#","digest":"{digest:016x}","frames":{frames},"dropped":{dropped},"faults":[{counts}]"#
+                );
+                ("stopped", fields)
+            }
+        }
+    }
+}
+
+impl Event {
+    /// One JSON object without line end; time: of the monotonic clock.
+    pub fn json(&self, time: Duration) -> String {
+        let (name, fields) = self.what.fields();
+        let cycle = self.cycle.map_or("null".into(), |cycle| cycle.to_string());
+        let (frame, time) = (self.frame, time.as_secs_f64());
+        format!(r#"{{"event":"{name}","cycle":{cycle},"frame":{frame},"time":{time:.6}{fields}}}"#)
+    }
+
+    /// The same for people.
+    pub fn text(&self) -> String {
+        let (name, fields) = self.what.fields();
+        let cycle = self.cycle.map_or("before start".into(), |cycle| format!("cycle {cycle}"));
+        let fields = fields.replace(['"', '{', '}'], "").replace(',', "  ");
+        format!("{cycle:>14}  {name}{fields}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_event_is_one_json_object() {
+        let what = Happening::Watchdog { position: 3 };
+        let event = Event { cycle: Some(2008), frame: 2100, what };
+        let wanted =
+            r#"{"event":"watchdog","cycle":2008,"frame":2100,"time":1.500000,"position":3}"#;
+        assert_eq!(event.json(Duration::from_millis(1500)), wanted);
+        let first = Event { cycle: None, frame: 0, what: Happening::Enabled };
+        assert!(first.json(Duration::ZERO).contains(r#""cycle":null"#));
+    }
+}

@@ -1,0 +1,27 @@
+//! Six servo drives on EtherCAT that are not there: SubDevices on a raw socket, CiA 402 drives, and
+//! the FMU of the machine behind them. Knows nothing of any MainDevice's code.
+mod application;
+mod args;
+#[cfg(test)]
+mod bench;
+mod coe;
+mod drive;
+mod error;
+mod esc;
+mod event;
+mod faults;
+mod machine;
+mod options;
+mod plant;
+mod replies;
+mod run;
+mod segment;
+mod sii;
+mod socket;
+mod subdevice;
+mod trajectory;
+
+pub use args::Args;
+pub use error::Error;
+pub use options::Options;
+pub use run::run;

@@ -1,0 +1,110 @@
+//! The faults of the list, where they meet the machine.
+use super::Machine;
+use crate::esc::state::code;
+use crate::event::Happening;
+use crate::faults::{Fault, What, When};
+use crate::replies::Fate;
+use crate::segment::{self, Line};
+
+impl Machine {
+    /// Faults of drives, encoders and states that begin or end at this cycle.
+    pub(super) fn begin_faults(&mut self, cycle: u64) {
+        for place in 0..self.faults.len() {
+            let fault = self.faults[place].clone();
+            if fault.ends(cycle) {
+                self.end_fault(&fault);
+            }
+            if !fault.acts(place, cycle) {
+                continue;
+            }
+            let device = &mut self.devices[fault.position];
+            let drive = device.drive_mut();
+            match fault.kind {
+                What::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
+                What::EncoderJump => drive.encoder.jump = fault.size,
+                What::EncoderFrozen => {
+                    drive.encoder.frozen = Some(drive.shown_position());
+                }
+                What::SafeOp => {
+                    device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
+                }
+                _ => continue,
+            }
+            device.show_inputs();
+            self.count(place);
+        }
+        let cut = |place: &usize| self.faults[*place].kind == What::CableCut && self.acts(*place);
+        let places = (0..self.faults.len()).filter(cut);
+        let reached = places.map(|place| self.faults[place].position).min();
+        let reached = reached.unwrap_or(self.devices.len());
+        segment::show_links(&mut self.devices, reached);
+    }
+
+    fn end_fault(&mut self, fault: &Fault) {
+        let device = &mut self.devices[fault.position];
+        match fault.kind {
+            What::EncoderJump => device.drive_mut().encoder.jump = 0,
+            What::EncoderFrozen => device.drive_mut().encoder.frozen = None,
+            _ => return,
+        }
+        device.show_inputs();
+    }
+
+    pub(super) fn line(&mut self, wall: i64) -> Line {
+        let (dc, watch) = self.now(wall);
+        let mut line = Line { reached: self.devices.len(), deaf: Vec::new(), dc, watch };
+        for place in 0..self.faults.len() {
+            let (kind, position) = (self.faults[place].kind, self.faults[place].position);
+            if matches!(kind, What::CableCut | What::WkcShort) && self.acts(place) {
+                match kind {
+                    What::CableCut => line.reached = line.reached.min(position),
+                    _ => line.deaf.push(position),
+                }
+                self.count(place);
+            }
+        }
+        line
+    }
+
+    fn acts(&self, place: usize) -> bool {
+        self.cycle.is_some_and(|cycle| self.faults[place].acts(place, cycle))
+    }
+
+    /// The first fault of this kind that acts now.
+    fn find(&mut self, kind: What) -> Option<Fault> {
+        let place = (0..self.faults.len())
+            .find(|place| self.faults[*place].kind == kind && self.acts(*place))?;
+        self.count(place);
+        Some(self.faults[place].clone())
+    }
+
+    pub(super) fn acting(&mut self, kind: What) -> Option<When> {
+        self.find(kind).map(|fault| fault.acting)
+    }
+
+    /// What becomes of this frame's reply.
+    pub(super) fn fate(&mut self, answered: bool) -> Fate {
+        if !answered {
+            return Fate::Lost;
+        }
+        if self.find(What::FrameDuplicated).is_some() {
+            return Fate::Twice;
+        }
+        if let Some(fault) = self.find(What::FrameDelayed) {
+            return Fate::Late { frames: fault.frames, after: false };
+        }
+        if let Some(fault) = self.find(What::FrameReordered) {
+            return Fate::Late { frames: fault.frames, after: true };
+        }
+        Fate::Sound
+    }
+
+    fn count(&mut self, place: usize) {
+        self.counts[place] += 1;
+        if self.counts[place] == 1 {
+            let fault = &self.faults[place];
+            let (kind, position) = (fault.kind.name(), fault.position);
+            self.happens(Happening::Fault { kind, position });
+        }
+    }
+}

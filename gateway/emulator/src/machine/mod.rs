@@ -1,0 +1,233 @@
+//! Six drives on one plant: the cycle, its start, and the faults at their exact cycles.
+mod mishaps;
+
+use crate::error::Error;
+use crate::event::{Event, Happening};
+use crate::faults::{Fault, What, When};
+use crate::plant::{Plant, AXES};
+use crate::replies::Replies;
+use crate::segment;
+use crate::subdevice::SubDevice;
+use crate::trajectory::Trajectory;
+
+pub struct Machine {
+    pub devices: Vec<SubDevice>,
+    /// Axis of each position on the bus.
+    order: Vec<usize>,
+    plant: Box<dyn Plant>,
+    faults: Vec<Fault>,
+    counts: Vec<u64>,
+    lockstep: bool,
+    /// Base step `[s]`.
+    dt: f64,
+    /// None: the plant stands still and waits for all drives.
+    cycle: Option<u64>,
+    /// Process-data frames, or base steps in their place, so far.
+    pub frames: u64,
+    other_frames: u64,
+    pub dropped: u64,
+    theta: [f64; AXES],
+    tau_meas: [f64; AXES],
+    pushed: [bool; AXES],
+    seen: Vec<Seen>,
+    replies: Replies,
+    pub trajectory: Trajectory,
+    pub events: Vec<Event>,
+}
+
+/// States that were last told of.
+#[derive(Clone, Copy, PartialEq)]
+struct Seen {
+    layer: &'static str,
+    drive: &'static str,
+}
+
+fn seen(device: &SubDevice) -> Seen {
+    Seen { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
+}
+
+impl Machine {
+    pub fn new(
+        devices: Vec<SubDevice>,
+        order: Vec<usize>,
+        plant: Box<dyn Plant>,
+        faults: Vec<Fault>,
+        (dt, lockstep): (f64, bool),
+        trajectory: Trajectory,
+    ) -> Machine {
+        let mut machine = Machine {
+            seen: devices.iter().map(seen).collect(),
+            devices,
+            order,
+            plant,
+            counts: vec![0; faults.len()],
+            faults,
+            lockstep,
+            dt,
+            cycle: None,
+            frames: 0,
+            other_frames: 0,
+            dropped: 0,
+            theta: [0.0; AXES],
+            tau_meas: [0.0; AXES],
+            pushed: [false; AXES],
+            replies: Replies::default(),
+            trajectory,
+            events: Vec::new(),
+        };
+        machine.measure(None);
+        segment::show_links(&mut machine.devices, machine.order.len());
+        machine
+    }
+
+    /// Plant cycles done; None before the start.
+    pub fn cycle(&self) -> Option<u64> {
+        self.cycle
+    }
+
+    fn now(&self, wall: i64) -> (i64, i64) {
+        if !self.lockstep {
+            return (wall, wall);
+        }
+        let watch = self.frames as i64 * (self.dt * 1e9).round() as i64;
+        (watch + 1000 * self.other_frames as i64, watch)
+    }
+
+    /// A frame arrives; wall: ns, for clocks that run by themselves. Replies are added to `out`.
+    pub fn receive(
+        &mut self,
+        frame: &[u8],
+        wall: i64,
+        out: &mut Vec<Vec<u8>>,
+    ) -> Result<(), Error> {
+        let Some(ranges) = segment::datagrams(frame) else {
+            self.dropped += 1;
+            return Ok(());
+        };
+        let mut frame = frame.to_vec();
+        if !segment::is_process_data(&frame, &ranges) {
+            self.other_frames += 1;
+            let line = self.line(wall);
+            segment::pass(&mut frame, &ranges, &mut self.devices, &line);
+            if line.reached > 0 {
+                out.push(frame);
+            }
+            self.tell();
+            return Ok(());
+        }
+        if self.cycle.is_none() && self.devices.iter().all(SubDevice::is_enabled) {
+            self.cycle = Some(0);
+            self.happens(Happening::Enabled);
+        }
+        let line = self.line(wall);
+        let lost = self.acting(What::FrameLost);
+        if lost != Some(When::Before) {
+            segment::pass(&mut frame, &ranges, &mut self.devices, &line);
+            self.devices.iter_mut().for_each(|device| {
+                device.act();
+            });
+        }
+        let answered = lost.is_none() && line.reached > 0;
+        let fate = self.fate(answered);
+        self.replies.take(frame, fate, out);
+        if self.lockstep {
+            self.advance(wall)
+        } else {
+            self.frames += 1;
+            self.tell();
+            Ok(())
+        }
+    }
+
+    /// One base step: watchdogs, then the plant under the drives' torques, then what they measure.
+    pub fn advance(&mut self, wall: i64) -> Result<(), Error> {
+        let (_, watch) = self.now(wall);
+        for position in 0..self.devices.len() {
+            if self.devices[position].watch(watch) {
+                self.happens(Happening::Watchdog { position });
+            }
+        }
+        if self.lockstep {
+            self.frames += 1;
+        }
+        if let Some(cycle) = self.cycle {
+            self.push(cycle)?;
+        }
+        self.tell();
+        for device in &mut self.devices {
+            device.drive_mut().machine.settle();
+        }
+        let Some(cycle) = self.cycle else {
+            self.measure(None);
+            return Ok(());
+        };
+        self.cycle = Some(cycle + 1);
+        self.measure(Some(self.dt));
+        self.begin_faults(cycle + 1);
+        Ok(())
+    }
+
+    fn push(&mut self, cycle: u64) -> Result<(), Error> {
+        let mut tau = [0.0; AXES];
+        for (position, axis) in self.order.clone().into_iter().enumerate() {
+            tau[axis] = self.devices[position].torque();
+            let pushes = self.devices[position].is_enabled();
+            if self.pushed[axis] && !pushes {
+                self.happens(Happening::TorqueZero { position });
+            }
+            self.pushed[axis] = pushes;
+        }
+        self.trajectory.note(cycle, &self.theta, &self.tau_meas, &tau)?;
+        self.plant.step(&tau)
+    }
+
+    fn measure(&mut self, dt: Option<f64>) {
+        self.plant.read(&mut self.theta, &mut self.tau_meas);
+        for (device, axis) in self.devices.iter_mut().zip(&self.order) {
+            device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);
+            device.show_inputs();
+        }
+    }
+
+    pub fn happens(&mut self, what: Happening) {
+        self.events.push(Event { cycle: self.cycle, frame: self.frames, what });
+    }
+
+    /// Tells of states that have changed.
+    fn tell(&mut self) {
+        for position in 0..self.devices.len() {
+            let device = &self.devices[position];
+            let (now, before) = (seen(device), self.seen[position]);
+            if now == before {
+                continue;
+            }
+            let (code, error) = (device.layer.code, device.drive().machine.error);
+            self.seen[position] = now;
+            if now.layer != before.layer {
+                let (from, to) = (before.layer, now.layer);
+                self.happens(Happening::State { position, from, to, code });
+            }
+            if now.drive != before.drive {
+                let (from, to) = (before.drive, now.drive);
+                self.happens(Happening::Drive { position, from, to, error });
+            }
+        }
+    }
+
+    /// Torque on any axis in the last step?
+    pub fn pushes(&self) -> bool {
+        self.pushed.contains(&true)
+    }
+
+    pub fn stop(&mut self) -> Result<(), Error> {
+        let names = self.faults.iter().map(|fault| fault.kind.name());
+        let faults = names.zip(self.counts.iter().copied()).collect();
+        let digest = self.trajectory.finish()?;
+        let (frames, dropped) = (self.frames, self.dropped);
+        self.happens(Happening::Stopped { digest, frames, dropped, faults });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

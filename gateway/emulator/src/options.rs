@@ -1,0 +1,250 @@
+//! What is emulated: the options file (TOML) over defaults.
+use crate::application::Manner;
+use crate::drive::cia402::State;
+use crate::drive::kind::Kind;
+use crate::drive::{Drive, Setting};
+use crate::error::Error;
+use crate::esc::clock::Clock;
+use crate::faults::{chance, Fault};
+use crate::plant::AXES;
+use crate::sii::Identity;
+use crate::subdevice::SubDevice;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// The options file.
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    pub interface: String,
+    pub lockstep: bool,
+    pub json: bool,
+    pub log: Option<PathBuf>,
+    pub cycles: Option<u64>,
+    /// Lockstep: real seconds without a frame after which the plant goes on alone, until all
+    /// torques are zero; none: it waits for ever.
+    pub silence_s: Option<f64>,
+    pub plant: PlantOptions,
+    pub drives: Drives,
+    /// Single drives, by position on the bus.
+    pub drive: Vec<Special>,
+    pub fault: Vec<Fault>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlantOptions {
+    /// None: six flywheels stand in.
+    pub system: Option<PathBuf>,
+    pub component: Option<String>,
+    pub fmu: Option<PathBuf>,
+    /// "plant.name" = value, over the system's.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// What all drives have in common.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Drives {
+    pub kind: Kind,
+    pub count: usize,
+    /// Axis (from 0) of each position on the bus; empty: in order.
+    pub order: Vec<usize>,
+    pub torque_constant: f64,
+    pub rated_torque_mnm: u32,
+    /// Largest current [mA] or torque [0.1 %]; none: 9 A, or three times the rated torque.
+    pub limit: Option<i64>,
+    pub counts_per_rev: f64,
+    /// Clocks run wrong by up to this much.
+    pub drift_ppm: f64,
+    pub seed: u64,
+    /// None: 512 bytes (AKD) or 128.
+    pub mailbox_bytes: Option<u16>,
+}
+
+impl Default for Drives {
+    fn default() -> Drives {
+        Drives {
+            kind: Kind::Akd,
+            count: AXES,
+            order: Vec::new(),
+            torque_constant: 3.0,
+            rated_torque_mnm: 9000,
+            limit: None,
+            counts_per_rev: 4_294_967_296.0,
+            drift_ppm: 30.0,
+            seed: 1,
+            mailbox_bytes: None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Initial {
+    Ready,
+    Enabled,
+    Fault,
+}
+
+/// One drive that differs.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Special {
+    pub position: usize,
+    pub vendor: Option<u32>,
+    pub product: Option<u32>,
+    pub revision: Option<u32>,
+    pub serial: Option<u32>,
+    pub alias: Option<u16>,
+    pub direction: Option<i64>,
+    pub offset: Option<i64>,
+    /// State at power-up: ready, enabled (energised already) or fault.
+    pub initial: Option<Initial>,
+    /// Writes to its maps are refused.
+    #[serde(default)]
+    pub maps_fixed: bool,
+    /// It wants this many input bytes beyond its maps.
+    #[serde(default)]
+    pub extra_input_bytes: usize,
+}
+
+impl Options {
+    pub fn check(&self) -> Result<(), Error> {
+        let drives = &self.drives;
+        let wrong = |what: String| Err(Error::new(what));
+        if self.interface.is_empty() {
+            return wrong(
+                "no network interface: give --interface NAME (`ip link` lists them)".into(),
+            );
+        }
+        if !(1..=AXES).contains(&drives.count) {
+            return wrong(format!("drives.count = {}, allowed 1 to {AXES}", drives.count));
+        }
+        let mut axes = self.order();
+        axes.sort_unstable();
+        axes.dedup();
+        if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
+            let order = &drives.order;
+            return wrong(format!("drives.order = {order:?}: one axis, 0 to 5, for each drive"));
+        }
+        for (name, value) in [
+            ("torque_constant", drives.torque_constant),
+            ("counts_per_rev", drives.counts_per_rev),
+            ("rated_torque_mnm", f64::from(drives.rated_torque_mnm)),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return wrong(format!("drives.{name} = {value}, must be above 0"));
+            }
+        }
+        if drives.mailbox_bytes.is_some_and(|bytes| !(24..=1024).contains(&bytes)) {
+            return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
+        }
+        if drives.limit.is_some_and(|limit| !(0..=1_000_000).contains(&limit)) {
+            return wrong("drives.limit: allowed 0 to 1000000".into());
+        }
+        if self.silence_s.is_some_and(|time| !(0.0..=3600.0).contains(&time)) {
+            return wrong("silence_s: allowed 0 to 3600".into());
+        }
+        for special in &self.drive {
+            if special.position >= drives.count {
+                let (position, last) = (special.position, drives.count - 1);
+                return wrong(format!("drive.position = {position}, allowed 0 to {last}"));
+            }
+            if !matches!(special.direction, None | Some(1 | -1)) {
+                return wrong("drive.direction: allowed 1 or -1".into());
+            }
+        }
+        let faults = self.fault.iter().enumerate();
+        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, drives.count))
+    }
+
+    /// Axis of each position.
+    pub fn order(&self) -> Vec<usize> {
+        if self.drives.order.is_empty() {
+            return (0..self.drives.count).collect();
+        }
+        self.drives.order.clone()
+    }
+
+    pub fn setting(&self) -> Setting {
+        let drives = &self.drives;
+        let limit = if drives.kind == Kind::Akd { 9000 } else { 3000 };
+        Setting {
+            kind: drives.kind,
+            torque_constant: drives.torque_constant,
+            rated_torque_mnm: drives.rated_torque_mnm,
+            limit: drives.limit.unwrap_or(limit),
+            counts_per_rev: drives.counts_per_rev,
+            direction: 1,
+            offset: 0,
+        }
+    }
+
+    pub fn device(&self, position: usize) -> SubDevice {
+        let drives = &self.drives;
+        let (vendor, product) = drives.kind.identity();
+        let serial = 1000 + position as u32;
+        let mut identity = Identity { vendor, product, revision: 2, serial, alias: 0 };
+        let mut setting = self.setting();
+        let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
+        for special in self.drive.iter().filter(|special| special.position == position) {
+            identity.vendor = special.vendor.unwrap_or(identity.vendor);
+            identity.product = special.product.unwrap_or(identity.product);
+            identity.revision = special.revision.unwrap_or(identity.revision);
+            identity.serial = special.serial.unwrap_or(identity.serial);
+            identity.alias = special.alias.unwrap_or(identity.alias);
+            setting.direction = special.direction.unwrap_or(setting.direction);
+            setting.offset = special.offset.unwrap_or(setting.offset);
+            initial = special.initial.unwrap_or(initial);
+            maps_fixed |= special.maps_fixed;
+            extra_input_bytes += special.extra_input_bytes;
+        }
+        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
+        let manner = Manner { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
+        let (state, error) = match initial {
+            Initial::Ready => (State::SwitchOnDisabled, 0),
+            Initial::Enabled => (State::OperationEnabled, 0),
+            Initial::Fault => (State::Fault, 0x7305),
+        };
+        let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
+        let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
+        let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
+        SubDevice::new(Drive::new(setting, state, error), manner, clock)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_example_of_the_readme_is_read() {
+        let text = include_str!("../README.md");
+        let example = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
+        let mut options: Options = toml::from_str(example.unwrap()).unwrap();
+        options.interface = "veth1".into();
+        options.check().unwrap();
+        assert_eq!((options.fault.len(), options.order()[2]), (2, 3));
+        assert_eq!(options.plant.parameters["plant.f_current"], 800.0);
+    }
+
+    #[test]
+    fn wrong_options_are_refused_with_what_is_allowed() {
+        let said = |text: &str| {
+            let mut options: Options = toml::from_str(text).unwrap();
+            options.interface = "veth1".into();
+            options.check().unwrap_err().to_string()
+        };
+        assert!(said("drives.count = 7").contains("allowed 1 to 6"));
+        assert!(said("drives.order = [0, 0, 1, 2, 3, 4]").contains("one axis"));
+        assert!(said("drives.torque_constant = -1.0").contains("above 0"));
+        assert!(said("[[drive]]\nposition = 6").contains("allowed 0 to 5"));
+        assert!(said("[[drive]]\nposition = 0\ndirection = 2").contains("1 or -1"));
+        assert!(said("drives.mailbox_bytes = 8").contains("24 to 1024"));
+        assert!(said("drives.limit = -1").contains("0 to 1000000"));
+        assert!(said("silence_s = -1.0").contains("silence_s"));
+        assert!(toml::from_str::<Options>("intreface = 'x'").is_err());
+    }
+}

@@ -1,0 +1,209 @@
+//! The loop: frames in, replies out; in lockstep or on a clock of its own.
+use crate::error::Error;
+use crate::event::Happening;
+use crate::machine::Machine;
+use crate::options::Options;
+use crate::plant::{Flywheels, Plant};
+use crate::socket::{Socket, LONGEST};
+use crate::trajectory::Trajectory;
+use flexhex_system as system;
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Set by SIGINT and SIGTERM.
+static STOP: AtomicBool = AtomicBool::new(false);
+/// Base step of the stand-in [s].
+const BASE_STEP: f64 = 0.00025;
+/// Frames that are taken in a row.
+const MOST_FRAMES: usize = 16;
+/// Longest sleep, so that a signal between a look at STOP and the sleep is not missed for long.
+const LONGEST_SLEEP: Duration = Duration::from_millis(100);
+/// A clock that is later than this leaves steps out rather than catch up [base steps].
+const LONGEST_BACKLOG: u32 = 4000;
+
+extern "C" fn stop(_: libc::c_int) {
+    STOP.store(true, Ordering::Relaxed);
+}
+
+fn catch_signals() {
+    for signal in [libc::SIGINT, libc::SIGTERM] {
+        // SAFETY: the handler only stores to an atomic, which is allowed in a handler.
+        unsafe { libc::signal(signal, stop as *const () as libc::sighandler_t) };
+    }
+}
+
+/// Plant and base step.
+fn plant(options: &Options) -> Result<(Box<dyn Plant>, f64), Error> {
+    let wanted = &options.plant;
+    let Some(path) = &wanted.system else {
+        return match &wanted.fmu {
+            Some(fmu) => Err(Error::new(format!(
+                "plant {}: give the system description too (--system), it says what feeds it",
+                fmu.display()
+            ))),
+            None => Ok((Box::new(Flywheels::new(BASE_STEP)), BASE_STEP)),
+        };
+    };
+    let system = system::System::open(path)?;
+    let name = wanted.component.as_deref().unwrap_or("plant");
+    let setting = options.setting();
+    let mut parameters = vec![
+        (format!("{name}.tau_step"), setting.torque_step()),
+        (format!("{name}.theta_step"), setting.angle_step()),
+    ];
+    parameters.extend(wanted.parameters.clone());
+    let plant = system::Plant::open(&system, name, wanted.fmu.as_deref(), &parameters)?;
+    Ok((Box::new(plant), system.base_step()))
+}
+
+struct Run {
+    options: Options,
+    machine: Machine,
+    socket: Socket,
+    begun: Instant,
+    buffer: [u8; LONGEST],
+    out: Vec<Vec<u8>>,
+}
+
+/// Emulates until a signal, or until `cycles` plant cycles are done.
+pub fn run(options: Options) -> Result<(), Error> {
+    let (plant, dt) = plant(&options)?;
+    let socket = Socket::open(&options.interface)?;
+    let devices = (0..options.drives.count).map(|position| options.device(position)).collect();
+    let trajectory = Trajectory::new(dt, options.log.as_deref())?;
+    let timing = (dt, options.lockstep);
+    let faults = options.fault.clone();
+    let machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
+    catch_signals();
+    let mut run = Run {
+        options,
+        machine,
+        socket,
+        begun: Instant::now(),
+        buffer: [0; LONGEST],
+        out: Vec::new(),
+    };
+    run.machine.happens(Happening::Ready {
+        interface: run.options.interface.clone(),
+        drives: run.options.drives.count,
+        lockstep: run.options.lockstep,
+    });
+    run.print()?;
+    if run.options.lockstep {
+        run.lockstep()?;
+    } else {
+        run.wall_clock(Duration::from_secs_f64(dt))?;
+    }
+    run.machine.stop()?;
+    run.print()
+}
+
+impl Run {
+    fn done(&self) -> bool {
+        let cycle = self.machine.cycle().unwrap_or(0);
+        let all = self.options.cycles.is_some_and(|cycles| cycle >= cycles);
+        all || STOP.load(Ordering::Relaxed)
+    }
+
+    fn lockstep(&mut self) -> Result<(), Error> {
+        let silence = self.options.silence_s.map(Duration::from_secs_f64);
+        let mut last = Instant::now();
+        let mut silent = false;
+        while !self.done() {
+            if self.frames()? > 0 {
+                last = Instant::now();
+                silent = false;
+            } else if !silent && silence.is_some_and(|most| last.elapsed() >= most) {
+                silent = true;
+                self.go_on_alone()?;
+            } else {
+                self.socket.wait(Some(silence.unwrap_or(LONGEST_SLEEP).min(LONGEST_SLEEP)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The MainDevice is gone: the plant goes on until no drive pushes any more.
+    fn go_on_alone(&mut self) -> Result<(), Error> {
+        if self.machine.cycle().is_none() || !self.machine.pushes() {
+            return Ok(());
+        }
+        self.machine.happens(Happening::Silence);
+        while self.machine.pushes() && !self.done() {
+            self.machine.advance(0)?;
+        }
+        self.print()
+    }
+
+    fn wall_clock(&mut self, dt: Duration) -> Result<(), Error> {
+        let mut next = Instant::now() + dt;
+        while !self.done() {
+            let waits = self.machine.cycle().is_none();
+            self.frames()?;
+            let now = Instant::now();
+            if waits && self.machine.cycle().is_some() {
+                next = now + dt;
+            }
+            if now >= next + dt * LONGEST_BACKLOG {
+                next = now;
+            }
+            if now >= next {
+                self.machine.advance(self.wall())?;
+                self.print()?;
+                next += dt;
+            } else {
+                self.socket.wait(Some((next - now).min(LONGEST_SLEEP)));
+            }
+        }
+        Ok(())
+    }
+
+    fn wall(&self) -> i64 {
+        self.begun.elapsed().as_nanos() as i64
+    }
+
+    /// Frames that wait, some at most, since the plant's clock waits meanwhile; how many there were.
+    fn frames(&mut self) -> Result<usize, Error> {
+        let wrong = |error: std::io::Error| {
+            Error::new(format!("the interface does not work any more: {error}; see `ip link`"))
+        };
+        let mut count = 0;
+        while count < MOST_FRAMES && !self.done() {
+            let wall = self.wall();
+            let Some(frame) = self.socket.receive(&mut self.buffer).map_err(wrong)? else {
+                break;
+            };
+            count += 1;
+            self.machine.receive(frame, wall, &mut self.out)?;
+            for reply in self.out.drain(..) {
+                self.socket.send(&reply).map_err(wrong)?;
+            }
+            self.print()?;
+        }
+        Ok(count)
+    }
+
+    fn print(&mut self) -> Result<(), Error> {
+        if self.machine.events.is_empty() {
+            return Ok(());
+        }
+        let time = monotonic();
+        let mut out = std::io::stdout().lock();
+        for event in self.machine.events.drain(..) {
+            let line = if self.options.json { event.json(time) } else { event.text() };
+            // a reader that has gone away is no reason to stop
+            let _ = writeln!(out, "{line}");
+        }
+        let _ = out.flush();
+        Ok(())
+    }
+}
+
+/// CLOCK_MONOTONIC, which other programs of this machine see too.
+fn monotonic() -> Duration {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `time` is a timespec that lives through the call.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}

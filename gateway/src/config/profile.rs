@@ -1,0 +1,85 @@
+//! A kind of drive as data: identity, mode, process data, scaling.
+
+use serde::Deserialize;
+
+/// A kind of drive: its objects, in the order of its process data, and their scaling.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    pub name: String,
+    pub vendor_id: u32,
+    pub product_code: u32,
+    /// Any, where it is left out.
+    pub revision: Option<u32>,
+    /// Mode of operation: 4 torque, 10 cyclic synchronous torque.
+    pub mode: i8,
+    pub counts_per_revolution: f64,
+    pub scale: Scale,
+    pub rx: Vec<Pdo>,
+    pub tx: Vec<Pdo>,
+}
+
+/// What one count of target and actual torque is worth.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Scale {
+    #[serde(rename = "current")]
+    Current {
+        #[serde(rename = "step_mA")]
+        step: f64,
+        #[serde(rename = "torque_constant_N_m_per_A")]
+        torque_constant: f64,
+    },
+    #[serde(rename = "rated_torque")]
+    RatedTorque {
+        #[serde(rename = "step_per_mille")]
+        step: f64,
+        #[serde(rename = "rated_torque_N_m")]
+        rated_torque: f64,
+    },
+}
+
+impl Scale {
+    /// Torque of one count [N m]: the product in the order in which the plant takes it.
+    pub fn tau_step(&self) -> f64 {
+        match self {
+            Scale::Current { step, torque_constant } => torque_constant * (step / 1000.0),
+            Scale::RatedTorque { step, rated_torque } => rated_torque * (step / 1000.0),
+        }
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pdo {
+    pub index: u16,
+    pub entries: Vec<Entry>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    pub role: Role,
+    /// 0 is a gap.
+    #[serde(default)]
+    pub object: u16,
+    #[serde(default)]
+    pub sub: u8,
+    pub bits: u8,
+}
+
+/// What an entry of the process data is for.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    Controlword,
+    Mode,
+    TargetTorque,
+    Statusword,
+    ModeDisplay,
+    Position,
+    ActualTorque,
+    ErrorCode,
+    Unused,
+    Gap,
+}

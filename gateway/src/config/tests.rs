@@ -1,0 +1,95 @@
+use super::{parse, Role, Scale};
+
+const AKD: &str = include_str!("../../machines/akd.toml");
+const CIA402: &str = include_str!("../../machines/cia402.toml");
+
+fn refused(from: &str, to: &str) -> String {
+    assert!(AKD.contains(from), "{from}");
+    parse(&AKD.replacen(from, to, 1)).unwrap_err()
+}
+
+#[test]
+fn both_templates_are_good() {
+    for text in [AKD, CIA402] {
+        assert!(parse(text).is_ok(), "{:?}", parse(text).err());
+    }
+}
+
+#[test]
+fn mistakes_name_key_value_range_and_remedy() {
+    for (from, to, wanted) in [
+        (
+            "torque_N_m = 27.0",
+            "torque_N_m = 0.0",
+            "limits.torque_N_m = 0, allowed 0.001 to 10000: the largest torque of this axis",
+        ),
+        (
+            "watchdog_ms = 5",
+            "watchdog_ms = 0",
+            "bus.watchdog_ms = 0, allowed 1 to 6000: a few cycles, below the drive's own watchdog",
+        ),
+        (
+            "position = 1",
+            "position = 0",
+            "drive[1].position = 0: another drive has it: give each its own",
+        ),
+        ("direction = 1", "direction = 2", "drive[0].direction = 2, allowed 1 or -1"),
+        (
+            "position_min_rad = -0.55",
+            "position_min_rad = 0.6",
+            "limits.position_min_rad = 0.6 is not below position_max_rad = 0.55: swap them",
+        ),
+        (
+            "role = \"target_torque\"",
+            "role = \"position\"",
+            "profile.rx: 0 entries have the role TargetTorque, wanted 1",
+        ),
+        ("bits = 32", "bits = 12", "profile.rx: TargetTorque has bits = 12, allowed 8, 16 or 32"),
+    ] {
+        let text = refused(from, to);
+        assert!(text.contains(wanted), "{text}");
+    }
+}
+
+#[test]
+fn unknown_and_missing_keys_are_refused_by_name() {
+    assert!(refused("watchdog_ms", "watchdog_s").contains("unknown field `watchdog_s`"));
+    assert!(refused("mode = 4 ", "# mode = 4 ").contains("missing field `mode`"));
+    assert!(refused("speed = \"quick_stop\"", "speed = \"panic\"").contains("panic"));
+    assert!(refused("[reactions]", "[reactions]\nvelocity = \"zero\"").contains("velocity"));
+}
+
+#[test]
+fn five_drives_are_not_enough() {
+    let at = AKD.rfind("[[drive]]").unwrap();
+    let text = parse(&AKD[..at]).unwrap_err();
+    assert!(text.contains("drive: 5 of them, wanted 6"), "{text}");
+}
+
+#[test]
+fn steps_are_the_products_that_the_plant_takes() {
+    let akd = parse(AKD).unwrap();
+    assert_eq!(akd.profile.scale.tau_step(), 3.0 * 0.001);
+    assert_eq!(akd.theta_step(), std::f64::consts::TAU / 4294967296.0);
+    let cia402 = parse(CIA402).unwrap();
+    assert!(matches!(cia402.profile.scale, Scale::RatedTorque { .. }));
+    assert_eq!(cia402.profile.scale.tau_step(), 9.0 * 0.001);
+    assert_eq!(akd.profile.rx[0].entries[3].role, Role::TargetTorque);
+}
+
+#[test]
+fn single_values_are_changed_and_checked_like_the_file() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/akd.toml");
+    let read = |change: &str| super::read(&file, &[change.to_owned()]);
+    assert_eq!(read("safety.overrun_us=20000").unwrap().safety.overrun_us, 20000);
+    assert_eq!(read("bus.interface=veth7").unwrap().bus.interface, "veth7");
+    for (change, wanted) in [
+        ("bus.watchdog_ms=0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
+        ("bus.watchdog=5", "unknown field `watchdog`"),
+        ("cable.length=5", "there is no table \"cable\""),
+        ("nothing", "wants KEY=VALUE"),
+    ] {
+        let text = read(change).unwrap_err();
+        assert!(text.contains(wanted), "{text}");
+    }
+}

@@ -1,0 +1,77 @@
+//! From six disabled drives to cycle 0, or the reason why not.
+
+use super::{Ending, Machine, Phase};
+use crate::bus::cia402::{self, State};
+use crate::bus::Reply;
+use crate::config::AXES;
+use crate::realtime::stop;
+use crate::safety::Reason;
+use crate::wire::Link;
+
+impl<L: Link> Machine<'_, L> {
+    /// Whether this reply is cycle 0: every drive is enabled. Refusals end the run.
+    pub(super) fn armed(&mut self, reply: &Reply, tries: u64) -> bool {
+        self.phase = Phase::Arming(tries + 1);
+        if !reply.answered {
+            if self.deaf >= self.config.safety.lost_frame_limit {
+                self.refuse(
+                    "the drives stopped answering while they were being enabled".to_owned(),
+                );
+            }
+            return false;
+        }
+        if tries == 0 {
+            if let Some(why) = self.not_at_rest(reply) {
+                self.refuse(why);
+                return false;
+            }
+        }
+        let states = reply.statusword.map(cia402::state);
+        let faulty = states.iter().position(|s| *s == State::Fault);
+        if let Some(axis) = faulty.filter(|_| !self.wanted.reset_faults || tries > 400) {
+            let code = reply.error_code[axis];
+            self.refuse(format!("axis {}: fault {code:#06x} while enabling", axis + 1));
+            return false;
+        }
+        if stop::asked() {
+            self.end(Ending::Asked, Reason::Stopped);
+            return false;
+        }
+        if states.iter().all(|s| *s == State::OperationEnabled) {
+            self.phase = Phase::Running;
+            return true;
+        }
+        let most = u64::from(self.config.bus.state_timeout_ms) * 4;
+        if tries > most {
+            let words = states.map(State::words);
+            self.refuse(format!("the drives do not become enabled: {words:?}"));
+        }
+        false
+    }
+
+    /// Why the machine must not be energised where it is.
+    fn not_at_rest(&self, reply: &Reply) -> Option<String> {
+        (0..AXES).find_map(|k| {
+            let (l, theta) = (self.config.limits(k), reply.theta[k]);
+            let r = self.controller.bus()[self.signals.r[k]];
+            let (low, high) = (l.position_min, l.position_max);
+            if !(theta >= low && theta <= high) {
+                return Some(format!(
+                    "axis {}: theta = {theta} rad, allowed {low} to {high} rad: move it by hand, or \
+                     check drive[{k}].offset_counts and direction", k + 1
+                ));
+            }
+            let far = (r - theta).abs() > l.following_error;
+            far.then(|| {
+                format!(
+                    "axis {}: theta = {theta} rad, the reference begins at {r} rad, farther than {} rad: \
+                     move it there by hand, or check drive[{k}].offset_counts", k + 1, l.following_error
+                )
+            })
+        })
+    }
+
+    fn refuse(&mut self, why: String) {
+        self.end(Ending::Refused(why), Reason::Stopped);
+    }
+}

@@ -1,0 +1,66 @@
+//! One row of the recording: the values of a cycle in the order of `Columns`.
+
+use super::{Machine, Phase};
+use crate::bus::Reply;
+use crate::config::AXES;
+use crate::wire::Link;
+
+/// Position of `compute` among the columns behind the axes.
+const COMPUTE: usize = 1 + 9 * AXES + 7;
+
+impl<L: Link> Machine<'_, L> {
+    /// Fill the row of cycle n; signals are those published at n.
+    pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
+        let bus = self.controller.bus();
+        let mut row = Cursor(&mut self.row, 0);
+        row.put(n as f64 * self.safety.base_step());
+        row.all(&reply.theta);
+        row.all(&reply.tau);
+        row.all(&self.signals.r.map(|slot| bus[slot]));
+        row.all(&self.sent);
+        row.all(&self.signals.tau_ff.map(|slot| bus[slot]));
+        row.all(&self.signals.e.map(|slot| bus[slot]));
+        row.all(&reply.statusword.map(f64::from));
+        row.all(&reply.error_code.map(f64::from));
+        row.all(&reply.al_state.map(f64::from));
+        row.put(n as f64);
+        row.put(match self.phase {
+            Phase::Arming(_) => 0.0,
+            Phase::Running => 1.0,
+            Phase::Stopping(_) => 2.0,
+        });
+        row.put(f64::from(u8::from(reply.answered)));
+        row.put(f64::from(reply.working_counter));
+        row.put(self.controller.late() as f64);
+        row.put(late_ns as f64 / 1e3);
+        row.put(round_trip_ns as f64 / 1e3);
+        row.put(0.0);
+        row.put(reply.phase_ns.map_or(0.0, |ns| ns as f64 / 1e3));
+        for slot in &self.signals.more {
+            row.put(bus[*slot]);
+        }
+    }
+
+    /// Hand the row over. In lockstep nothing is pressing, so no row is ever dropped there.
+    pub(super) fn push(&mut self, compute_ns: u64) {
+        self.row[COMPUTE] = compute_ns as f64 / 1e3;
+        while self.wanted.lockstep && !self.sink.has_room() {
+            std::thread::yield_now();
+        }
+        self.sink.push(&self.row);
+    }
+}
+
+struct Cursor<'a>(&'a mut [f64], usize);
+
+impl Cursor<'_> {
+    fn put(&mut self, value: f64) {
+        self.0[self.1] = value;
+        self.1 += 1;
+    }
+
+    fn all(&mut self, values: &[f64; AXES]) {
+        self.0[self.1..self.1 + AXES].copy_from_slice(values);
+        self.1 += AXES;
+    }
+}

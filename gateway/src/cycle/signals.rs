@@ -1,0 +1,102 @@
+//! Places on the bus of the system description that a cycle looks at.
+
+use flexhex_system::{Controller, Late, Options, System, Trip as Failure, What};
+use std::time::Duration;
+
+use crate::config::{self, Config, AXES};
+use crate::safety::Reason;
+
+/// Waited for a late thread in lockstep, and allowed for one step of an FMU there: no clock rules
+/// in lockstep, but a component that hangs is told.
+const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(1);
+
+/// Slots of the signals by axis, and of those that the recording adds.
+pub struct Signals {
+    pub r: [usize; AXES],
+    pub e: [usize; AXES],
+    pub tau_ff: [usize; AXES],
+    pub more: Vec<usize>,
+}
+
+impl Signals {
+    /// Err names the key of the configuration whose signal is not there.
+    pub fn find(config: &Config, controller: &Controller) -> Result<Signals, String> {
+        let s = &config.system;
+        let by_axis = |key: &str, name: &str| {
+            let mut slots = [0; AXES];
+            for (axis, slot) in slots.iter_mut().enumerate() {
+                let signal = format!("{name}[{}]", axis + 1);
+                *slot = found(controller, key, &signal)?;
+            }
+            Ok::<_, String>(slots)
+        };
+        Ok(Signals {
+            r: by_axis("system.reference", &s.reference)?,
+            e: by_axis("system.following_error", &s.following_error)?,
+            tau_ff: by_axis("system.feedforward", &s.feedforward)?,
+            more: config
+                .recorder
+                .signals
+                .iter()
+                .map(|name| found(controller, "recorder.signals", name))
+                .collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+fn found(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {
+    controller.slot(signal).ok_or_else(|| {
+        let names = controller.signals();
+        let near: Vec<_> = names.iter().filter(|n| n.ends_with("[1]")).take(8).collect();
+        format!("{key}: the system has no signal {signal:?}; it has for instance {near:?}")
+    })
+}
+
+/// The controller of a system, with the steps of the real drives in every component that asks.
+pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controller, String> {
+    let steps =
+        [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
+    let mut parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
+    for component in system.components() {
+        for (name, value) in steps {
+            if component.parameter(name).is_some() {
+                parameters.push((format!("{}.{name}", component.name()), value));
+            }
+        }
+    }
+    let priority = config.real_time.priority;
+    let options = Options {
+        own_thread: config.system.own_thread.clone(),
+        wait: if lockstep { LOCKSTEP_PATIENCE } else { Duration::ZERO },
+        late: match config.system.late {
+            config::Late::Hold => Late::Hold,
+            config::Late::Trip => Late::Trip,
+        },
+        step_limit: if lockstep {
+            Some(LOCKSTEP_PATIENCE)
+        } else {
+            config.system.step_limit_us.map(|us| Duration::from_micros(us.into()))
+        },
+        parameters,
+        fault_trips: false,
+        on_thread: (priority > 1).then(|| {
+            let below: flexhex_system::ThreadHook = std::sync::Arc::new(move |_: &str| {
+                // without the right it runs as any thread: the cycle's own note tells
+                let _ = crate::realtime::set_fifo((priority - 10).max(1));
+            });
+            below
+        }),
+    };
+    Controller::open(system, &config.system.host, options).map_err(|why| why.to_string())
+}
+
+/// What a failure of the controller is among the reasons, with its value.
+pub fn reason(failure: &Failure) -> (Reason, f64) {
+    match failure.what {
+        What::Error => (Reason::FmuError, 0.0),
+        What::NotFinite => (Reason::NotFinite, 0.0),
+        What::Fault(value) => (Reason::FmuFault, value),
+        What::Late => (Reason::LateThread, 0.0),
+        What::Overrun(took) => (Reason::FmuOverrun, took.as_secs_f64() * 1e6),
+    }
+}

@@ -1,0 +1,114 @@
+//! When cycles begin, and how long their parts took.
+
+use std::time::Duration;
+
+use crate::realtime::{now_ns, sleep_until};
+
+const BIN_NS: u64 = 100;
+const BINS: usize = 200_000; // up to 20 ms
+
+/// Counts of durations, laid out before the run.
+pub struct Histogram {
+    bins: Vec<u32>,
+    pub count: u64,
+    pub most_ns: u64,
+}
+
+impl Histogram {
+    pub fn new() -> Self {
+        Histogram { bins: vec![0; BINS], count: 0, most_ns: 0 }
+    }
+
+    pub fn add(&mut self, ns: u64) {
+        self.bins[((ns / BIN_NS) as usize).min(BINS - 1)] += 1;
+        self.count += 1;
+        self.most_ns = self.most_ns.max(ns);
+    }
+
+    /// The duration [us] that this share of all stayed below.
+    pub fn quantile_us(&self, share: f64) -> f64 {
+        let wanted = (share * self.count as f64).ceil() as u64;
+        let mut seen = 0;
+        for (k, n) in self.bins.iter().enumerate() {
+            seen += u64::from(*n);
+            if seen >= wanted.max(1) {
+                let ns = (k as u64 + 1) * BIN_NS;
+                return ns.min(self.most_ns) as f64 / 1e3;
+            }
+        }
+        self.most_ns as f64 / 1e3
+    }
+
+    pub fn most_us(&self) -> f64 {
+        self.most_ns as f64 / 1e3
+    }
+}
+
+/// The beginning of every cycle: the absolute clock, or at once in lockstep.
+pub struct Clock {
+    cycle_ns: u64,
+    spin: Duration,
+    lockstep: bool,
+    next_ns: u64,
+    /// Cycles that were left out because the one before took too long.
+    pub skipped: u64,
+}
+
+impl Clock {
+    pub fn new(cycle: Duration, spin: Duration, lockstep: bool) -> Self {
+        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, skipped: 0 }
+    }
+
+    /// Wait for the next cycle; gives its beginning and how late it is [ns].
+    pub fn wait(&mut self) -> (u64, u64) {
+        if self.lockstep {
+            return (now_ns(), 0);
+        }
+        let before = now_ns();
+        self.next_ns = if self.next_ns == 0 { before } else { self.next_ns + self.cycle_ns };
+        sleep_until(self.next_ns, self.spin);
+        let now = now_ns();
+        let late = now.saturating_sub(self.next_ns);
+        // missed beginnings are left out: a burst of frames would only make it worse
+        let missed = late / self.cycle_ns;
+        self.skipped += missed;
+        self.next_ns += missed * self.cycle_ns;
+        (now, late)
+    }
+
+    /// Pull the frame to the middle of the drives' cycle, by at most a thousandth of one.
+    pub fn steer(&mut self, phase_ns: u64) {
+        let cycle = self.cycle_ns as i64;
+        let off = phase_ns as i64 - cycle / 2;
+        let step = (-off / 64).clamp(-cycle / 1000, cycle / 1000);
+        self.next_ns = self.next_ns.saturating_add_signed(step);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_within_one_bin() {
+        let mut h = Histogram::new();
+        for us in 1..=100 {
+            h.add(us * 1000);
+        }
+        for (share, wanted) in [(0.5, 50.0), (0.99, 99.0), (1.0, 100.0)] {
+            let got = h.quantile_us(share);
+            assert!((got - wanted).abs() <= 0.1001, "{share}: {got}");
+        }
+        assert_eq!(h.most_us(), 100.0);
+    }
+
+    #[test]
+    fn the_phase_is_pulled_to_the_middle_from_either_side() {
+        let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
+        for (phase, wanted) in [(125_000, 0), (200_000, -250), (126_280, -20), (0, 250)] {
+            clock.next_ns = 1_000_000;
+            clock.steer(phase);
+            assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! What the kernel is asked for: locked memory, a FIFO priority, a CPU, an absolute clock.
+
+use std::time::Duration;
+
+/// Nanoseconds of the monotonic clock.
+pub fn now_ns() -> u64 {
+    let mut t = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: the kernel writes into the timespec above, which outlives the call.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut t) };
+    t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
+}
+
+/// Sleep to an instant of the monotonic clock; the last `spin` of it is waited for actively.
+pub fn sleep_until(at_ns: u64, spin: Duration) {
+    let early = at_ns.saturating_sub(spin.as_nanos() as u64);
+    let t = libc::timespec {
+        tv_sec: (early / 1_000_000_000) as libc::time_t,
+        tv_nsec: (early % 1_000_000_000) as libc::c_long,
+    };
+    // SAFETY: the timespec outlives the call; no remainder is asked for, an absolute time has none.
+    // A signal ends the sleep early, so it is repeated until the instant has come.
+    while unsafe {
+        libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &t, std::ptr::null_mut())
+    } == libc::EINTR
+    {}
+    while now_ns() < at_ns {
+        std::hint::spin_loop();
+    }
+}
+
+/// Keep every page in memory, now and later.
+pub fn lock_memory() -> Result<(), String> {
+    // SAFETY: takes flags, touches no memory of ours.
+    match unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } {
+        0 => Ok(()),
+        _ => Err(refused("memory is not locked", "run as root or raise `ulimit -l`")),
+    }
+}
+
+/// First in, first out at this priority (1 to 99) for the calling thread.
+pub fn set_fifo(priority: i32) -> Result<(), String> {
+    let p = libc::sched_param { sched_priority: priority };
+    // SAFETY: 0 is the calling thread, the parameter outlives the call.
+    match unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &p) } {
+        0 => Ok(()),
+        _ => Err(refused("no real-time priority", "run as root or give CAP_SYS_NICE")),
+    }
+}
+
+/// Run the calling thread on this CPU only.
+pub fn pin_to(cpu: usize) -> Result<(), String> {
+    // SAFETY: an all-zero cpu_set_t is the empty set; CPU_SET checks its bounds by itself.
+    let set = unsafe {
+        let mut set: libc::cpu_set_t = std::mem::zeroed();
+        libc::CPU_SET(cpu, &mut set);
+        set
+    };
+    // SAFETY: 0 is the calling thread; size and set belong together.
+    match unsafe { libc::sched_setaffinity(0, std::mem::size_of_val(&set), &set) } {
+        0 => Ok(()),
+        _ => Err(refused(
+            &format!("not pinned to CPU {cpu}"),
+            "choose a CPU that this process may use",
+        )),
+    }
+}
+
+fn refused(what: &str, mend: &str) -> String {
+    format!("{what} ({}): {mend}", std::io::Error::last_os_error())
+}
+
+/// Whether somebody pressed Ctrl-C or asked the process to end.
+pub mod stop {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    static ASKED: AtomicBool = AtomicBool::new(false);
+
+    extern "C" fn note(_: libc::c_int) {
+        ASKED.store(true, Ordering::Relaxed);
+    }
+
+    /// From here on SIGINT and SIGTERM ask for an orderly end.
+    pub fn listen() {
+        let handler = note as extern "C" fn(libc::c_int);
+        for signal in [libc::SIGINT, libc::SIGTERM] {
+            // SAFETY: the handler only stores an atomic, which is allowed in a signal handler.
+            unsafe { libc::signal(signal, handler as libc::sighandler_t) };
+        }
+    }
+
+    pub fn asked() -> bool {
+        ASKED.load(Ordering::Relaxed)
+    }
+}

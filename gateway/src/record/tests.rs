@@ -1,0 +1,91 @@
+use super::ring::ring;
+use super::writer::{Plan, Writer};
+use super::Columns;
+
+#[test]
+fn a_full_ring_drops_the_newest_and_counts() {
+    let (mut sink, mut source) = ring(2, 1);
+    for n in 0..5 {
+        sink.push(&[f64::from(n)]);
+    }
+    let mut row = [0.0];
+    let mut got = Vec::new();
+    while source.take(&mut row) {
+        got.push(row[0]);
+    }
+    assert_eq!((got, sink.overflowed()), (vec![0.0, 1.0], 3));
+}
+
+#[test]
+fn rows_come_in_order_across_threads() {
+    let (mut sink, mut source) = ring(64, 2);
+    let reader = std::thread::spawn(move || {
+        let (mut row, mut next) = ([0.0; 2], 0.0);
+        while next < 10_000.0 {
+            if source.take(&mut row) {
+                assert_eq!(row, [next, -next]);
+                next += 1.0;
+            }
+        }
+    });
+    let mut n = 0.0;
+    while n < 10_000.0 {
+        let before = sink.overflowed();
+        sink.push(&[n, -n]);
+        n += f64::from(u8::from(sink.overflowed() == before));
+    }
+    reader.join().unwrap();
+}
+
+fn plan(name: &str, keep: usize) -> Plan {
+    let folder = std::env::temp_dir().join(format!("flexhex-{}-{name}", std::process::id()));
+    let mut columns = Columns::with(&[]);
+    columns.names = ["time", "theta[1]", "phase"].map(str::to_owned).into();
+    columns.units = ["s", "rad", "1"].map(str::to_owned).into();
+    Plan {
+        columns,
+        meta: vec![("run".to_owned(), "7".to_owned())],
+        recording: Some(folder.join("run.csv")),
+        before_trip: folder.join("trip.csv"),
+        keep,
+    }
+}
+
+#[test]
+fn recordings_read_back_to_the_last_bit() {
+    let values = [0.1 + 0.2, -1.0 / 3.0, 1e-9 / 7.0, 123456.789, f64::MIN_POSITIVE];
+    let (mut sink, source) = ring(16, 3);
+    let writer = Writer::start(plan("bits", 4), source).unwrap();
+    for v in values {
+        sink.push(&[v, -v, 1.0]);
+    }
+    let written = writer.finish(None).unwrap();
+    let text = std::fs::read_to_string(written.recording.unwrap()).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("# run: 7"));
+    assert_eq!(lines.next(), Some("time,theta[1],phase"));
+    assert_eq!(lines.next(), Some("s,rad,1"));
+    for v in values {
+        let fields: Vec<f64> =
+            lines.next().unwrap().split(',').map(|f| f.parse().unwrap()).collect();
+        assert_eq!(fields, [v, -v, 1.0]);
+    }
+    assert!(written.before_trip.is_none());
+}
+
+#[test]
+fn a_trip_keeps_the_newest_rows_and_its_reason() {
+    let (mut sink, source) = ring(64, 3);
+    let writer = Writer::start(plan("trip", 3), source).unwrap();
+    for n in 0..10 {
+        // the last three belong to the reaction
+        sink.push(&[f64::from(n), 0.0, if n < 7 { 1.0 } else { 2.0 }]);
+    }
+    let written = writer.finish(Some("axis 2: speed".to_owned())).unwrap();
+    let recorded = std::fs::read_to_string(written.recording.unwrap()).unwrap();
+    assert!(recorded.ends_with("6,0,1\n# trip: axis 2: speed\n"), "{recorded}");
+    let text = std::fs::read_to_string(written.before_trip.unwrap()).unwrap();
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines[1], "# trip: axis 2: speed");
+    assert_eq!(lines[4..], ["7,0,2", "8,0,2", "9,0,2"]);
+}

@@ -1,0 +1,183 @@
+//! The thread that takes rows out of the ring and writes files.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use super::columns::Columns;
+use super::ring::Source;
+
+const PHASE: &str = "phase";
+const RUNNING: f64 = 1.0;
+const PERIOD: Duration = Duration::from_millis(10);
+
+/// What is written where.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub columns: Columns,
+    /// `key: value` lines at the head of each file.
+    pub meta: Vec<(String, String)>,
+    /// Every cycle of the controller goes here; None records nothing but what a trip keeps.
+    pub recording: Option<PathBuf>,
+    /// The rows before a trip go here, and those of the reaction to it.
+    pub before_trip: PathBuf,
+    /// How many of them.
+    pub keep: usize,
+}
+
+/// The last word to the writer: why the run ended, when it was a trip.
+pub struct Writer {
+    end: Sender<Option<String>>,
+    thread: JoinHandle<Result<Written, String>>,
+}
+
+/// What a run left on disk.
+#[derive(Clone, Debug, Default)]
+pub struct Written {
+    pub rows: u64,
+    pub recording: Option<PathBuf>,
+    pub before_trip: Option<PathBuf>,
+}
+
+impl Writer {
+    /// Open the files and start the thread; Err when a file cannot be made.
+    pub fn start(plan: Plan, source: Source) -> Result<Writer, String> {
+        let file = match &plan.recording {
+            Some(path) => Some(create(path, &plan, None)?),
+            None => None,
+        };
+        let (end, ended) = channel::<Option<String>>();
+        let work = move || {
+            let mut sheet = Sheet::new(plan, source, file);
+            loop {
+                match ended.recv_timeout(PERIOD) {
+                    Err(RecvTimeoutError::Timeout) => sheet.drain()?,
+                    Ok(trip) => {
+                        sheet.drain()?;
+                        return sheet.close(trip.as_deref());
+                    }
+                    Err(RecvTimeoutError::Disconnected) => return sheet.close(None),
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("recorder".to_owned());
+        let thread = thread.spawn(work).map_err(|why| format!("recorder: {why}"))?;
+        Ok(Writer { end, thread })
+    }
+
+    /// Write what is left; with a trip also the rows before it.
+    pub fn finish(self, trip: Option<String>) -> Result<Written, String> {
+        // the thread is gone only after a failed write, which joining tells
+        let _ = self.end.send(trip);
+        self.thread.join().unwrap_or_else(|_| Err("the recorder ended by itself".to_owned()))
+    }
+}
+
+struct Sheet {
+    plan: Plan,
+    source: Source,
+    file: Option<BufWriter<File>>,
+    /// The newest `keep` rows, as a ring.
+    kept: Vec<f64>,
+    row: Vec<f64>,
+    rows: u64,
+    /// Column of the phase.
+    phase: usize,
+}
+
+impl Sheet {
+    fn new(plan: Plan, source: Source, file: Option<BufWriter<File>>) -> Sheet {
+        let width = source.width();
+        Sheet {
+            kept: vec![0.0; plan.keep * width],
+            row: vec![0.0; width],
+            phase: plan.columns.names.iter().position(|n| n == PHASE).unwrap_or(0),
+            plan,
+            source,
+            file,
+            rows: 0,
+        }
+    }
+
+    fn drain(&mut self) -> Result<(), String> {
+        let width = self.row.len();
+        while self.source.take(&mut self.row) {
+            if self.plan.keep > 0 {
+                let at = self.rows as usize % self.plan.keep * width;
+                self.kept[at..at + width].copy_from_slice(&self.row);
+            }
+            self.rows += 1;
+            // a reaction is no motion that a model is asked about
+            if self.row[self.phase] > RUNNING {
+                continue;
+            }
+            if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
+                line(file, &self.row).map_err(|why| failed(path, &why))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn close(mut self, trip: Option<&str>) -> Result<Written, String> {
+        if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
+            if let Some(why) = trip {
+                writeln!(file, "# trip: {why}").map_err(|why| failed(path, &why))?;
+            }
+            file.flush().map_err(|why| failed(path, &why))?;
+        }
+        let before_trip = match trip {
+            Some(why) if self.plan.keep > 0 => Some(self.keep(why)?),
+            _ => None,
+        };
+        Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
+    }
+
+    fn keep(&self, trip: &str) -> Result<PathBuf, String> {
+        let path = self.plan.before_trip.clone();
+        let mut file = create(&path, &self.plan, Some(trip))?;
+        let (width, keep) = (self.row.len(), self.plan.keep as u64);
+        for n in self.rows.saturating_sub(keep)..self.rows {
+            let at = (n % keep) as usize * width;
+            line(&mut file, &self.kept[at..at + width]).map_err(|why| failed(&path, &why))?;
+        }
+        file.flush().map_err(|why| failed(&path, &why))?;
+        Ok(path)
+    }
+}
+
+fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File>, String> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(|why| failed(folder, &why))?;
+    }
+    let mut file = BufWriter::new(File::create(path).map_err(|why| failed(path, &why))?);
+    let mut head = String::new();
+    for (key, value) in &plan.meta {
+        head += &format!("# {key}: {}\n", value.replace('\n', " "));
+    }
+    if let Some(why) = trip {
+        head += &format!("# trip: {}\n", why.replace('\n', " "));
+    }
+    head += &format!("{}\n{}\n", plan.columns.names.join(","), plan.columns.units.join(","));
+    file.write_all(head.as_bytes()).map_err(|why| failed(path, &why))?;
+    Ok(file)
+}
+
+/// The shortest digits that read back as the same number.
+fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
+    for (k, value) in row.iter().enumerate() {
+        let comma = if k == 0 { "" } else { "," };
+        if value.abs() >= 1e-4 || *value == 0.0 {
+            write!(file, "{comma}{value}")?;
+        } else {
+            write!(file, "{comma}{value:e}")?;
+        }
+    }
+    writeln!(file)
+}
+
+fn failed(path: &Path, why: &std::io::Error) -> String {
+    format!("{}: {why}: is there room, may it be written?", path.display())
+}

@@ -1,0 +1,234 @@
+//! The one place that decides whether the machine may go on.
+//!
+//! `Safety::judge` sees everything that a cycle measured, before the next frame is made, and gives
+//! the first rule that is broken with its values. It knows nothing of sockets, clocks or FMUs.
+
+mod reaction;
+mod reason;
+#[cfg(test)]
+mod tests;
+
+use crate::config::{Config, AXES};
+pub use reaction::Reaction;
+pub use reason::{Kind, Reactions, Reason, Trip};
+
+const OP: u8 = 8;
+const AL_MASK: u8 = 0x0f;
+const FAULT_BIT: u16 = 0x0008;
+const LONGEST: usize = 64; // cycles of the mean speed
+
+/// What one cycle saw. Arrays are by axis.
+pub struct Measured<'a> {
+    pub cycle: i64,
+    /// Cycles that the clock left out before this one.
+    pub skipped: u64,
+    /// Whether a reply came in time.
+    pub answered: bool,
+    pub working_counter: u16,
+    pub theta: &'a [f64; AXES],
+    pub tau_meas: &'a [f64; AXES],
+    /// Torque that would be sent next.
+    pub tau: &'a [f64],
+    pub r: &'a [f64; AXES],
+    pub e: &'a [f64; AXES],
+    pub statusword: &'a [u16; AXES],
+    pub error_code: &'a [u16; AXES],
+    /// AL status, 0 where a device did not answer.
+    pub al_state: &'a [u8; AXES],
+    /// How the controller ended, if it did.
+    pub controller: Option<(Reason, f64)>,
+    pub overrun_us: f64,
+}
+
+/// What decides: limits, and what the rules remember from cycle to cycle.
+pub struct Safety {
+    rules: Rules,
+    lost: u32,
+    short: u32,
+    /// Cycles since the newest complete reply.
+    age: u32,
+    last: Option<[f64; AXES]>,
+    past: [[f64; AXES]; LONGEST],
+    seen: usize,
+    still: [u32; AXES],
+    reference_at_change: [f64; AXES],
+}
+
+struct Rules {
+    config: Config,
+    expected: u16,
+    base_step: f64,
+    /// Drives are energised: what the motion must keep to is judged.
+    powered: bool,
+}
+
+impl Safety {
+    /// `expected` is the working counter of a complete reply.
+    pub fn new(config: &Config, base_step: f64, expected: u16, powered: bool) -> Self {
+        Safety {
+            rules: Rules { config: config.clone(), expected, base_step, powered },
+            lost: 0,
+            short: 0,
+            age: 1,
+            last: None,
+            past: [[0.0; AXES]; LONGEST],
+            seen: 0,
+            still: [0; AXES],
+            reference_at_change: [0.0; AXES],
+        }
+    }
+
+    /// Seconds of one cycle.
+    pub fn base_step(&self) -> f64 {
+        self.rules.base_step
+    }
+
+    /// The first broken rule of this cycle, in the order from cause to consequence.
+    pub fn judge(&mut self, m: &Measured) -> Option<Trip> {
+        if m.skipped > 0 {
+            // time went on without cycles: more motion may be seen, and no mean speed for a while
+            self.age += m.skipped as u32;
+            self.seen = 0;
+        }
+        let found = self
+            .wire(m)
+            .or_else(|| if m.answered { self.drives(m) } else { None })
+            .or_else(|| self.motion(m))
+            .or_else(|| self.controller(m));
+        self.remember(m);
+        found
+    }
+
+    /// Cycles without a complete answer, one after the other.
+    fn wire(&mut self, m: &Measured) -> Option<Trip> {
+        let s = &self.rules.config.safety;
+        self.lost = if m.answered { 0 } else { self.lost + 1 };
+        if self.lost >= s.lost_frame_limit {
+            let (n, most) = (f64::from(self.lost), f64::from(s.lost_frame_limit));
+            return Some(Trip::of(Reason::LostFrames, None, n, most, m.cycle));
+        }
+        if !m.answered {
+            return None;
+        }
+        let short = m.working_counter != self.rules.expected;
+        self.short = if short { self.short + 1 } else { 0 };
+        if self.short >= s.working_counter_limit {
+            let (n, most) = (f64::from(m.working_counter), f64::from(self.rules.expected));
+            return Some(Trip::of(Reason::WorkingCounter, None, n, most, m.cycle));
+        }
+        None
+    }
+
+    /// What the drives say of themselves.
+    fn drives(&self, m: &Measured) -> Option<Trip> {
+        for k in 0..AXES {
+            let (status, al) = (m.statusword[k], m.al_state[k]);
+            let trip = |reason, value: u16, wanted: u16| {
+                Some(Trip::of(reason, Some(k), value.into(), wanted.into(), m.cycle))
+            };
+            // an absent device answers nothing: that is the working counter's business
+            if al != 0 && al & AL_MASK != OP {
+                return trip(Reason::AlState, al.into(), OP.into());
+            }
+            if al != 0 && status & FAULT_BIT != 0 {
+                return trip(Reason::DriveFault, m.error_code[k], 0);
+            }
+            if al != 0 && self.rules.powered && status & 0x6f != 0x27 {
+                return trip(Reason::DriveState, status & 0x6f, 0x27);
+            }
+        }
+        None
+    }
+
+    /// What the axes do. A reply that is missing or incomplete says nothing new of them.
+    fn motion(&self, m: &Measured) -> Option<Trip> {
+        for k in 0..AXES {
+            let l = self.rules.config.limits(k);
+            let over = |reason, value: f64, limit: f64| {
+                let beyond = value.is_nan() || value.abs() > limit;
+                beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
+            };
+            let fresh = self.complete(m);
+            let found = None
+                .or_else(|| over(Reason::Torque, m.tau[k], l.torque))
+                .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque))
+                .or_else(|| {
+                    let last = self.last.filter(|_| fresh)?;
+                    over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
+                })
+                .or_else(|| self.frozen(k, m))
+                .or_else(|| over(Reason::Speed, self.speed(k, m)?, l.speed))
+                .or_else(|| self.position(k, m))
+                .or_else(|| {
+                    let judged = self.rules.powered;
+                    judged.then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
+                });
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+
+    fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
+        let l = self.rules.config.limits(k);
+        let (low, high) = (l.position_min, l.position_max);
+        let limit = if m.theta[k] < low { low } else { high };
+        let beyond = !(low..=high).contains(&m.theta[k]);
+        beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
+    }
+
+    /// The same counts for many cycles while the reference moved.
+    fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
+        let s = &self.rules.config.safety;
+        let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
+        let moved = (m.r[k] - self.reference_at_change[k]).abs();
+        let frozen = self.rules.powered
+            && self.complete(m)
+            && same
+            && self.still[k] + 1 >= s.frozen_cycles
+            && moved > s.frozen_motion_rad;
+        frozen
+            .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
+    }
+
+    /// Mean speed over the last cycles [rad/s], None before there are so many.
+    fn speed(&self, k: usize, m: &Measured) -> Option<f64> {
+        let n = self.rules.config.safety.speed_cycles as usize;
+        let past = self.past[self.seen.checked_sub(n)? % LONGEST][k];
+        Some((m.theta[k] - past) / (n as f64 * self.rules.base_step))
+    }
+
+    fn controller(&self, m: &Measured) -> Option<Trip> {
+        let limit = f64::from(self.rules.config.safety.overrun_us);
+        m.controller.map(|(reason, value)| Trip::of(reason, None, value, 0.0, m.cycle)).or_else(
+            || {
+                let late = m.overrun_us > limit;
+                late.then(|| Trip::of(Reason::Overrun, None, m.overrun_us, limit, m.cycle))
+            },
+        )
+    }
+
+    fn complete(&self, m: &Measured) -> bool {
+        m.answered && m.working_counter == self.rules.expected
+    }
+
+    fn remember(&mut self, m: &Measured) {
+        let complete = self.complete(m);
+        for k in 0..AXES {
+            let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
+            if complete && !same {
+                self.still[k] = 0;
+                self.reference_at_change[k] = m.r[k];
+            } else if complete {
+                self.still[k] += 1;
+            }
+        }
+        self.past[self.seen % LONGEST] = *m.theta;
+        self.seen += 1;
+        self.age = if complete { 1 } else { self.age + 1 };
+        if complete {
+            self.last = Some(*m.theta);
+        }
+    }
+}

@@ -1,0 +1,30 @@
+use super::super::Kind;
+use super::Reaction;
+use crate::config::AXES;
+
+#[test]
+fn a_ramp_fades_the_torque_and_then_takes_the_power() {
+    let mut ramp = Reaction::new(Kind::Ramp, [8.0; AXES], 4);
+    let steps: Vec<_> = (0..5).map(|_| ramp.next()).map(|(t, w)| (t[0], w)).collect();
+    assert_eq!(steps, [(6.0, 0x0f), (4.0, 0x0f), (2.0, 0x0f), (0.0, 0x06), (0.0, 0x06)]);
+    assert!(ramp.over(&[0x0231; AXES]));
+    assert!(!ramp.over(&[0x0237; AXES]));
+}
+
+#[test]
+fn quick_stop_and_zero_give_no_torque_from_the_first_frame() {
+    for (kind, word) in [(Kind::QuickStop, 0x02), (Kind::Zero, 0x00)] {
+        let mut reaction = Reaction::new(kind, [8.0; AXES], 4);
+        assert_eq!(reaction.next(), ([0.0; AXES], word));
+    }
+}
+
+#[test]
+fn drives_that_do_not_answer_end_a_reaction_in_time() {
+    let mut reaction = Reaction::new(Kind::QuickStop, [0.0; AXES], 0);
+    let n = (0..1000).take_while(|_| {
+        reaction.next();
+        !reaction.over(&[0x0237; AXES])
+    });
+    assert_eq!(n.count(), 400);
+}

@@ -1,0 +1,92 @@
+//! A raw socket for EtherCAT frames on one network interface.
+
+use std::ffi::CString;
+use std::io::Error;
+
+const ETHERTYPE: u16 = 0x88A4;
+
+/// Something that carries frames.
+pub trait Link {
+    /// Whether the frame left.
+    fn send(&mut self, frame: &[u8]) -> bool;
+    /// Length of the next frame that has arrived, if there is one.
+    fn receive(&mut self, buffer: &mut [u8]) -> Option<usize>;
+    /// Return when a frame has arrived, at the latest after `timeout_ns`.
+    fn wait(&mut self, timeout_ns: u64);
+}
+
+/// AF_PACKET, not blocking.
+pub struct Socket {
+    handle: libc::c_int,
+}
+
+impl Socket {
+    /// Errors say which interface and what to do.
+    pub fn open(interface: &str) -> Result<Socket, String> {
+        let name = CString::new(interface)
+            .map_err(|_| format!("bus.interface = {interface:?}: not a name"))?;
+        // SAFETY: the name is a C string that outlives the call.
+        let index = unsafe { libc::if_nametoindex(name.as_ptr()) };
+        if index == 0 {
+            return Err(format!(
+                "bus.interface = {interface:?}: there is no such network interface: `ip link` lists them"
+            ));
+        }
+        let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
+        // SAFETY: creates a descriptor, touches no memory of ours.
+        let handle =
+            unsafe { libc::socket(libc::AF_PACKET, kind, libc::c_int::from(ETHERTYPE.to_be())) };
+        if handle < 0 {
+            return Err(format!(
+                "bus.interface = {interface:?}: no raw socket ({}): run as root or give the program \
+                 CAP_NET_RAW (`setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep`)",
+                Error::last_os_error()
+            ));
+        }
+        let socket = Socket { handle };
+        // SAFETY: an all-zero sockaddr_ll is valid; the fields that matter are set below.
+        let mut address: libc::sockaddr_ll = unsafe { std::mem::zeroed() };
+        address.sll_family = libc::AF_PACKET as u16;
+        address.sll_protocol = ETHERTYPE.to_be();
+        address.sll_ifindex = index as i32;
+        let size = std::mem::size_of_val(&address) as libc::socklen_t;
+        // SAFETY: address and size belong together and outlive the call.
+        let bound = unsafe { libc::bind(handle, std::ptr::from_ref(&address).cast(), size) };
+        if bound != 0 {
+            let why = Error::last_os_error();
+            return Err(format!("bus.interface = {interface:?}: {why}: is the interface up?"));
+        }
+        Ok(socket)
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        // SAFETY: the descriptor is ours and is not used again.
+        unsafe { libc::close(self.handle) };
+    }
+}
+
+impl Link for Socket {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        // SAFETY: pointer and length are those of one slice.
+        let sent = unsafe { libc::send(self.handle, frame.as_ptr().cast(), frame.len(), 0) };
+        sent == frame.len() as isize
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        // SAFETY: pointer and length are those of one slice.
+        let n = unsafe { libc::recv(self.handle, buffer.as_mut_ptr().cast(), buffer.len(), 0) };
+        (n >= 0).then_some(n as usize)
+    }
+
+    fn wait(&mut self, timeout_ns: u64) {
+        let mut wanted = libc::pollfd { fd: self.handle, events: libc::POLLIN, revents: 0 };
+        let timeout = libc::timespec {
+            tv_sec: (timeout_ns / 1_000_000_000) as libc::time_t,
+            tv_nsec: (timeout_ns % 1_000_000_000) as libc::c_long,
+        };
+        // SAFETY: one pollfd, and a timespec that outlives the call; no signal mask.
+        unsafe { libc::ppoll(&mut wanted, 1, &timeout, std::ptr::null()) };
+    }
+}

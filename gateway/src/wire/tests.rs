@@ -1,0 +1,114 @@
+//! The cable with a scripted other end: answers that come twice, late, spoiled or never.
+
+use ethercrab::{Command, MainDevice, MainDeviceConfig, PduStorage, Timeouts};
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::{Counts, Link, Wire};
+use crate::realtime::now_ns;
+
+#[derive(Clone, Copy)]
+enum Answer {
+    Once,
+    Twice,
+    /// Kept back until the next frame is sent.
+    Late,
+    Never,
+    /// A frame of another index, one that is too short, then the answer.
+    AfterRubbish,
+}
+
+/// One device that answers as the script says.
+struct Script {
+    answers: VecDeque<Answer>,
+    arriving: VecDeque<Vec<u8>>,
+    kept: Option<Vec<u8>>,
+}
+
+impl Link for Script {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        let mut reply = frame.to_vec();
+        reply[6] |= 0x02; // the first device marks the source address
+        let counter = reply.len() - 2;
+        reply[counter] = 1;
+        self.arriving.extend(self.kept.take());
+        match self.answers.pop_front().unwrap_or(Answer::Once) {
+            Answer::Once => self.arriving.push_back(reply),
+            Answer::Twice => self.arriving.extend([reply.clone(), reply]),
+            Answer::Late => self.kept = Some(reply),
+            Answer::Never => {}
+            Answer::AfterRubbish => {
+                let mut other = reply.clone();
+                other[super::INDEX] ^= 0x80;
+                self.arriving.extend([other, vec![1, 2, 3], reply]);
+            }
+        }
+        true
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        let frame = self.arriving.pop_front()?;
+        buffer[..frame.len()].copy_from_slice(&frame);
+        Some(frame.len())
+    }
+
+    fn wait(&mut self, timeout_ns: u64) {
+        std::thread::sleep(Duration::from_nanos(timeout_ns.min(1_000_000)));
+    }
+}
+
+/// Read one register as often as there are answers: which reads came back, and the counts.
+fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
+    let storage: &'static PduStorage<4, { PduStorage::element_size(64) }> =
+        Box::leak(Box::new(PduStorage::new()));
+    let (tx, rx, pdu_loop) = storage.try_split().unwrap();
+    let patient = Timeouts { pdu: Duration::from_secs(5), ..Timeouts::default() };
+    let main: &'static MainDevice =
+        Box::leak(Box::new(MainDevice::new(pdu_loop, patient, MainDeviceConfig::default())));
+    let link = Script {
+        answers: answers.iter().copied().collect(),
+        arriving: VecDeque::new(),
+        kept: None,
+    };
+    let mut wire = Wire::new(link, tx, rx);
+    let read = |_| {
+        let register = Command::brd(0).receive::<u8>(main);
+        wire.drive(register, now_ns() + 20_000_000).is_some_and(|r| r.is_ok())
+    };
+    let came = (0..answers.len()).map(read).collect();
+    (came, wire.counts)
+}
+
+#[test]
+fn a_second_copy_is_counted_and_ends_nothing() {
+    let (came, counts) = reads(&[Answer::Twice, Answer::Twice, Answer::Once]);
+    assert_eq!(came, [true; 3]);
+    assert_eq!((counts.sent, counts.answered, counts.duplicated), (3, 3, 2));
+    assert_eq!((counts.late, counts.bad), (0, 0));
+}
+
+#[test]
+fn a_late_reply_is_not_taken_for_the_next_one() {
+    let (came, counts) = reads(&[Answer::Once, Answer::Late, Answer::Once]);
+    assert_eq!(came, [true, false, true]);
+    assert_eq!((counts.answered, counts.late, counts.duplicated), (2, 1, 0));
+}
+
+#[test]
+fn a_lost_frame_costs_one_cycle_and_is_not_sent_again() {
+    let (came, counts) = reads(&[Answer::Never, Answer::Once]);
+    assert_eq!(came, [false, true]);
+    assert_eq!(counts.sent, 2);
+}
+
+#[test]
+fn rubbish_is_counted_and_the_answer_still_found() {
+    let (came, counts) = reads(&[Answer::AfterRubbish]);
+    assert_eq!((came, counts.bad), (vec![true], 2));
+}
+
+#[test]
+fn all_256_frame_numbers_are_used_again() {
+    let (came, counts) = reads(&[Answer::Once; 600]);
+    assert_eq!((came, counts.answered), (vec![true; 600], 600));
+}

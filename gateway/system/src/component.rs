@@ -1,0 +1,111 @@
+//! A component: an FMU, what its parameters are and how often it steps.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::fmu::{Causality, Fmu, Variable};
+use crate::ssd::Values;
+
+/// One component of the system.
+#[derive(Clone)]
+pub struct Component {
+    name: String,
+    fmu: Arc<Fmu>,
+    values: Values,
+    period: i64,
+}
+
+impl Component {
+    pub(crate) fn new(
+        name: &str,
+        fmu: Arc<Fmu>,
+        sets: &Values,
+        base: f64,
+    ) -> Result<Component, Error> {
+        let mut component =
+            Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
+        // names that the FMU does not have are ignored, as SSP says
+        for (name, value) in sets {
+            if component.fmu.find(name).is_some() {
+                component.set(name, *value)?;
+            }
+        }
+        component.schedule(base)?;
+        Ok(component)
+    }
+
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Base steps between two steps of it.
+    pub fn period(&self) -> i64 {
+        self.period
+    }
+
+    /// Value of a parameter: the `.ssp`'s, else the FMU's start value; None: no such parameter.
+    pub fn parameter(&self, name: &str) -> Option<f64> {
+        let start = self.variable(name).filter(|v| v.causality == Causality::Parameter)?.start;
+        let set = self.values.iter().find(|(known, _)| known == name);
+        set.map(|(_, value)| *value).or(start)
+    }
+
+    /// An input, output or parameter of the FMU.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.fmu.find(name)
+    }
+
+    /// Variables of one causality in the order of the FMU.
+    pub fn of(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
+        let all = self.fmu.variables.iter();
+        all.filter(move |v| v.causality == causality)
+    }
+
+    pub(crate) fn shared_fmu(&self) -> Arc<Fmu> {
+        Arc::clone(&self.fmu)
+    }
+
+    pub(crate) fn fmu(&self) -> &Fmu {
+        &self.fmu
+    }
+
+    /// What is set before initialisation.
+    pub(crate) fn values(&self) -> &Values {
+        &self.values
+    }
+
+    pub(crate) fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        let variable = self.fmu.variable(name)?;
+        if !variable.is_real {
+            let text = format!("{name} is no Real: the executor sets Reals only");
+            return Err(Error::new(text).at(&self.name));
+        }
+        match self.values.iter_mut().find(|(known, _)| known == name) {
+            Some(known) => known.1 = value,
+            None => self.values.push((name.to_owned(), value)),
+        }
+        Ok(())
+    }
+
+    /// Period from the parameter `Ts`, 1 where there is none.
+    pub(crate) fn schedule(&mut self, base: f64) -> Result<(), Error> {
+        if let Some(sample_time) = self.parameter("Ts") {
+            self.period = whole_steps(sample_time, base).map_err(|e| e.at(&self.name))?;
+        }
+        Ok(())
+    }
+}
+
+/// Number of base steps [s] in a sample time [s]. The tolerance, 1e-6 of a base step, is far
+/// above the rounding of a decimal fraction and far below half a step.
+fn whole_steps(sample_time: f64, base: f64) -> Result<i64, Error> {
+    let steps = sample_time / base;
+    let whole = steps.round();
+    if steps > 0.5 && steps < f64::from(i32::MAX) && (steps - whole).abs() <= 1e-6 {
+        return Ok(whole as i64);
+    }
+    Err(Error::new(format!(
+        "Ts = {sample_time} s is {steps} base steps of {base} s, must be a whole number: \
+         change Ts or the base step"
+    )))
+}

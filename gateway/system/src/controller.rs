@@ -1,0 +1,236 @@
+//! Every component but the one that stands for the machine.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tempfile::TempDir;
+
+use crate::component::Component;
+use crate::drives::Drives;
+use crate::error::Error;
+use crate::inline::{check_finite, Inline};
+use crate::layout::Layout;
+use crate::system::System;
+use crate::trip::Trip;
+use crate::wiring::find;
+use crate::worker::{Outcome, ThreadHook, Worker};
+
+/// What happens when a thread of its own has not finished at its tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Late {
+    /// `cycle` returns a `Trip`.
+    #[default]
+    Trip,
+    /// Its outputs stay as they are; the tick is left out and counted (`Controller::late`).
+    Hold,
+}
+
+/// How a controller is run.
+#[derive(Clone, Default)]
+pub struct Options {
+    /// Components with a thread of their own, such as the estimator `K`.
+    pub own_thread: Vec<String>,
+    /// How long a late one is waited for: zero on a wall clock, seconds in lockstep.
+    pub wait: Duration,
+    pub late: Late,
+    /// A component that takes longer for one step trips (`What::Overrun`); None: not measured.
+    pub step_limit: Option<Duration>,
+    /// Over what the `.ssp` says: ("feedback.tau_step", 0.003). Those of the host are checked and
+    /// have no effect here, so that one list serves both sides.
+    pub parameters: Vec<(String, f64)>,
+    /// A `fault` output that is nonzero trips (`What::Fault`).
+    pub fault_trips: bool,
+    pub on_thread: Option<ThreadHook>,
+}
+
+/// Every component but the host. May be opened in one thread and cycled in another.
+pub struct Controller {
+    inline: Inline,
+    workers: Vec<Threaded>,
+    layout: Layout,
+    drives: Drives,
+    /// Component and slot of every output `fault`.
+    faults: Vec<(String, usize)>,
+    command: Vec<f64>,
+    now: i64,
+    late: u64,
+    tripped: Option<Trip>,
+    options: Options,
+    _folder: Arc<TempDir>,
+}
+
+/// A worker; left_out: it was late at the present tick, which it is not fed at.
+struct Threaded {
+    worker: Worker,
+    left_out: bool,
+}
+
+impl Controller {
+    /// host: the component that stands for the machine; the drives take its place.
+    pub fn open(system: &System, host: &str, options: Options) -> Result<Controller, Error> {
+        let system = system.with(&options.parameters)?;
+        let machine = find(system.components(), host)?;
+        for name in &options.own_thread {
+            let found = find(system.components(), name)?;
+            if found.name() == host {
+                let text = format!("{name}: is the machine's place, it has no thread");
+                return Err(Error::new(text));
+            }
+        }
+        let all = system.components().iter();
+        let members: Vec<&Component> = all.filter(|c| c.name() != host).collect();
+        let mut layout = Layout::new(&system, &members);
+        let drives = Drives::new(&system, machine, &mut layout)?;
+        drives_suffice(&system, host)?;
+        let threaded = |m: &&Component| options.own_thread.iter().any(|n| n == m.name());
+        let (own, inside): (Vec<&Component>, Vec<_>) = members.iter().copied().partition(threaded);
+        let inline = Inline::open(&system, &inside, &layout)?;
+        let mut workers = Vec::new();
+        for component in own {
+            let unit = layout.unit(&system, component)?;
+            let worker = Worker::open(unit, system.base_step(), options.on_thread.clone())?;
+            let left_out = false;
+            workers.push(Threaded { worker, left_out });
+        }
+        let faults = members.iter().filter_map(|m| {
+            let slot = layout.find(m.name(), "fault")?;
+            Some((m.name().to_owned(), slot))
+        });
+        let mut controller = Controller {
+            faults: faults.collect(),
+            command: vec![0.0; drives.tau.len()],
+            inline,
+            workers,
+            layout,
+            drives,
+            now: 0,
+            late: 0,
+            tripped: None,
+            options,
+            _folder: system.folder(),
+        };
+        controller.publish().map_err(|t| Error::new(t.message))?;
+        Ok(controller)
+    }
+
+    /// Base steps n.
+    pub fn now(&self) -> i64 {
+        self.now
+    }
+
+    /// `tau[1..6]` that the host gets at `now` [N m].
+    pub fn command(&self) -> &[f64] {
+        &self.command
+    }
+
+    /// Host outputs of n (angles [rad], torques [N m]) go on the bus, all components due take
+    /// their inputs and step; then n + 1 is published. Allocates nothing unless it trips.
+    pub fn cycle(&mut self, theta: &[f64], tau_meas: &[f64]) -> Result<(), Trip> {
+        if let Some(trip) = &self.tripped {
+            return Err(trip.clone());
+        }
+        let done = self.advance(theta, tau_meas);
+        if let Err(trip) = &done {
+            self.tripped = Some(trip.clone());
+        }
+        done
+    }
+
+    fn advance(&mut self, theta: &[f64], tau_meas: &[f64]) -> Result<(), Trip> {
+        let bus = self.inline.bus_mut();
+        for (slots, values) in [(&self.drives.theta, theta), (&self.drives.tau_meas, tau_meas)] {
+            for (slot, value) in slots.iter().zip(values) {
+                bus[*slot] = *value;
+            }
+        }
+        for threaded in &self.workers {
+            if self.now % threaded.worker.period == 0 && !threaded.left_out {
+                threaded.worker.start(bus);
+            }
+        }
+        self.inline.step(self.now, self.options.step_limit)?;
+        self.now += 1;
+        self.publish()
+    }
+
+    /// What belongs to `now` comes on the bus.
+    fn publish(&mut self) -> Result<(), Trip> {
+        let now = self.now;
+        self.inline.publish(now, &self.layout)?;
+        for threaded in &mut self.workers {
+            let worker = &threaded.worker;
+            if now % worker.period != 0 {
+                continue;
+            }
+            match worker.finished(self.options.wait) {
+                Outcome::Done => {
+                    threaded.left_out = false;
+                    worker.take(self.inline.bus_mut());
+                    let bus = self.inline.bus();
+                    check_finite(&worker.name, now, worker.slots.clone(), bus, &self.layout)?;
+                }
+                Outcome::Failed(message) => return Err(Trip::refused(&worker.name, now, message)),
+                Outcome::Late if self.options.late == Late::Hold => {
+                    threaded.left_out = true;
+                    self.late += 1;
+                }
+                Outcome::Late => return Err(Trip::late(&worker.name, now, worker.period)),
+            }
+        }
+        let bus = self.inline.bus();
+        for (command, slot) in self.command.iter_mut().zip(&self.drives.tau) {
+            *command = bus[*slot];
+        }
+        if self.options.fault_trips {
+            let mut faults = self.faults();
+            if let Some((component, fault)) = faults.next() {
+                return Err(Trip::fault(component, now, fault));
+            }
+        }
+        Ok(())
+    }
+
+    /// Place of "K.p[1]" on the bus.
+    pub fn slot(&self, signal: &str) -> Option<usize> {
+        self.layout.slot(signal)
+    }
+
+    pub fn bus(&self) -> &[f64] {
+        self.inline.bus()
+    }
+
+    /// Names "component.variable" in the order of the bus.
+    pub fn signals(&self) -> &[String] {
+        &self.layout.names
+    }
+
+    /// Unit of each signal, in the order of the bus.
+    pub fn units(&self) -> &[String] {
+        &self.layout.units
+    }
+
+    /// Component and value of every `fault` output that is not zero at `now`.
+    pub fn faults(&self) -> impl Iterator<Item = (&str, f64)> {
+        let bus = self.inline.bus();
+        let all = self.faults.iter().map(|(name, slot)| (name.as_str(), bus[*slot]));
+        all.filter(|(_, fault)| *fault != 0.0)
+    }
+
+    /// Ticks that threads of their own have left out so far (`Late::Hold`).
+    pub fn late(&self) -> u64 {
+        self.late
+    }
+}
+
+/// Refuses a system in which the machine gives more than drives do.
+fn drives_suffice(system: &System, host: &str) -> Result<(), Error> {
+    let given = |output: &str| output.starts_with("theta[") || output.starts_with("tau_meas[");
+    let mut wires = system.wires().iter();
+    match wires.find(|w| w.source == host && w.target != host && !given(&w.output)) {
+        None => Ok(()),
+        Some(wire) => Err(Error::new(format!(
+            "connection {wire}: drives give theta and tau_meas only; feed {}.{} from elsewhere",
+            wire.target, wire.input
+        ))),
+    }
+}

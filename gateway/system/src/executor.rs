@@ -1,0 +1,209 @@
+//! The executor of the simulation (`ssp/executor.c`) with a safe face: it owns all strings and
+//! arrays that the C side points to.
+
+use std::ffi::{c_char, CStr, CString};
+use std::ptr::{null, null_mut, NonNull};
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::ffi::{self, Binary, Description, Functions};
+use crate::fmu::Fmu;
+
+/// One FMU instance as the executor wants it.
+pub(crate) struct Unit {
+    pub name: String,
+    pub fmu: Arc<Fmu>,
+    pub period: i64,
+    /// Value references with values.
+    pub parameters: Vec<(u32, f64)>,
+    /// Value references with bus slots.
+    pub inputs: Vec<(u32, usize)>,
+    /// Value references, from the bus slot `slot` on.
+    pub outputs: Vec<u32>,
+    pub slot: usize,
+}
+
+/// What the C side points to while the executor lives.
+struct Kept {
+    _binary: Binary,
+    functions: Box<Functions>,
+    name: CString,
+    guid: CString,
+    resources: CString,
+    _categories: Vec<CString>,
+    category_pointers: Vec<*const c_char>,
+    parameters: Vec<u32>,
+    values: Vec<f64>,
+    inputs: Vec<u32>,
+    sources: Vec<usize>,
+    outputs: Vec<u32>,
+    period: i64,
+    slot: usize,
+}
+
+/// Open FMUs and their bus.
+pub(crate) struct Executor {
+    raw: NonNull<ffi::Opaque>,
+    n_slots: usize,
+    n_units: usize,
+    _descriptions: Box<[Description]>,
+    _kept: Vec<Kept>,
+}
+
+// SAFETY: FMI 2.0 lets any thread call an instance, one at a time, which `&mut self` ensures;
+// the pointers inside lead to memory that the executor owns.
+unsafe impl Send for Executor {}
+
+impl Executor {
+    /// Instantiates and initialises all units.
+    pub fn open(units: Vec<Unit>, n_slots: usize, base: f64) -> Result<Executor, Error> {
+        let kept = units.into_iter().map(Kept::new).collect::<Result<Vec<_>, _>>()?;
+        let descriptions: Box<[Description]> = kept.iter().map(Kept::description).collect();
+        for (k, unit) in kept.iter().enumerate() {
+            let end = unit.slot + unit.outputs.len();
+            let inside = end <= n_slots && unit.sources.iter().all(|s| *s < n_slots);
+            assert!(inside && unit.period > 0, "unit {k} leaves the bus");
+        }
+        let mut message = [0u8; 1024];
+        // SAFETY: descriptions and what they point to are kept in the returned value, on the
+        // heap, unchanged; every slot is inside the bus (asserted); message has the size given.
+        let raw = unsafe {
+            ffi::executor_open(
+                descriptions.as_ptr(),
+                descriptions.len(),
+                n_slots,
+                base,
+                null_mut(),
+                0,
+                false,
+                message.as_mut_ptr().cast(),
+                message.len(),
+            )
+        };
+        match NonNull::new(raw) {
+            Some(raw) => Ok(Executor {
+                raw,
+                n_slots,
+                n_units: kept.len(),
+                _descriptions: descriptions,
+                _kept: kept,
+            }),
+            None => Err(Error::new(mended(text(&message)))),
+        }
+    }
+
+    /// Outputs of a unit to the bus; false: `message` tells why not.
+    pub fn publish(&mut self, unit: usize, n: i64) -> bool {
+        assert!(unit < self.n_units);
+        // SAFETY: the executor is open and the unit exists.
+        unsafe { ffi::executor_publish(self.raw.as_ptr(), unit, n) }
+    }
+
+    /// Inputs of a unit from the bus.
+    pub fn feed(&mut self, unit: usize, n: i64) -> bool {
+        assert!(unit < self.n_units);
+        // SAFETY: the executor is open and the unit exists.
+        unsafe { ffi::executor_feed(self.raw.as_ptr(), unit, n) }
+    }
+
+    /// One step of a unit from n to n + its period.
+    pub fn advance(&mut self, unit: usize, n: i64) -> bool {
+        assert!(unit < self.n_units);
+        // SAFETY: the executor is open and the unit exists.
+        unsafe { ffi::executor_advance(self.raw.as_ptr(), unit, n) }
+    }
+
+    /// What the last call that failed said.
+    pub fn message(&self) -> String {
+        // SAFETY: the executor is open; its message is a terminated string inside of it, which
+        // no other call changes while `self` is borrowed.
+        let message = unsafe { CStr::from_ptr(ffi::executor_message(self.raw.as_ptr())) };
+        message.to_string_lossy().into_owned()
+    }
+
+    pub fn bus(&self) -> &[f64] {
+        // SAFETY: the bus has n_slots values for as long as the executor is open, and calls
+        // that write them want `&mut self`.
+        unsafe { std::slice::from_raw_parts(ffi::executor_bus(self.raw.as_ptr()), self.n_slots) }
+    }
+
+    pub fn bus_mut(&mut self) -> &mut [f64] {
+        // SAFETY: as for `bus`, borrowed exclusively.
+        unsafe {
+            std::slice::from_raw_parts_mut(ffi::executor_bus(self.raw.as_ptr()), self.n_slots)
+        }
+    }
+}
+
+impl Drop for Executor {
+    fn drop(&mut self) {
+        // SAFETY: opened by `executor_open`, closed once; binaries are unloaded after this.
+        unsafe { ffi::executor_close(self.raw.as_ptr()) }
+    }
+}
+
+impl Kept {
+    fn new(unit: Unit) -> Result<Kept, Error> {
+        let path = unit.fmu.library()?;
+        let binary = Binary::load(&path).map_err(|e| e.at(&unit.fmu.file).at(&unit.name))?;
+        let string = |text: &str| {
+            CString::new(text).map_err(|_| Error::new("a name holds a NUL").at(&unit.fmu.file))
+        };
+        let categories = unit.fmu.categories.iter().map(|c| string(c));
+        let categories = categories.collect::<Result<Vec<_>, _>>()?;
+        Ok(Kept {
+            functions: Box::new(binary.functions),
+            _binary: binary,
+            name: string(&unit.name)?,
+            guid: string(&unit.fmu.guid)?,
+            resources: string(&unit.fmu.resources())?,
+            category_pointers: categories.iter().map(|c| c.as_ptr()).collect(),
+            _categories: categories,
+            parameters: unit.parameters.iter().map(|p| p.0).collect(),
+            values: unit.parameters.iter().map(|p| p.1).collect(),
+            inputs: unit.inputs.iter().map(|i| i.0).collect(),
+            sources: unit.inputs.iter().map(|i| i.1).collect(),
+            outputs: unit.outputs,
+            period: unit.period,
+            slot: unit.slot,
+        })
+    }
+
+    /// Pointers into this value's heap memory, which moving the value leaves where it is.
+    fn description(&self) -> Description {
+        Description {
+            name: self.name.as_ptr(),
+            library: null(),
+            functions: &*self.functions,
+            guid: self.guid.as_ptr(),
+            resources: self.resources.as_ptr(),
+            period: self.period,
+            n_parameters: self.parameters.len(),
+            parameters: self.parameters.as_ptr(),
+            values: self.values.as_ptr(),
+            n_inputs: self.inputs.len(),
+            inputs: self.inputs.as_ptr(),
+            sources: self.sources.as_ptr(),
+            n_outputs: self.outputs.len(),
+            outputs: self.outputs.as_ptr(),
+            slot: self.slot,
+            n_categories: self.category_pointers.len(),
+            categories: self.category_pointers.as_ptr(),
+        }
+    }
+}
+
+/// How to mend what an FMU refuses while it is opened, where its own words do not say so.
+fn mended(message: String) -> String {
+    if message.contains("fmi2Instantiate") {
+        let hint = "its binary is not the one that its modelDescription.xml describes, or lacks a \
+                    file: build the FMU anew";
+        return format!("{message}: {hint}");
+    }
+    message
+}
+
+fn text(buffer: &[u8]) -> String {
+    let end = buffer.iter().position(|b| *b == 0).unwrap_or(buffer.len());
+    String::from_utf8_lossy(&buffer[..end]).into_owned()
+}

@@ -1,0 +1,107 @@
+//! The executor's C interface as in `ssp/executor.h`, and an FMU's functions by `dlopen`.
+//! Nothing here decides; `executor.rs` gives it a safe face.
+
+use std::ffi::{c_char, c_void};
+use std::marker::{PhantomData, PhantomPinned};
+use std::path::Path;
+
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+
+use crate::error::Error;
+
+/// `executor_functions`: addresses in the order of the header.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct Functions([*const c_void; 10]);
+
+const NAMES: [&str; 10] = [
+    "fmi2Instantiate",
+    "fmi2FreeInstance",
+    "fmi2SetDebugLogging",
+    "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+    "fmi2Terminate",
+    "fmi2GetReal",
+    "fmi2SetReal",
+    "fmi2DoStep",
+];
+
+/// `executor_component`.
+#[repr(C)]
+pub struct Description {
+    pub name: *const c_char,
+    pub library: *const c_char,
+    pub functions: *const Functions,
+    pub guid: *const c_char,
+    pub resources: *const c_char,
+    pub period: i64,
+    pub n_parameters: usize,
+    pub parameters: *const u32,
+    pub values: *const f64,
+    pub n_inputs: usize,
+    pub inputs: *const u32,
+    pub sources: *const usize,
+    pub n_outputs: usize,
+    pub outputs: *const u32,
+    pub slot: usize,
+    pub n_categories: usize,
+    pub categories: *const *const c_char,
+}
+
+/// `struct executor`, seen through pointers only.
+#[repr(C)]
+pub struct Opaque {
+    _data: [u8; 0],
+    _marker: PhantomData<(*mut u8, PhantomPinned)>,
+}
+
+extern "C" {
+    pub fn executor_open(
+        components: *const Description,
+        n_components: usize,
+        n_slots: usize,
+        base: f64,
+        logs: *mut c_void,
+        n_logs: usize,
+        timing: bool,
+        message: *mut c_char,
+        size: usize,
+    ) -> *mut Opaque;
+    pub fn executor_publish(e: *mut Opaque, component: usize, n: i64) -> bool;
+    pub fn executor_feed(e: *mut Opaque, component: usize, n: i64) -> bool;
+    pub fn executor_advance(e: *mut Opaque, component: usize, n: i64) -> bool;
+    pub fn executor_message(e: *const Opaque) -> *const c_char;
+    pub fn executor_bus(e: *mut Opaque) -> *mut f64;
+    pub fn executor_close(e: *mut Opaque);
+}
+
+/// A loaded FMU binary; its functions are good for as long as it lives.
+#[derive(Debug)]
+pub struct Binary {
+    pub functions: Functions,
+    _library: Library,
+}
+
+// SAFETY: the addresses are of code, which never moves or changes while the library is loaded.
+unsafe impl Send for Binary {}
+// SAFETY: as above; a shared reference only reads the addresses.
+unsafe impl Sync for Binary {}
+
+impl Binary {
+    pub fn load(path: &Path) -> Result<Binary, Error> {
+        // SAFETY: loading runs the initialisers of the FMU that the user names; whoever runs an
+        // FMU trusts its code. RTLD_NOW: no symbol is looked up later, inside a cycle.
+        let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }
+            .map_err(|e| Error::new(format!("its library does not load: {e}")))?;
+        let mut functions = Functions([std::ptr::null(); 10]);
+        for (function, name) in functions.0.iter_mut().zip(NAMES) {
+            // SAFETY: only the address is taken; the executor calls it with the signature that
+            // FMI 2.0 gives this name.
+            let symbol = unsafe { library.get::<*const c_void>(name.as_bytes()) }
+                .map_err(|_| Error::new(format!("its library lacks the function {name}")))?;
+            *function = *symbol;
+        }
+        Ok(Binary { functions, _library: library })
+    }
+}

@@ -1,0 +1,225 @@
+//! What an `.fmu` says about itself, and its binary for this machine in a temporary folder.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use roxmltree::{Document, Node};
+
+use crate::archive::{enclosed, Archive};
+use crate::error::{unknown, Error};
+
+/// As FMI 2.0 names this platform, and how its shared libraries end.
+const PLATFORM: (&str, &str) = if cfg!(target_os = "macos") {
+    ("darwin64", "dylib")
+} else if cfg!(target_arch = "aarch64") {
+    ("aarch64-linux", "so")
+} else {
+    ("linux64", "so")
+};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    Parameter,
+    Input,
+    Output,
+    Other,
+}
+
+impl fmt::Display for Causality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Causality::Parameter => "parameter",
+            Causality::Input => "input",
+            Causality::Output => "output",
+            Causality::Other => "local",
+        })
+    }
+}
+
+/// One scalar variable; `start` is None where the FMU declares none.
+#[derive(Debug, Clone)]
+pub struct Variable {
+    pub name: String,
+    pub reference: u32,
+    pub causality: Causality,
+    pub is_real: bool,
+    pub unit: String,
+    pub start: Option<f64>,
+}
+
+/// One FMI 2.0 co-simulation FMU, unpacked.
+#[derive(Debug)]
+pub(crate) struct Fmu {
+    pub file: String,
+    pub guid: String,
+    pub step_size: Option<f64>,
+    pub categories: Vec<String>,
+    pub variables: Vec<Variable>,
+    by_name: HashMap<String, usize>,
+    model: String,
+    platforms: Vec<String>,
+    root: PathBuf,
+}
+
+impl Fmu {
+    /// Reads an FMU and unpacks its resources and, if there is one, its binary below `root`.
+    pub fn open(mut archive: Archive, root: PathBuf) -> Result<Fmu, Error> {
+        let file = archive.name().to_owned();
+        let text = archive.text("modelDescription.xml")?;
+        let place = format!("{file}: modelDescription.xml");
+        let document = Document::parse(&text)
+            .map_err(|e| Error::new(format!("not valid XML: {e}")).at(&place))?;
+        let top = document.root_element();
+        let model = model_identifier(top).map_err(|e| e.at(&file))?;
+        let variables = variables(top).map_err(|e| e.at(&place))?;
+        let members = archive.members();
+        fs::create_dir_all(root.join("resources"))
+            .map_err(|e| Error::new(format!("cannot be made ({e})")).at(root.display()))?;
+        for member in &members {
+            let wanted = *member == binary(&model) || member.starts_with("resources/");
+            if wanted && !member.ends_with('/') && enclosed(member) {
+                archive.extract(member, &root)?;
+            }
+        }
+        let experiment = child(top, "DefaultExperiment");
+        Ok(Fmu {
+            guid: top.attribute("guid").unwrap_or_default().to_owned(),
+            step_size: experiment.and_then(|e| e.attribute("stepSize")?.trim().parse().ok()),
+            categories: categories(top),
+            by_name: variables.iter().enumerate().map(|(k, v)| (v.name.clone(), k)).collect(),
+            variables,
+            platforms: platforms(&members),
+            file,
+            model,
+            root,
+        })
+    }
+
+    pub fn find(&self, name: &str) -> Option<&Variable> {
+        self.by_name.get(name).map(|&k| &self.variables[k])
+    }
+
+    /// The same, or an error that names the nearest variable.
+    pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
+        let known = self.variables.iter().map(|v| v.name.as_str());
+        self.find(name).ok_or_else(|| Error::new(unknown("variable", name, known)))
+    }
+
+    /// Path of the shared library for this machine.
+    pub fn library(&self) -> Result<PathBuf, Error> {
+        let path = self.root.join(binary(&self.model));
+        if path.is_file() {
+            return Ok(path);
+        }
+        let held = match self.platforms.as_slice() {
+            [] => "no binary at all".to_owned(),
+            names => format!("binaries for {}", names.join(", ")),
+        };
+        Err(Error::new(format!(
+            "holds {held}, none for this machine ({}): build it here, or for instance \
+             with `flexhex build --platform {}`",
+            PLATFORM.0, PLATFORM.0
+        ))
+        .at(&self.file))
+    }
+
+    /// `file://` address of the unpacked resources.
+    pub fn resources(&self) -> String {
+        address(&self.root.join("resources"))
+    }
+}
+
+fn binary(model: &str) -> String {
+    format!("binaries/{}/{model}.{}", PLATFORM.0, PLATFORM.1)
+}
+
+/// Platforms for which the archive holds anything below `binaries/`.
+fn platforms(members: &[String]) -> Vec<String> {
+    let mut found: Vec<String> = members
+        .iter()
+        .filter_map(|m| m.strip_prefix("binaries/")?.split_once('/'))
+        .filter(|(_, file)| !file.is_empty())
+        .map(|(platform, _)| platform.to_owned())
+        .collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+fn address(path: &Path) -> String {
+    let mut text = String::from("file://");
+    for byte in path.as_os_str().as_encoded_bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-._~".contains(byte) {
+            text.push(char::from(*byte));
+        } else {
+            text.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    text
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|c| c.has_tag_name(tag))
+}
+
+fn model_identifier(top: Node) -> Result<String, Error> {
+    let version = top.attribute("fmiVersion").unwrap_or("?");
+    match child(top, "CoSimulation") {
+        Some(slave) if version == "2.0" => {
+            let model = slave.attribute("modelIdentifier").unwrap_or_default();
+            let plain = !model.is_empty() && enclosed(model) && !model.contains('/');
+            let text = format!("modelIdentifier '{model}' is no name of a file");
+            if plain {
+                Ok(model.to_owned())
+            } else {
+                Err(Error::new(text))
+            }
+        }
+        found => {
+            let kind = if found.is_some() { "co-simulation" } else { "no co-simulation" };
+            let text = format!("FMI {version}, {kind}: export it for FMI 2.0 co-simulation");
+            Err(Error::new(text))
+        }
+    }
+}
+
+fn categories(top: Node) -> Vec<String> {
+    let all = child(top, "LogCategories");
+    all.iter()
+        .flat_map(|c| c.children())
+        .filter_map(|c| c.attribute("name"))
+        .filter(|name| ["logStatusError", "logStatusWarning"].contains(name))
+        .map(str::to_owned)
+        .collect()
+}
+
+fn variables(top: Node) -> Result<Vec<Variable>, Error> {
+    let all = child(top, "ModelVariables");
+    all.iter().flat_map(|v| v.children()).filter(Node::is_element).map(variable).collect()
+}
+
+fn variable(element: Node) -> Result<Variable, Error> {
+    let kinds = ["Real", "Integer", "Boolean", "String", "Enumeration"];
+    let typed = element.children().find(|c| kinds.contains(&c.tag_name().name()));
+    let reference = element.attribute("valueReference").and_then(|r| r.parse().ok());
+    let (Some(typed), Some(name), Some(reference)) = (typed, element.attribute("name"), reference)
+    else {
+        return Err(Error::new("a variable lacks name, type or reference: build it anew"));
+    };
+    let is_real = typed.has_tag_name("Real");
+    Ok(Variable {
+        name: name.to_owned(),
+        reference,
+        causality: match element.attribute("causality") {
+            Some("parameter") => Causality::Parameter,
+            Some("input") => Causality::Input,
+            Some("output") => Causality::Output,
+            _ => Causality::Other,
+        },
+        is_real,
+        unit: typed.attribute("unit").unwrap_or_default().to_owned(),
+        start: typed.attribute("start").filter(|_| is_real).and_then(|s| s.trim().parse().ok()),
+    })
+}

@@ -1,0 +1,97 @@
+//! FMUs that step inside the cycle, on one bus.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use crate::component::Component;
+use crate::error::Error;
+use crate::executor::Executor;
+use crate::layout::Layout;
+use crate::system::System;
+use crate::trip::Trip;
+
+/// A component with its place on the bus.
+struct Member {
+    name: String,
+    period: i64,
+    slots: Range<usize>,
+}
+
+pub(crate) struct Inline {
+    executor: Executor,
+    members: Vec<Member>,
+}
+
+impl Inline {
+    pub fn open(system: &System, members: &[&Component], layout: &Layout) -> Result<Inline, Error> {
+        let units = members.iter().map(|m| layout.unit(system, m));
+        let units = units.collect::<Result<Vec<_>, _>>()?;
+        let members = units
+            .iter()
+            .map(|unit| Member {
+                name: unit.name.clone(),
+                period: unit.period,
+                slots: unit.slot..unit.slot + unit.outputs.len(),
+            })
+            .collect();
+        let executor = Executor::open(units, layout.names.len(), system.base_step())?;
+        Ok(Inline { executor, members })
+    }
+
+    pub fn bus(&self) -> &[f64] {
+        self.executor.bus()
+    }
+
+    pub fn bus_mut(&mut self) -> &mut [f64] {
+        self.executor.bus_mut()
+    }
+
+    /// Everything due at n takes its inputs and steps to n + its period.
+    pub fn step(&mut self, n: i64, limit: Option<Duration>) -> Result<(), Trip> {
+        let mut begin = limit.map(|_| Instant::now());
+        for (k, member) in self.members.iter().enumerate() {
+            if n % member.period != 0 {
+                continue;
+            }
+            if !(self.executor.feed(k, n) && self.executor.advance(k, n)) {
+                return Err(Trip::refused(&member.name, n, self.executor.message()));
+            }
+            if let (Some(limit), Some(started)) = (limit, begin) {
+                let spent = started.elapsed();
+                if spent > limit {
+                    return Err(Trip::overrun(&member.name, n, spent, limit));
+                }
+                begin = Some(Instant::now());
+            }
+        }
+        Ok(())
+    }
+
+    /// Everything due at n shows its outputs, which must be finite.
+    pub fn publish(&mut self, n: i64, layout: &Layout) -> Result<(), Trip> {
+        for (k, member) in self.members.iter().enumerate() {
+            if n % member.period != 0 {
+                continue;
+            }
+            if !self.executor.publish(k, n) {
+                return Err(Trip::refused(&member.name, n, self.executor.message()));
+            }
+            check_finite(&member.name, n, member.slots.clone(), self.executor.bus(), layout)?;
+        }
+        Ok(())
+    }
+}
+
+/// Outputs that a component shows at n: a Trip for the first that is NaN or infinite.
+pub(crate) fn check_finite(
+    component: &str,
+    now: i64,
+    slots: Range<usize>,
+    bus: &[f64],
+    layout: &Layout,
+) -> Result<(), Trip> {
+    let Some(slot) = slots.clone().find(|s| !bus[*s].is_finite()) else {
+        return Ok(());
+    };
+    Err(Trip::not_finite(component, now, &layout.names[slot], bus[slot]))
+}

@@ -1,0 +1,84 @@
+//! The part of a system that this process runs: which components, where their signals lie on the
+//! bus, and what comes from outside.
+
+use std::collections::HashMap;
+
+use crate::component::Component;
+use crate::error::Error;
+use crate::executor::Unit;
+use crate::fmu::Causality;
+use crate::system::System;
+
+/// Signals "component.variable" in the order of the bus.
+#[derive(Default)]
+pub(crate) struct Layout {
+    pub names: Vec<String>,
+    pub units: Vec<String>,
+    slots: HashMap<String, usize>,
+}
+
+impl Layout {
+    /// Real outputs of all members, component by component, then whatever else feeds them.
+    pub fn new(system: &System, members: &[&Component]) -> Layout {
+        let mut layout = Layout::default();
+        for member in members {
+            for output in member.of(Causality::Output).filter(|v| v.is_real) {
+                layout.add(member, &output.name);
+            }
+        }
+        for wire in system.wires() {
+            let fed = members.iter().any(|m| m.name() == wire.target);
+            if let Some(source) = system.component(&wire.source).filter(|_| fed) {
+                layout.add(source, &wire.output);
+            }
+        }
+        layout
+    }
+
+    /// Slot of a signal, made if it has none.
+    pub fn add(&mut self, component: &Component, variable: &str) -> usize {
+        let name = format!("{}.{variable}", component.name());
+        if let Some(slot) = self.slots.get(&name) {
+            return *slot;
+        }
+        let unit = component.variable(variable).map(|v| v.unit.clone());
+        self.units.push(unit.unwrap_or_default());
+        self.slots.insert(name.clone(), self.names.len());
+        self.names.push(name);
+        self.names.len() - 1
+    }
+
+    pub fn slot(&self, signal: &str) -> Option<usize> {
+        self.slots.get(signal).copied()
+    }
+
+    pub fn find(&self, component: &str, variable: &str) -> Option<usize> {
+        self.slot(&format!("{component}.{variable}"))
+    }
+
+    /// A member as the executor wants it.
+    pub fn unit(&self, system: &System, member: &Component) -> Result<Unit, Error> {
+        let reference = |name: &str| Ok(member.fmu().variable(name)?.reference);
+        let outputs = member.of(Causality::Output).filter(|v| v.is_real);
+        let outputs: Vec<_> = outputs.map(|v| (v.name.as_str(), v.reference)).collect();
+        let first = outputs.first().map(|(name, _)| *name);
+        let wires = system.wires().iter().filter(|w| w.target == member.name());
+        let inputs = wires.map(|w| {
+            let slot = self.find(&w.source, &w.output);
+            let slot = slot.ok_or_else(|| Error::new(format!("connection {w}: has no signal")))?;
+            Ok((reference(&w.input)?, slot))
+        });
+        let values = member.values().iter();
+        Ok(Unit {
+            name: member.name().to_owned(),
+            fmu: member.shared_fmu(),
+            period: member.period(),
+            parameters: values
+                .map(|(name, value)| Ok((reference(name)?, *value)))
+                .collect::<Result<_, Error>>()?,
+            inputs: inputs.collect::<Result<_, Error>>()?,
+            slot: first.and_then(|name| self.find(member.name(), name)).unwrap_or(0),
+            outputs: outputs.iter().map(|(_, reference)| *reference).collect(),
+        })
+    }
+}

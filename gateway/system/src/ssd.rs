@@ -1,0 +1,206 @@
+//! `SystemStructure.ssd` of a flat SSP 1.x: what it says, before any FMU is opened.
+//! Reads what `ssp/read.py` reads and refuses what that refuses.
+
+use roxmltree::{Document, Node};
+
+use crate::archive::Archive;
+use crate::error::Error;
+use crate::wiring::Wire;
+
+const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
+const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
+const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+/// Where a base step [s] may stand, the first found wins.
+const BASE_STEPS: [(&str, &str, &str); 3] = [
+    ("urn:flexhex:schedule", "Schedule", "baseStep"),
+    ("http://opensimulationplatform.com/SSP/OSPAnnotations", "FixedStepAlgorithm", "baseStepSize"),
+    (
+        "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
+        "SimulationInformation",
+        "fixedStepSize",
+    ),
+];
+
+/// Names and values in the order in which they stand; later ones win.
+pub(crate) type Values = Vec<(String, f64)>;
+
+/// A component: its FMU's place in the archive and its own parameter sets.
+pub(crate) struct Element {
+    pub name: String,
+    pub source: String,
+    pub values: Values,
+}
+
+pub(crate) struct Structure {
+    pub elements: Vec<Element>,
+    pub wires: Vec<Wire>,
+    /// Of the system's parameter sets: "component.parameter".
+    pub values: Values,
+    pub base_step: Option<f64>,
+}
+
+impl Structure {
+    pub fn read(archive: &mut Archive) -> Result<Structure, Error> {
+        let file = archive.name().to_owned();
+        let text = archive.text("SystemStructure.ssd")?;
+        let document = parse(&text, "SystemStructure.ssd").map_err(|e| e.at(&file))?;
+        Structure::of(&document, archive).map_err(|e| e.at(&file))
+    }
+
+    fn of(document: &Document, archive: &mut Archive) -> Result<Structure, Error> {
+        let root = document.root_element();
+        if !root.has_tag_name((SSD, "SystemStructureDescription")) {
+            return Err(Error::new("SystemStructure.ssd is no SSP 1.x system description"));
+        }
+        let top = child(root, (SSD, "System"))
+            .ok_or_else(|| Error::new("SystemStructure.ssd holds no System"))?;
+        refuse(top)?;
+        let mut elements = Vec::new();
+        for node in grandchildren(top, "Elements", "Component") {
+            elements.push(element(node, archive)?);
+        }
+        if elements.is_empty() {
+            return Err(Error::new("no components: nothing to run"));
+        }
+        Ok(Structure {
+            elements,
+            wires: grandchildren(top, "Connections", "Connection")
+                .map(wire)
+                .collect::<Result<_, _>>()?,
+            values: parameter_sets(top, archive)?,
+            base_step: base_step(root)?,
+        })
+    }
+}
+
+fn parse<'a>(text: &'a str, file: &str) -> Result<Document<'a>, Error> {
+    Document::parse(text).map_err(|e| Error::new(format!("{file}: not valid XML: {e}")))
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: (&str, &str)) -> Option<Node<'a, 'i>> {
+    node.children().find(|c| c.has_tag_name(tag))
+}
+
+fn grandchildren<'a>(
+    node: Node<'a, 'a>,
+    outer: &'static str,
+    inner: &'static str,
+) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.children()
+        .filter(move |c| c.has_tag_name((SSD, outer)))
+        .flat_map(|c| c.children())
+        .filter(move |c| c.has_tag_name((SSD, inner)))
+}
+
+fn refuse(top: Node) -> Result<(), Error> {
+    let holds = |outer: &str, inner: (&str, &str)| {
+        let outer = top.children().filter(|c| c.has_tag_name((SSD, outer)));
+        outer.flat_map(|c| c.descendants()).any(|c| c.has_tag_name(inner))
+    };
+    let what = if holds("Elements", (SSD, "System")) {
+        "nested systems"
+    } else if holds("Elements", (SSD, "SignalDictionaryReference")) {
+        "signal dictionaries"
+    } else if holds("Connections", (SSC, "LinearTransformation")) {
+        "transformations"
+    } else {
+        return Ok(());
+    };
+    Err(Error::new(format!(
+        "holds {what}: the executor runs flat systems; write the system without them"
+    )))
+}
+
+fn element(node: Node, archive: &mut Archive) -> Result<Element, Error> {
+    let name = node.attribute("name").unwrap_or_default();
+    match node.attribute("type") {
+        None | Some("" | "application/x-fmu-sharedlibrary") => {}
+        Some(kind) => {
+            let text = format!("{name}: component type '{kind}' is no FMU");
+            return Err(Error::new(text));
+        }
+    }
+    Ok(Element {
+        name: name.to_owned(),
+        source: node.attribute("source").unwrap_or_default().to_owned(),
+        values: parameter_sets(node, archive)?,
+    })
+}
+
+fn wire(node: Node) -> Result<Wire, Error> {
+    let end = |key| {
+        node.attribute(key).map(str::to_owned).ok_or_else(|| {
+            Error::new("connects to a connector of the system: the executor has none")
+        })
+    };
+    Ok(Wire {
+        source: end("startElement")?,
+        output: end("startConnector")?,
+        target: end("endElement")?,
+        input: end("endConnector")?,
+    })
+}
+
+/// Name and value of every Real in the parameter sets of a component or of the system.
+fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
+    let mut values = Values::new();
+    let bindings: Vec<Node> = node
+        .children()
+        .filter(|c| c.has_tag_name((SSD, "ParameterBindings")))
+        .flat_map(|c| c.children())
+        .filter(|c| c.has_tag_name((SSD, "ParameterBinding")))
+        .collect();
+    for binding in bindings {
+        if child(binding, (SSD, "ParameterMapping")).is_some() {
+            return Err(Error::new("holds a parameter mapping: name the parameters directly"));
+        }
+        let prefix = binding.attribute("prefix").unwrap_or_default();
+        match binding.attribute("source").filter(|s| !s.is_empty()) {
+            Some(source) => {
+                let text = archive.text(source)?;
+                let document = parse(&text, source)?;
+                collect(document.root_element(), prefix, &mut values)?;
+            }
+            None => {
+                let set = child(binding, (SSD, "ParameterValues"))
+                    .and_then(|v| child(v, (SSV, "ParameterSet")));
+                if let Some(set) = set {
+                    collect(set, prefix, &mut values)?;
+                }
+            }
+        }
+    }
+    Ok(values)
+}
+
+fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
+    let groups = set.children().filter(|c| c.has_tag_name((SSV, "Parameters")));
+    for entry in groups.flat_map(|g| g.children()) {
+        if !entry.has_tag_name((SSV, "Parameter")) {
+            continue;
+        }
+        let name = entry.attribute("name").unwrap_or_default();
+        let value = child(entry, (SSV, "Real"))
+            .and_then(|real| real.attribute("value")?.trim().parse::<f64>().ok())
+            .filter(|value| value.is_finite())
+            .ok_or_else(|| Error::new(format!("parameter '{name}' has no finite Real value")))?;
+        values.push((format!("{prefix}{name}"), value));
+    }
+    Ok(())
+}
+
+fn base_step(root: Node) -> Result<Option<f64>, Error> {
+    for (namespace, tag, key) in BASE_STEPS {
+        let found = root.descendants().find(|n| n.has_tag_name((namespace, tag)));
+        if let Some(text) = found.and_then(|n| n.attribute(key)).filter(|t| !t.is_empty()) {
+            let step = text.trim().parse::<f64>().ok();
+            return match step.filter(|s| *s > 0.0 && s.is_finite()) {
+                Some(step) => Ok(Some(step)),
+                None => Err(Error::new(format!(
+                    "{tag} is '{text}', must be a positive number of seconds"
+                ))),
+            };
+        }
+    }
+    Ok(None)
+}

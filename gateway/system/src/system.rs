@@ -1,0 +1,148 @@
+//! A `.ssp` on the machine: components with FMUs, parameters and sample times; connections.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use tempfile::TempDir;
+
+use crate::archive::Archive;
+use crate::component::Component;
+use crate::error::Error;
+use crate::fmu::{Causality, Fmu};
+use crate::ssd::{Element, Structure, Values};
+use crate::wiring::{check, find, Wire};
+
+/// A `.ssp` that was read, checked and unpacked to a temporary folder, removed with the last
+/// of the things that were opened from it.
+pub struct System {
+    base: f64,
+    components: Vec<Component>,
+    wires: Vec<Wire>,
+    folder: Arc<TempDir>,
+}
+
+impl System {
+    pub fn open(path: &Path) -> Result<System, Error> {
+        let mut archive = Archive::open(path)?;
+        let structure = Structure::read(&mut archive)?;
+        let folder = TempDir::with_prefix("flexhex-")
+            .map_err(|e| Error::new(format!("no temporary folder can be made ({e})")))?;
+        let fmus = open_fmus(&mut archive, &structure.elements, folder.path())?;
+        let at = |e: Error| e.at(path.display());
+        let base = base_step(&structure, &fmus).map_err(at)?;
+        let mut components: Vec<Component> = Vec::new();
+        for element in &structure.elements {
+            if components.iter().any(|c| c.name() == element.name) {
+                let text = format!("component '{}' exists twice: rename one", element.name);
+                return Err(at(Error::new(text)));
+            }
+            let sets = sets_of(element, &structure.values);
+            let fmu = Arc::clone(&fmus[&element.source]);
+            components.push(Component::new(&element.name, fmu, &sets, base).map_err(at)?);
+        }
+        check(&structure.wires, &components).map_err(at)?;
+        Ok(System { base, components, wires: structure.wires, folder: Arc::new(folder) })
+    }
+
+    /// `[s]`
+    pub fn base_step(&self) -> f64 {
+        self.base
+    }
+
+    pub fn component(&self, name: &str) -> Option<&Component> {
+        self.components.iter().find(|c| c.name() == name)
+    }
+
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    pub(crate) fn wires(&self) -> &[Wire] {
+        &self.wires
+    }
+
+    pub(crate) fn folder(&self) -> Arc<TempDir> {
+        Arc::clone(&self.folder)
+    }
+
+    /// The same with other values: ("plant.tau_step", 0.003).
+    pub(crate) fn with(&self, parameters: &[(String, f64)]) -> Result<System, Error> {
+        let mut components = self.components.clone();
+        for (text, value) in parameters {
+            let at = |e: Error| e.at(format!("parameter '{text}'"));
+            let (name, parameter) = text
+                .split_once('.')
+                .ok_or_else(|| at(Error::new("write it as component.parameter")))?;
+            find(&components, name).map_err(at)?;
+            let component = components.iter_mut().find(|c| c.name() == name);
+            let Some(component) = component else { continue };
+            let variable = component.fmu().variable(parameter).map_err(at)?;
+            if variable.causality != Causality::Parameter || !value.is_finite() {
+                let text = format!("{value} for a variable of causality {}, must be a finite number for a parameter", variable.causality);
+                return Err(at(Error::new(text)));
+            }
+            component.set(parameter, *value).map_err(at)?;
+            component.schedule(self.base).map_err(at)?;
+        }
+        Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
+    }
+
+    /// The same with another FMU of equal interface for one component. It brings its own values:
+    /// those of the `.ssp` describe the one that it replaces.
+    pub(crate) fn with_fmu(&self, name: &str, path: &Path) -> Result<System, Error> {
+        let mut components = self.components.clone();
+        find(&components, name)?;
+        let folder = tempfile::Builder::new()
+            .prefix("fmu-")
+            .tempdir_in(self.folder.path())
+            .map_err(|e| Error::new(format!("no temporary folder can be made ({e})")))?
+            .keep();
+        let fmu = Arc::new(Fmu::open(Archive::open(path)?, folder)?);
+        for component in components.iter_mut().filter(|c| c.name() == name) {
+            *component = Component::new(name, Arc::clone(&fmu), &Values::new(), self.base)?;
+        }
+        check(&self.wires, &components).map_err(|e| e.at(path.display()))?;
+        Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
+    }
+}
+
+/// Values of one component: its own sets, then those of the system, which win.
+fn sets_of(element: &Element, system: &Values) -> Values {
+    let mut sets = element.values.clone();
+    for (name, value) in system {
+        if let Some((_, parameter)) =
+            name.split_once('.').filter(|(component, _)| *component == element.name)
+        {
+            sets.push((parameter.to_owned(), *value));
+        }
+    }
+    sets
+}
+
+fn open_fmus(
+    archive: &mut Archive,
+    elements: &[Element],
+    folder: &Path,
+) -> Result<HashMap<String, Arc<Fmu>>, Error> {
+    let mut fmus = HashMap::new();
+    for element in elements {
+        if fmus.contains_key(&element.source) {
+            continue;
+        }
+        let name = format!("{}: {}", archive.name(), element.source);
+        let inner = Archive::new(archive.read(&element.source)?, name)?;
+        let root = folder.join(fmus.len().to_string());
+        fmus.insert(element.source.clone(), Arc::new(Fmu::open(inner, root)?));
+    }
+    Ok(fmus)
+}
+
+/// \[s\]: the description's, else the smallest step size of the FMUs.
+fn base_step(structure: &Structure, fmus: &HashMap<String, Arc<Fmu>>) -> Result<f64, Error> {
+    let sizes = fmus.values().filter_map(|f| f.step_size).filter(|s| *s > 0.0);
+    structure
+        .base_step
+        .or_else(|| sizes.min_by(f64::total_cmp))
+        .ok_or_else(|| Error::new("names no base step: write osp:FixedStepAlgorithm baseStepSize"))
+}

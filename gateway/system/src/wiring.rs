@@ -1,0 +1,100 @@
+//! Connections between variables, and the checks that they pass before anything runs.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use crate::component::Component;
+use crate::error::{unknown, Error};
+use crate::fmu::{Causality, Variable};
+
+/// One scalar connection.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Wire {
+    pub source: String,
+    pub output: String,
+    pub target: String,
+    pub input: String,
+}
+
+impl fmt::Display for Wire {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Wire { source, output, target, input } = self;
+        write!(f, "{source}.{output} -> {target}.{input}")
+    }
+}
+
+/// Refuses the first mistake: unknown ends, wrong causality, no Real, unequal units, an input
+/// fed twice or by nothing.
+pub(crate) fn check(wires: &[Wire], components: &[Component]) -> Result<(), Error> {
+    let mut fed: HashMap<(&str, &str), &Wire> = HashMap::new();
+    for wire in wires {
+        check_ends(wire, components).map_err(|e| e.at(format!("connection {wire}")))?;
+        let end = (wire.target.as_str(), wire.input.as_str());
+        if let Some(other) = fed.insert(end, wire) {
+            return Err(Error::new(format!(
+                "{}.{} is fed by {}.{} and by {}.{}: keep one connection",
+                wire.target, wire.input, other.source, other.output, wire.source, wire.output
+            )));
+        }
+    }
+    for component in components {
+        let missing: Vec<&str> = component
+            .of(Causality::Input)
+            .map(|v| v.name.as_str())
+            .filter(|input| !fed.contains_key(&(component.name(), *input)))
+            .collect();
+        if let Some(first) = missing.first() {
+            let more = match missing.len() {
+                1 => String::new(),
+                count => format!(" and {} more", count - 1),
+            };
+            return Err(Error::new(format!(
+                "{}.{first}{more}: fed by nothing; connect an output to it",
+                component.name()
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn check_ends(wire: &Wire, components: &[Component]) -> Result<(), Error> {
+    let start =
+        port(components, &wire.source, &wire.output, (Causality::Output, "starts at an output"))?;
+    let end = port(components, &wire.target, &wire.input, (Causality::Input, "ends at an input"))?;
+    if start.unit != end.unit {
+        return Err(Error::new(format!(
+            "'{}' into '{}', units must be equal: connect another variable or correct a unit",
+            start.unit, end.unit
+        )));
+    }
+    Ok(())
+}
+
+fn port<'a>(
+    components: &'a [Component],
+    component: &str,
+    name: &str,
+    (causality, rule): (Causality, &str),
+) -> Result<&'a Variable, Error> {
+    let found = find(components, component)?;
+    let variable = found.fmu().variable(name).map_err(|e| e.at(format!("in {component}")))?;
+    if variable.causality != causality {
+        return Err(Error::new(format!(
+            "{component}.{name} is of causality {}; a connection {rule}",
+            variable.causality
+        )));
+    }
+    if !variable.is_real {
+        return Err(Error::new(format!("{component}.{name} is no Real")));
+    }
+    Ok(variable)
+}
+
+/// The component of that name, or an error that names the nearest one.
+pub(crate) fn find<'a>(components: &'a [Component], name: &str) -> Result<&'a Component, Error> {
+    let known = components.iter().map(Component::name);
+    components
+        .iter()
+        .find(|c| c.name() == name)
+        .ok_or_else(|| Error::new(unknown("component", name, known)))
+}

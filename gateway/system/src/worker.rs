@@ -1,0 +1,183 @@
+//! One FMU in a thread of its own. It is fed at its tick and steps while the cycles go on; its
+//! outputs are taken one period later, so the timing rule holds whatever time the step takes.
+//!
+//! The hand-over is one atomic number that says whose turn it is: the cycle's side allocates
+//! nothing, never blocks and makes no system call (waking a thread takes 20 us on some machines, so
+//! the thread looks for itself). The mutex is never contended, as only the side whose turn it is
+//! locks it: it is there so that the compiler checks the claim.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+use crate::executor::{Executor, Unit};
+
+/// Called in a new thread before it does anything, with the component's name: priority, CPU.
+pub type ThreadHook = Arc<dyn Fn(&str) + Send + Sync>;
+
+/// The cycle's turn: nothing was asked yet, or the step is done.
+const DONE: u8 = 0;
+/// The thread's turn.
+const STEP: u8 = 1;
+/// The cycle's turn: the FMU refused a call.
+const FAILED: u8 = 2;
+/// The thread is to end.
+const END: u8 = 3;
+/// Pause between two looks while a late thread is waited for.
+const PAUSE: Duration = Duration::from_micros(20);
+/// Looks of an idle thread in one period of its FMU.
+const LOOKS: f64 = 32.0;
+/// How long a thread that hangs in its FMU is waited for before it is left behind.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// What cycle and thread share.
+struct Shared {
+    turn: AtomicU8,
+    state: Mutex<State>,
+}
+
+/// Belongs to whose turn it is.
+struct State {
+    executor: Executor,
+    /// Base steps that the FMU has done: its own time, as ticks may be left out.
+    now: i64,
+    period: i64,
+}
+
+pub(crate) enum Outcome {
+    Done,
+    Failed(String),
+    Late,
+}
+
+/// Handle of the cycle's side.
+pub(crate) struct Worker {
+    pub name: String,
+    pub period: i64,
+    /// Slots of the common bus that feed it.
+    sources: Vec<usize>,
+    /// Slots of the common bus that it writes.
+    pub slots: std::ops::Range<usize>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// unit: with slots of the common bus; inside, the FMU has a small bus of its own.
+    pub fn open(mut unit: Unit, base: f64, hook: Option<ThreadHook>) -> Result<Worker, Error> {
+        let sources: Vec<usize> = unit.inputs.iter().map(|(_, slot)| *slot).collect();
+        let slots = unit.slot..unit.slot + unit.outputs.len();
+        let (name, period) = (unit.name.clone(), unit.period);
+        for (k, input) in unit.inputs.iter_mut().enumerate() {
+            input.1 = k;
+        }
+        unit.slot = sources.len();
+        let n_slots = sources.len() + unit.outputs.len();
+        let executor = Executor::open(vec![unit], n_slots, base)?;
+        let shared = Arc::new(Shared {
+            turn: AtomicU8::new(DONE),
+            state: Mutex::new(State { executor, now: 0, period }),
+        });
+        if !lock(&shared).executor.publish(0, 0) {
+            return Err(Error::new(lock(&shared).executor.message()));
+        }
+        let (theirs, title) = (Arc::clone(&shared), name.clone());
+        let pause = Duration::from_secs_f64(period as f64 * base / LOOKS);
+        let thread = thread::Builder::new()
+            .name(format!("fmu {name}"))
+            .spawn(move || {
+                if let Some(hook) = hook {
+                    hook(&title);
+                }
+                serve(&theirs, pause);
+            })
+            .map_err(|e| Error::new(format!("{name}: no thread can be made ({e})")))?;
+        Ok(Worker { name, period, sources, slots, shared, thread: Some(thread) })
+    }
+
+    /// Whether the last step is over, within `wait`.
+    pub fn finished(&self, wait: Duration) -> Outcome {
+        let mut turn = self.shared.turn.load(Ordering::Acquire);
+        if turn == STEP && !wait.is_zero() {
+            let begin = Instant::now();
+            while turn == STEP && begin.elapsed() < wait {
+                thread::sleep(PAUSE);
+                turn = self.shared.turn.load(Ordering::Acquire);
+            }
+        }
+        match turn {
+            STEP => Outcome::Late,
+            FAILED => Outcome::Failed(lock(&self.shared).executor.message()),
+            _ => Outcome::Done,
+        }
+    }
+
+    /// Outputs to the common bus; only when finished.
+    pub fn take(&self, bus: &mut [f64]) {
+        let state = lock(&self.shared);
+        bus[self.slots.clone()].copy_from_slice(&state.executor.bus()[self.sources.len()..]);
+    }
+
+    /// Inputs from the common bus, and off it goes; does nothing while it is late.
+    pub fn start(&self, bus: &[f64]) {
+        if self.shared.turn.load(Ordering::Acquire) != DONE {
+            return;
+        }
+        let mut state = lock(&self.shared);
+        let inputs = state.executor.bus_mut().iter_mut();
+        for (input, source) in inputs.zip(&self.sources) {
+            *input = bus[*source];
+        }
+        drop(state);
+        self.shared.turn.store(STEP, Ordering::Release);
+    }
+}
+
+impl Drop for Worker {
+    /// Ends the thread. One that hangs in its FMU is left behind with all that it uses.
+    fn drop(&mut self) {
+        let Some(thread) = self.thread.take() else {
+            return;
+        };
+        self.shared.turn.store(END, Ordering::Release);
+        let begin = Instant::now();
+        while !thread.is_finished() && begin.elapsed() < FAREWELL {
+            thread::sleep(PAUSE);
+        }
+        if thread.is_finished() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The thread's side: steps when it is its turn, looks whether it is after every pause.
+fn serve(shared: &Shared, pause: Duration) {
+    loop {
+        match shared.turn.load(Ordering::Acquire) {
+            STEP => {
+                let done = lock(shared).step();
+                let next = if done { DONE } else { FAILED };
+                // END may have been asked for meanwhile: then it stays
+                let _ =
+                    shared.turn.compare_exchange(STEP, next, Ordering::AcqRel, Ordering::Acquire);
+            }
+            END => return,
+            _ => thread::sleep(pause),
+        }
+    }
+}
+
+impl State {
+    fn step(&mut self) -> bool {
+        let (now, next) = (self.now, self.now + self.period);
+        self.now = next;
+        let executor = &mut self.executor;
+        executor.feed(0, now) && executor.advance(0, now) && executor.publish(0, next)
+    }
+}
+
+fn lock(shared: &Shared) -> MutexGuard<'_, State> {
+    shared.state.lock().unwrap_or_else(PoisonError::into_inner)
+}

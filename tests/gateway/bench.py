@@ -1,0 +1,189 @@
+"""The emulated drives and the gateway on a cable: two network namespaces and a veth pair."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.gateway.cargo import GATEWAY, built
+
+Event = dict[str, Any]
+Rows = npt.NDArray[np.float64]
+LIMIT_S = 240.0
+"""A run that hangs is ended after this; nothing is measured with it."""
+
+
+@dataclass(frozen=True)
+class Cable:
+    """Names of the two ends; `drives` and `gateway` are namespaces."""
+
+    drives: str
+    gateway: str
+
+    def at(self, place: str, command: Sequence[object]) -> list[str]:
+        """The command in one of the namespaces."""
+        return ["ip", "netns", "exec", place, *map(str, command)]
+
+
+@contextmanager
+def cable() -> Iterator[Cable]:
+    """A cable of its own for one test; skips where that is not allowed."""
+    if shutil.which("ip") is None or os.geteuid() != 0:
+        pytest.skip("network namespaces need root and `ip`")
+    name = f"fx{os.getpid()}"
+    ends = Cable(f"{name}d", f"{name}g")
+    try:
+        for namespace in (ends.drives, ends.gateway):
+            _ip("netns", "add", namespace)
+        _ip("link", "add", "bus0", "netns", ends.drives, "type", "veth",
+            "peer", "name", "bus1", "netns", ends.gateway)  # fmt: skip
+        _ip("-n", ends.drives, "link", "set", "bus0", "up")
+        _ip("-n", ends.gateway, "link", "set", "bus1", "up")
+        yield ends
+    finally:
+        for namespace in (ends.drives, ends.gateway):
+            subprocess.run(["ip", "netns", "del", namespace], capture_output=True)
+
+
+def _ip(*words: str) -> None:
+    done = subprocess.run(["ip", *words], capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"ip {' '.join(words)}: {done.stderr.strip()}")
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A run of the gateway: exit code, JSON events of both sides, words, recording."""
+
+    code: int
+    events: tuple[Event, ...]
+    drives: tuple[Event, ...]
+    words: str
+    recording: Path
+
+    def one(self, name: str) -> Event:
+        """The only event of a kind."""
+        found = [e for e in self.events if e["event"] == name]
+        assert len(found) == 1, f"{len(found)} events {name!r}:\n{self.words}"
+        return found[0]
+
+    def happened(self, name: str) -> list[Event]:
+        """Events of a kind that the emulator told."""
+        return [e for e in self.drives if e["event"] == name]
+
+    @cached_property
+    def table(self) -> dict[str, Rows]:
+        """Columns of the recording by name; those of six axes as (n, 6)."""
+        return columns(self.recording)
+
+    @cached_property
+    def kept(self) -> dict[str, Rows]:
+        """The same of the file that a trip leaves: five seconds, with the reaction."""
+        return columns(Path(self.one("summary")["before_trip"]))
+
+
+def columns(path: Path) -> dict[str, Rows]:
+    """A recording's columns; theta[1..6] and the like become one array (n, 6)."""
+    lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+    names = lines[0].split(",")
+    data = np.loadtxt(lines[2:], delimiter=",", ndmin=2)
+    table = {name: data[:, k] for k, name in enumerate(names)}
+    for base in {name[:-3] for name in names if name.endswith("[6]")}:
+        table[base] = np.column_stack([table[f"{base}[{k}]"] for k in range(1, 7)])
+    return table
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What is put on the cable: a system, a kind of drive, changes on either side."""
+
+    ssp: Path
+    folder: Path
+    kind: str = "akd"
+
+    def run(
+        self,
+        *,
+        seconds: float = 2.5,
+        options: str = "",
+        changes: Sequence[tuple[str, str]] = (),
+        command: Sequence[object] = ("run", "--enable", "--lockstep"),
+        plant: Path | None = None,
+        during: Callable[[subprocess.Popen[str]], None] | None = None,
+        linger: float = 0.0,
+        wrapper: Sequence[object] = (),
+    ) -> Ran:
+        """Run the gateway against drives with these options (TOML) and a changed configuration.
+
+        plant: the system whose plant moves; by default the one that the gateway has.
+        during: what is done to the gateway while it runs.
+        linger: seconds for which the drives are left alone afterwards.
+        wrapper: a command that the gateway is run by.
+        """
+        program = built("flexhex-gateway") / "flexhex-gateway"
+        verb, *rest = command
+        recording = self.folder / "run.csv"
+        if verb == "run":
+            rest += ["--duration", seconds, "--record", recording]
+        lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []
+        with cable() as ends:
+            drives = self._drives(
+                ends, program, [*lockstep, "--system", plant or self.ssp], options
+            )
+            try:
+                words = [*wrapper, program, verb, self._config(changes), "--json", *rest]
+                words += ["--interface", "bus1", "--ssp", self.ssp]
+                gateway = subprocess.Popen(
+                    ends.at(ends.gateway, words),
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
+                if during is not None:
+                    during(gateway)
+                said, words_said = gateway.communicate(timeout=LIMIT_S)
+                time.sleep(linger)
+            finally:
+                drives.terminate()
+                told = drives.communicate(timeout=20)[0]
+        return Ran(gateway.returncode, _events(said), _events(told), words_said, recording)
+
+    def _drives(
+        self, ends: Cable, program: Path, flags: list[object], options: str
+    ) -> subprocess.Popen[str]:
+        file = self.folder / "drives.toml"
+        file.write_text(options)
+        kind = "akd" if self.kind == "akd" else "cst"
+        words = [program, "emulate", "--interface", "bus0", "--json", "--drives", kind]
+        command = ends.at(ends.drives, [*words, "--options", file, *flags])
+        drives = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert drives.stdout is not None
+        first = drives.stdout.readline()
+        assert json.loads(first)["event"] == "ready", first
+        return drives
+
+    def _config(self, changes: Sequence[tuple[str, str]]) -> Path:
+        text = (GATEWAY / "machines" / f"{self.kind}.toml").read_text()
+        for old, new in changes:
+            assert old in text, f"{old!r} is not in the configuration"
+            text = text.replace(old, new)
+        file = self.folder / "machine.toml"
+        file.write_text(text)
+        return file
+
+
+def _events(text: str) -> tuple[Event, ...]:
+    return tuple(json.loads(line) for line in text.splitlines() if line.startswith("{"))

@@ -1,0 +1,17 @@
+"""The table of faults, shared by all tests of a session."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.gateway.fault_table import Table
+
+
+@pytest.fixture(scope="session")
+def table(request: pytest.FixtureRequest) -> Iterator[Table]:
+    """Rows of docs/gateway.md; `--update` writes them."""
+    rows = Table(bool(request.config.getoption("--update")))
+    yield rows
+    rows.write()

@@ -1,0 +1,94 @@
+"""`flexhex drive`: the loop on emulated drives, and what it says where that cannot be."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex import drive_cable
+from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
+from flexhex.drive.runs import error, steps
+from flexhex.drive.view import drive_command
+from fmus.common.errors import RunError, UsageError
+from ssp.recording import load_recording
+from ssp.results import Group, Result
+from tests.gateway.cargo import built
+
+
+def moved(n: int) -> Result:
+    """Errors n + k / 10 of axis k at base step n."""
+    e = np.add.outer(np.arange(float(n)), np.arange(1, 7) / 10)
+    return Result({"0.25ms": Group(1, 0.00025, {"feedback.e": e})})
+
+
+def test_errors_are_judged_after_the_hold() -> None:
+    """From 2 s on, n = 8001 and 8002: the RMS over two samples of six axes."""
+    judged = np.add.outer([8001.0, 8002.0], np.arange(1, 7) / 10)
+    rms, most = error(moved(8003))
+    assert rms == pytest.approx(1e6 * np.sqrt(np.mean(judged**2)), rel=1e-12)
+    assert most == pytest.approx(1e6 * judged.max(), rel=1e-12)
+    assert np.isnan(error(moved(8000))).all()
+
+
+def test_steps_are_those_of_the_configured_drive() -> None:
+    """Exactly: 1 mA at 3 N m/A and 2^32 counts, as the drives' integers stand for."""
+    tau = 3.0 * 0.001
+    theta = 6.283185307179586 / 4294967296
+    wanted = {"plant.tau_step": tau, "feedback.tau_step": tau, "plant.theta_step": theta}
+    assert steps() == wanted
+
+
+def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
+    text = drive_cable._patient(tmp_path / "a.toml").read_text()
+    for key, value in PATIENT.items():
+        assert text.count(f"\n{key} = {value}") == 1, key
+
+
+def test_without_program_or_root_it_is_said(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(drive_cable, "PROGRAM", tmp_path / "none")
+    with pytest.raises(UsageError, match="make gateway"):
+        check_means()
+    monkeypatch.setattr(drive_cable, "PROGRAM", Path(__file__))
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    with pytest.raises(UsageError, match="run this as root"):
+        drive_command(out=tmp_path)
+
+
+@pytest.fixture(scope="module")
+def program() -> Path:
+    """The gateway, where a cable can be made for it."""
+    if shutil.which("ip") is None or os.geteuid() != 0:
+        pytest.skip("network namespaces need root and `ip`")
+    return built("flexhex-gateway") / PROGRAM.name
+
+
+def test_a_drive_leaves_a_recording_and_no_namespace(
+    program: Path, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    driven = drive(hexapod_ssp, 0.1, tmp_path / "a.csv", True)
+    assert driven.trip == ""
+    assert driven.summary["cycles"] == 400
+    assert load_recording(driven.recording)["plant.theta"].shape == (400, 6)
+    left = [n["name"] for n in json.loads(namespaces() or "[]")]
+    assert not [name for name in left if name.startswith("flexhex-") and str(os.getpid()) in name]
+
+
+def namespaces() -> str:
+    """All named network namespaces as JSON."""
+    done = subprocess.run(["ip", "-j", "netns", "list"], capture_output=True, text=True)
+    return done.stdout
+
+
+def test_a_refusal_of_either_side_is_an_error(
+    program: Path, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(RunError, match=r"flexhex-gateway emulate: .*none\.ssp"):
+        drive(tmp_path / "none.ssp", 0.1, tmp_path / "a.csv", True)

@@ -1,0 +1,218 @@
+"""What goes wrong on the cable and in the FMUs, and at which cycle the gateway trips."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.gateway.archives import Spoil, spoiled
+from tests.gateway.bench import Bench, Ran, columns
+from tests.gateway.fault_table import Row, Table
+
+AT = 9000
+"""Cycle of every fault: 2.25 s, in the first move of the reference."""
+PATIENT = ("lockstep_timeout_ms = 200", "lockstep_timeout_ms = 30")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fault of the emulated drives, the rule that must see it, and when: cycles after it."""
+
+    name: str
+    fault: str
+    reason: str
+    after: int
+    axis: int | None = None
+    changes: tuple[tuple[str, str], ...] = ()
+
+
+CASES = (
+    Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", 0, 3),
+    Case("encoder jumps 1.5 mrad", 'kind = "encoder_jump"\nposition = 1', "jump", 0, 2),
+    Case("drive drops to SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", 0, 5),
+    Case("working counter short, 3 cycles", 'kind = "wkc_short"\ncount = 3', "working_counter", 2),
+    Case("cable cut before the first drive", 'kind = "cable_cut"\nposition = 0', "lost_frames", 7),
+    Case("cable cut between drives", 'kind = "cable_cut"\nposition = 3', "working_counter", 2),
+    Case("cable cut before the last", 'kind = "cable_cut"\nposition = 5', "working_counter", 2),
+    Case("8 frames lost before they act", 'kind = "frame_lost"\ncount = 8', "lost_frames", 7),
+    Case("8 replies lost", 'kind = "frame_lost"\nacting = "after"\ncount = 8', "lost_frames", 7),
+)  # fmt: skip
+
+
+def faults(*tables: str) -> str:
+    """Options of the emulator with faults that begin at AT."""
+    return "".join(f"[[fault]]\ncycle = {AT}\n{table}\n" for table in tables)
+
+
+def struck(fault: str, cycles: int) -> list[int]:
+    """Cycles from AT in which a fault acts, by the emulator's rule (SplitMix64 of seed 0)."""
+    known = dict(line.split(" = ") for line in fault.splitlines())
+    count = int(known.get("count", "1")) or cycles
+    probability = float(known.get("probability", "1"))
+    return [n for n in range(AT, min(AT + count, cycles)) if chance(n) < probability]
+
+
+def chance(cycle: int) -> float:
+    """Uniform in [0, 1) for the first fault of the list in a cycle."""
+    mixed = 0
+    for value in (0, cycle):
+        mixed = mix(mixed + mix(value))
+    return (mixed >> 11) / 2**53
+
+
+def mix(value: int) -> int:
+    """One step of SplitMix64 [Steele et al. 2014]."""
+    z = (value + 0x9E3779B97F4A7C15) % 2**64
+    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+    z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
+    return z ^ z >> 31
+
+
+def time_ms(ran: Ran, since: int = AT) -> float:
+    """From the fault to the frame that carries no torque [ms]."""
+    trip = ran.one("trip")
+    return float((trip["cycle"] + trip["cycles_to_zero"] - since) * 0.25)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_fault_trips_at_its_cycle(
+    case: Case, hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(options=faults(case.fault), changes=case.changes)
+    trip = ran.one("trip")
+    assert ran.code == 1
+    assert (trip["reason"], trip["axis"], trip["cycle"]) == (
+        case.reason,
+        case.axis,
+        AT + case.after,
+    )
+    # the very next frame carries no torque
+    assert trip["cycles_to_zero"] == 1
+    assert np.all(ran.kept["tau"][AT + case.after + 1 :] == 0)
+    assert np.all(ran.kept["tau"][AT + case.after] != 0)
+    table.add(Row(case.name, trip["reason"], "zero", trip["cycle"] - AT, time_ms(ran)))
+
+
+def test_frozen_encoder_trips_when_the_reference_has_moved_on(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    options = faults('kind = "encoder_frozen"\nposition = 3')
+    ran = Bench(hexapod_ssp, tmp_path).run(options=options)
+    trip = ran.one("trip")
+    assert (trip["reason"], trip["axis"]) == ("frozen_encoder", 4)
+    theta, r = ran.kept["theta"][:, 3], ran.kept["r"][:, 3]
+    last = int(np.flatnonzero(np.diff(theta[: AT + 5]))[-1]) + 1
+    moved = np.abs(r - r[last]) > 0.002
+    moved[: last + 40] = False
+    assert trip["cycle"] == int(np.flatnonzero(moved)[0])
+    table.add(Row("encoder frozen", trip["reason"], "zero", trip["cycle"] - AT, time_ms(ran)))
+
+
+LOST, AFTER = 'kind = "frame_lost"', '\nacting = "after"'
+OFTEN = "\ncount = 0\nprobability = "
+
+
+@pytest.mark.parametrize(
+    ("name", "fault", "seconds"),
+    [
+        ("frames lost, 0.1 %", f"{LOST}{OFTEN}0.001", 4.0),
+        ("frames lost, 1 %", f"{LOST}{OFTEN}0.01", 4.0),
+        ("frames lost, 10 %", f"{LOST}{OFTEN}0.1", 3.0),
+        ("replies lost, 10 %", f"{LOST}{AFTER}{OFTEN}0.1", 3.0),
+        ("frames delayed, 1 %", f'kind = "frame_delayed"{OFTEN}0.01', 3.0),
+        ("frames out of order, 1 %", f'kind = "frame_reordered"{OFTEN}0.01', 3.0),
+        ("working counter short, 2 cycles", 'kind = "wkc_short"\ncount = 2', 2.5),
+        ("7 frames lost", f"{LOST}\ncount = 7", 2.5),
+    ],
+)  # fmt: skip
+def test_fault_is_survived_and_counted(
+    name: str, fault: str, seconds: float, hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    bench = Bench(hexapod_ssp, tmp_path)
+    ran = bench.run(options=faults(fault), changes=(PATIENT,), seconds=seconds)
+    assert ran.code == 0, ran.words
+    summary, table_of = ran.one("summary"), ran.table
+    running = table_of["phase"] == 1
+    answered, counter = table_of["answered"][running], table_of["working_counter"][running]
+    missed = np.flatnonzero((answered == 0) | (counter != 18))
+    wanted = struck(fault, len(answered))
+    # a slow computer may lose more by itself
+    assert len(wanted) > 0
+    assert set(wanted) <= set(missed)
+    assert summary["lost"] + summary["short"] == len(missed)
+    assert max(summary["largest_error_rad"]) < 0.01
+    assert not ran.happened("watchdog")
+    table.add(Row(name, "none", "goes on", None, None))
+
+
+def test_duplicates_do_not_change_one_bit(hexapod_ssp: Path, tmp_path: Path, table: Table) -> None:
+    bench = Bench(hexapod_ssp, tmp_path)
+    twice = bench.run(options=faults(f'kind = "frame_duplicated"{OFTEN}0.1'))
+    assert twice.code == 0, twice.words
+    theta = twice.table["theta"]
+    plain = bench.run(seconds=2.5).table["theta"]
+    assert np.array_equal(theta, plain)
+    happened = twice.happened("stopped")[0]["faults"][0]["count"]
+    # the last duplicate may arrive when nobody listens any more
+    assert happened - 1 <= twice.one("summary")["duplicated"] <= happened
+    assert happened > 50
+    table.add(Row("frames duplicated, 10 %", "none", "goes on", None, None))
+
+
+@dataclass(frozen=True)
+class Broken:
+    """An FMU that goes wrong at a step, and the cycle in which the gateway must see it."""
+
+    name: str
+    spoil: Spoil
+    reason: str
+    cycle: int
+    changes: tuple[tuple[str, str], ...] = ()
+
+
+BROKEN = (
+    Broken("FMU gives NaN", Spoil("feedback", AT, "set", "tau[2]", float("nan")), "not_finite", AT),
+    Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT),
+    Broken("FMU reports a fault", Spoil("N_E", AT // 2, "set", "fault", 4.0), "fmu_fault", AT + 1),
+    Broken("FMU overruns", Spoil("feedback", AT, "sleep", value=1.5), "fmu_overrun", AT),
+    Broken("estimator late", Spoil("K", 75, "sleep", value=2.5), "late_thread", 76 * 120 - 1,
+           (('late = "hold"', 'late = "trip"'),)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.name)
+def test_broken_fmu_trips_in_its_cycle(
+    broken: Broken, hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    bad = spoiled(hexapod_ssp, broken.spoil, tmp_path / "bad.ssp")
+    bench = Bench(bad, tmp_path)
+    ran = bench.run(plant=hexapod_ssp, changes=broken.changes)
+    trip = ran.one("trip")
+    assert (trip["reason"], trip["cycle"]) == (broken.reason, broken.cycle), ran.words
+    # the last good torque is faded to zero over 100 ms, without a number that is none
+    tau = ran.kept["tau"][broken.cycle : broken.cycle + trip["cycles_to_zero"] + 1]
+    assert np.all(np.isfinite(tau))
+    assert np.all(np.abs(np.diff(np.abs(tau), axis=0)) <= np.abs(tau[0]) / 400 * 1.01 + 1e-12)
+    assert trip["cycles_to_zero"] == 400
+    table.add(Row(broken.name, trip["reason"], "ramp", 0, time_ms(ran, broken.cycle)))
+
+
+def test_estimator_that_is_late_is_held_and_counted(hexapod_ssp: Path, tmp_path: Path) -> None:
+    bad = spoiled(hexapod_ssp, Spoil("K", 75, "sleep", value=2.5), tmp_path / "bad.ssp")
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp)
+    assert ran.code == 0, ran.words
+    assert ran.one("summary")["late_threads"] >= 1
+
+
+def test_trip_keeps_the_rows_before_it(hexapod_ssp: Path, tmp_path: Path) -> None:
+    options = faults('kind = "drive_fault"')
+    ran = Bench(hexapod_ssp, tmp_path).run(options=options)
+    kept = Path(ran.one("summary")["before_trip"])
+    trip = "# trip: drive_fault: axis 1: fault 0x7305 of the drive (cycle 9000)"
+    assert any(line.startswith(trip) for line in kept.read_text().splitlines())
+    rows = len(ran.table["time"])
+    assert np.array_equal(columns(kept)["theta"][:rows], ran.table["theta"])
+    assert len(columns(kept)["time"]) == rows + ran.one("trip")["cycles_to_disabled"]

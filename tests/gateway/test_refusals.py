@@ -1,0 +1,222 @@
+"""What the gateway refuses before there is power, and what the drives do when it is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ssp.fmu import binary_path
+from ssp.read import read_ssp
+from tests.gateway.archives import changed, with_fmu
+from tests.gateway.bench import Bench, Ran
+from tests.gateway.fault_table import Row, Table
+
+RUN = ("run", "--enable", "--lockstep")
+DRY = ("run", "--dry-run", "--lockstep")
+CHECK = ("check", "--bus")
+
+
+def drive(position: int, text: str) -> str:
+    """Options of the emulator for one drive."""
+    return f"[[drive]]\nposition = {position}\n{text}\n"
+
+
+BAD = {
+    "a drive is missing": ("[drives]\ncount = 5\n", "5 devices on the cable, wanted 6"),
+    "drives are swapped": (
+        drive(0, "serial = 1002") + drive(1, "serial = 1001"),
+        "axis 1, position 0: serial 0x3ea, wanted 0x3e9: drives are swapped",
+    ),
+    "a drive of another product": (drive(3, "product = 99"), "axis 4, position 3: product 0x63"),
+    "a drive of another maker": (drive(3, "vendor = 7"), "axis 4, position 3: vendor 0x7"),
+    "a drive with power": (drive(2, 'initial = "enabled"'), "axis 3, position 2: has power"),
+    "a drive with a fault": (drive(5, 'initial = "fault"'), "axis 6, position 5: fault 0x7305"),
+}  # fmt: skip
+ONLY_RUN = {
+    "maps that cannot be written": (drive(1, "maps_fixed = true"), "object 0x1c12"),
+    "process data of another size": (
+        drive(1, "extra_input_bytes = 2"),
+        "position 1: AL status code 0x001e",
+    ),
+    "an angle outside its limits": (drive(4, "offset = 500000000"), "axis 5: theta = 0.731"),
+    "an angle far from the reference": (drive(4, "offset = 50000000"), "the reference begins at"),
+}
+
+
+def serials(position: int) -> tuple[str, str]:
+    """The template's serial number, as an expectation."""
+    return (f"# serial = {1001 + position}", f"serial = {1001 + position}")
+
+
+def never_enabled(ran: Ran) -> None:
+    """No drive was led to power by the gateway."""
+    assert not [e for e in ran.happened("drive") if e["to"] == "operation enabled"]
+
+
+@pytest.mark.parametrize("name", [*BAD, *ONLY_RUN])
+def test_wrong_bus_is_refused_before_power(
+    name: str, hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    options, wanted = (BAD | ONLY_RUN)[name]
+    changes = tuple(serials(k) for k in (0, 1)) if "swapped" in name else ()
+    bench = Bench(hexapod_ssp, tmp_path)
+    for command in (RUN, CHECK) if name in BAD else (RUN,):
+        ran = bench.run(options=options, changes=changes, command=command)
+        assert ran.code == 1, ran.words
+        assert wanted in ran.one("refused")["message"]
+        never_enabled(ran)
+    table.add(Row(name, "refused", "no power", None, None))
+
+
+def test_good_bus_passes_the_check(hexapod_ssp: Path, tmp_path: Path) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(command=CHECK)
+    assert ran.code == 0, ran.words
+    never_enabled(ran)
+
+
+def test_faults_are_reset_only_when_asked(hexapod_ssp: Path, tmp_path: Path) -> None:
+    options = drive(5, 'initial = "fault"')
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        options=options, command=(*RUN, "--reset-faults"), seconds=0.05
+    )
+    assert ran.code == 0, ran.words
+
+
+def test_dry_run_reads_and_computes_but_never_enables(hexapod_ssp: Path, tmp_path: Path) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(command=DRY)
+    assert ran.code == 0, ran.words
+    never_enabled(ran)
+    assert not ran.table["tau"].any()
+    assert ran.table["tau_ff"].any()
+    assert len(ran.table["time"]) >= 10_000
+
+
+def test_nothing_is_enabled_without_being_asked(hexapod_ssp: Path, tmp_path: Path) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(command=("run", "--lockstep"))
+    assert ran.code == 2
+    never_enabled(ran)
+
+
+def test_fmu_of_another_platform_is_bad_input(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    model = read_ssp(hexapod_ssp).instance("feedback").fmu.model
+    data, source = hexapod_ssp.read_bytes(), "resources/feedback.fmu"
+    bad = tmp_path / "bad.ssp"
+    bad.write_bytes(with_fmu(data, source, {binary_path(model): None, "binaries/other/f.so": b""}))
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, command=RUN)
+    assert ran.code == 3, ran.words
+    message = ran.one("refused")["message"]
+    assert "feedback" in message
+    assert "other" in message
+    table.add(Row("an FMU for another platform", "refused", "no power", None, None))
+
+
+def test_system_without_the_wanted_component_is_bad_input(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    for old, new, wanted in (
+        ('host = "plant"', 'host = "machine"', "no component"),
+        ('"feedback.e"', '"feedback.error"', "system.following_error"),
+        ('["K"]', '["E"]', "system.own_thread"),
+        ("torque_N_m = 27.0", "torque_N_m = 5.0", "feedback.tau_max = 27"),
+    ):
+        ran = Bench(hexapod_ssp, tmp_path).run(command=RUN, changes=((old, new),))
+        assert ran.code == 3, ran.words
+        assert wanted in ran.one("refused")["message"]
+        assert not ran.happened("state"), "not one frame was sent"
+    table.add(Row("a system that does not match", "refused", "no power", None, None))
+
+
+@pytest.mark.parametrize(
+    ("member", "data", "wanted"),
+    [
+        ("SystemStructure.ssd", None, "SystemStructure.ssd"),
+        ("resources/feedback.fmu", None, "feedback"),
+        ("resources/feedback.fmu", b"rubbish", "feedback"),
+    ],
+)
+def test_system_that_does_not_fit_is_bad_input(
+    member: str, data: bytes | None, wanted: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    bad = tmp_path / "bad.ssp"
+    bad.write_bytes(changed(hexapod_ssp.read_bytes(), {member: data}))
+    ran = Bench(bad, tmp_path).run(plant=hexapod_ssp, command=RUN)
+    assert ran.code == 3, ran.words
+    assert wanted in ran.one("refused")["message"]
+    assert not ran.happened("state"), "not one frame was sent"
+
+
+def when_running(act: Callable[[int], None]) -> Callable[[subprocess.Popen[str]], None]:
+    """Acts on the gateway's process once it has told that it runs."""
+
+    def wait(gateway: subprocess.Popen[str]) -> None:
+        assert gateway.stdout is not None
+        for line in gateway.stdout:
+            if '"event":"status"' in line:
+                act(gateway.pid)
+                return
+
+    return wait
+
+
+SILENT = "silence_s = 0.3\n"
+"""Lockstep: without frames for so long, the plant goes on by itself."""
+
+
+def kill(pid: int) -> None:
+    """No chance to say goodbye."""
+    os.kill(pid, signal.SIGKILL)
+
+
+def test_killed_gateway_leaves_it_to_the_watchdog(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        options=SILENT, seconds=100.0, during=when_running(kill), linger=1.0
+    )
+    assert ran.code == -signal.SIGKILL
+    expired = ran.happened("watchdog")
+    zero = ran.happened("torque_zero")
+    silence = ran.happened("silence")[0]["cycle"]
+    assert len(expired) == len(zero) == 6
+    # 5 ms are 20 cycles after the last frame; the plant stood still until it was missed
+    assert {e["cycle"] - silence for e in zero} <= {19, 20, 21}
+    table.add(Row("gateway killed", "watchdog of the drives", "zero", 20, 5.0))
+
+
+def stop_and_continue(pid: int) -> None:
+    """Longer than the drives wait."""
+    os.kill(pid, signal.SIGSTOP)
+    time.sleep(1.0)
+    os.kill(pid, signal.SIGCONT)
+
+
+def test_gateway_that_was_stopped_trips_when_it_goes_on(
+    hexapod_ssp: Path, tmp_path: Path, table: Table
+) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        options=SILENT, seconds=100.0, during=when_running(stop_and_continue)
+    )
+    trip = ran.one("trip")
+    assert (ran.code, trip["reason"], trip["cycles_to_zero"]) == (1, "al_state", 1)
+    assert len(ran.happened("watchdog")) == 6
+    table.add(Row("gateway stopped and continued", "al_state", "zero", 0, None))
+
+
+def test_ctrl_c_ends_in_order(hexapod_ssp: Path, tmp_path: Path) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(
+        options=SILENT,
+        seconds=100.0,
+        during=when_running(lambda pid: os.kill(pid, signal.SIGINT)),
+    )
+    assert ran.code == 0, ran.words
+    last = {e["position"]: e for e in ran.happened("drive")}
+    assert all(e["to"] != "operation enabled" and e["error"] == 0 for e in last.values())
+    assert not ran.happened("watchdog")

@@ -1,0 +1,241 @@
+"""What a .ssp or an FMU may have wrong, each refused in words that say what, where, how to mend."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ssp.fmu import binary_path
+from tests.gateway.archives import changed, member, shared_library, with_fmu
+from tests.gateway.cargo import built
+
+SSD = "SystemStructure.ssd"
+XML = "modelDescription.xml"
+FEEDBACK = "resources/feedback.fmu"
+BINARY = binary_path("feedback")
+
+
+def refusal(*arguments: object) -> str:
+    """What the example program says when it refuses; never a panic."""
+    program = built("flexhex-system", "--example", "closed_loop") / "examples" / "closed_loop"
+    words = [str(program), "--seconds", "0.01", *map(str, arguments)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3, f"{done.returncode}: {done.stdout}{done.stderr}"
+    assert "panicked" not in done.stderr
+    return done.stderr
+
+
+def edited(ssp: bytes, name: str, *pairs: tuple[str, str]) -> bytes:
+    """A .ssp with text replaced in one of its files; each text must be there."""
+    text = member(ssp, name).decode()
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    return changed(ssp, {name: text.encode()})
+
+
+def edited_fmu(ssp: bytes, old: str, new: str) -> bytes:
+    """A .ssp with text replaced in feedback's modelDescription.xml."""
+    text = member(member(ssp, FEEDBACK), XML).decode()
+    assert old in text, old
+    return with_fmu(ssp, FEEDBACK, {XML: text.replace(old, new).encode()})
+
+
+def wire(start: str, end: str) -> str:
+    """A connection as the .ssp writes it."""
+    (a, x), (b, y) = start.split("."), end.split(".")
+    ends = f'startElement="{a}" startConnector="{x}" endElement="{b}" endConnector="{y}"'
+    return f"<ssd:Connection {ends}"
+
+
+def other_platforms(ssp: bytes) -> bytes:
+    """feedback.fmu for Windows and Mac only."""
+    changes = {
+        BINARY: None,
+        "binaries/win64/feedback.dll": b"MZ",
+        "binaries/darwin64/feedback.dylib": b"",
+    }
+    return with_fmu(ssp, FEEDBACK, changes)
+
+
+THETA = wire("plant.theta[2]", "feedback.theta[2]")
+
+
+def without_theta(ssp: bytes) -> bytes:
+    """A .ssp without one connection."""
+    text = member(ssp, SSD).decode()
+    left, count = re.subn(re.escape(THETA) + r"(/>|>.*?</ssd:Connection>)", "", text, flags=re.S)
+    assert count == 1
+    return changed(ssp, {SSD: left.encode()})
+
+
+GUID = '<fmiModelDescription fmiVersion="2.0" modelName="feedback" guid="{'
+TS = '<ssv:Parameter name="Ts">\n      <ssv:Real value="0.00025"'
+
+CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
+    "no zip": (lambda s: b"hello", ("not a zip archive",)),
+    "truncated": (lambda s: s[: len(s) // 2], ("not a zip archive, or a truncated one",)),
+    "no system": (lambda s: changed(s, {SSD: None}), (SSD, "is missing in the archive")),
+    "no xml": (lambda s: changed(s, {SSD: b"<a"}), (SSD, "not valid XML")),
+    "entities": (
+        lambda s: changed(s, {SSD: b'<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'}),
+        (SSD, "not valid XML", "DTD"),
+    ),
+    "other xml": (lambda s: changed(s, {SSD: b"<a/>"}), ("no SSP 1.x system description",)),
+    "nested": (
+        lambda s: edited(s, SSD, ("<ssd:Elements>", '<ssd:Elements><ssd:System name="inner"/>')),
+        ("nested systems",),
+    ),
+    "no FMU": (
+        lambda s: edited(s, SSD, ('type="application/x-fmu-sharedlibrary"', 'type="a/b"')),
+        ("component type 'a/b' is no FMU",),
+    ),
+    "twice": (
+        lambda s: edited(s, SSD, ('Component name="N_E"', 'Component name="N_F"')),
+        ("component 'N_F' exists twice", "rename one"),
+    ),
+    "unknown component": (
+        lambda s: edited(s, SSD, (THETA, THETA.replace('"plant"', '"plnat"'))),
+        ("plnat.theta[2] -> feedback.theta[2]", "did you mean 'plant'?"),
+    ),
+    "unknown variable": (
+        lambda s: edited(s, SSD, (THETA, wire("plant.theta[7]", "feedback.theta[2]"))),
+        ("in plant: there is no variable 'theta[7]', did you mean 'theta[",),
+    ),
+    "from an input": (
+        lambda s: edited(s, SSD, (THETA, wire("plant.tau[2]", "feedback.theta[2]"))),
+        ("plant.tau[2] is of causality input; a connection starts at an output",),
+    ),
+    "units": (
+        lambda s: edited(s, SSD, (THETA, wire("plant.tau_meas[2]", "feedback.theta[2]"))),
+        ("'N m' into 'rad', units must be equal",),
+    ),
+    "fed twice": (
+        lambda s: edited(s, SSD, (THETA, wire("plant.theta[2]", "feedback.theta[3]"))),
+        ("feedback.theta[3] is fed by", "keep one connection"),
+    ),
+    "unfed": (
+        without_theta,
+        ("feedback.theta[2]: fed by nothing; connect an output to it",),
+    ),
+    "no number": (
+        lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
+        ("parameter 'Ts' has no finite Real value",),
+    ),
+    "broken step": (
+        lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "0.0006"))),
+        ("feedback: Ts = 0.0006 s is 2.4", "base steps of 0.00025 s", "change Ts"),
+    ),
+    "out of range": (
+        lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "20000"))),
+        ("feedback: fmi2SetReal of parameters", "Ts"),
+    ),
+    "base step": (
+        lambda s: edited(s, SSD, ('baseStep="0.00025"', 'baseStep="-1"')),
+        ("Schedule is '-1', must be a positive number of seconds",),
+    ),
+    "no such FMU": (
+        lambda s: changed(s, {FEEDBACK: None}),
+        ("resources/feedback.fmu is missing in the archive",),
+    ),
+    "broken FMU": (
+        lambda s: changed(s, {FEEDBACK: b"hello"}),
+        ("resources/feedback.fmu: not a zip archive",),
+    ),
+    "FMI 3": (
+        lambda s: edited_fmu(s, 'fmiVersion="2.0"', 'fmiVersion="3.0"'),
+        ("FMI 3.0, co-simulation: export it for FMI 2.0 co-simulation",),
+    ),
+    "model exchange": (
+        lambda s: edited_fmu(s, "CoSimulation", "ModelExchange"),
+        ("FMI 2.0, no co-simulation",),
+    ),
+    "file outside": (
+        lambda s: edited_fmu(s, 'modelIdentifier="feedback"', 'modelIdentifier="../feedback"'),
+        ("modelIdentifier '../feedback' is no name of a file",),
+    ),
+    "another GUID": (
+        lambda s: edited_fmu(s, GUID, GUID + "0"),
+        ("feedback: fmi2Instantiate", "GUID", "build the FMU anew"),
+    ),
+    "other platforms": (
+        other_platforms,
+        ("feedback.fmu: holds binaries for darwin64, win64, none for this machine", "build"),
+    ),
+    "no platform": (
+        lambda s: with_fmu(s, FEEDBACK, {BINARY: None}),
+        ("feedback.fmu: holds no binary at all",),
+    ),
+    "no library": (
+        lambda s: with_fmu(s, FEEDBACK, {BINARY: b"hello"}),
+        ("feedback: ", "its library does not load"),
+    ),
+}
+
+
+@pytest.mark.parametrize(("spoil", "said"), CASES.values(), ids=CASES.keys())
+def test_a_package_is_refused_in_words(
+    spoil: Callable[[bytes], bytes], said: tuple[str, ...], hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    package = tmp_path / "spoiled.ssp"
+    package.write_bytes(spoil(hexapod_ssp.read_bytes()))
+    text = refusal(package)
+    assert [words for words in said if words not in text] == [], text
+
+
+def test_a_library_that_is_no_fmu_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
+    source = tmp_path / "empty.c"
+    source.write_text("extern int nothing;\nint nothing = 0;\n")
+    library = shared_library(source, tmp_path).read_bytes()
+    package = tmp_path / "empty.ssp"
+    package.write_bytes(with_fmu(hexapod_ssp.read_bytes(), FEEDBACK, {BINARY: library}))
+    assert "its library lacks the function fmi2Instantiate" in refusal(package)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--host", "drives"], "there is no component 'drives', there are reference, N_F"),
+        (["--host", "plnat"], "did you mean 'plant'?"),
+        (["--host", "K"], "K: has no output theta[1]: what stands for the machine has the inputs"),
+        (["--own-thread", "E"], "there is no component 'E'"),
+        (["--own-thread", "plant"], "plant: is the machine's place"),
+        (["--set", "feedback.kp[9]=1"], "parameter 'feedback.kp[9]': there is no variable"),
+        (["--set", "feedback.tau[1]=1"], "causality output, must be a finite number for a param"),
+        (["--set", "feedback.kp[1]=nan"], "NaN for a variable of causality parameter"),
+        (["--set", "plnat.Ts=1"], "parameter 'plnat.Ts': there is no component 'plnat'"),
+        (["--set", "kp=1"], "parameter 'kp': write it as component.parameter"),
+        (["--set", "K.Ts=0.0001"], "K: Ts = 0.0001 s is 0.4 base steps of 0.00025 s"),
+        (["--plant", "no.fmu"], "no.fmu: cannot be read"),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else " ".join(value),
+)
+def test_an_option_is_refused_in_words(arguments: list[str], said: str, hexapod_ssp: Path) -> None:
+    text = refusal(hexapod_ssp, *arguments)
+    assert said in text
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    assert "none.ssp: cannot be read" in refusal(tmp_path / "none.ssp")
+
+
+def test_an_fmu_of_another_interface_does_not_stand_in(hexapod_ssp: Path, tmp_path: Path) -> None:
+    fmu = tmp_path / "feedback.fmu"
+    fmu.write_bytes(member(hexapod_ssp.read_bytes(), FEEDBACK))
+    text = refusal(hexapod_ssp, "--plant", fmu)
+    assert "feedback.fmu: connection" in text
+    assert "in plant: " in text
+
+
+def test_what_only_the_plant_can_give_is_refused_for_drives(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    pose = (wire("W.theta_f[1]", "N_E.theta[1]"), wire("plant.phi_E[1]", "N_E.theta[1]"))
+    package = tmp_path / "pose.ssp"
+    package.write_bytes(edited(hexapod_ssp.read_bytes(), SSD, pose))
+    text = refusal(package)
+    assert "connection plant.phi_E[1] -> N_E.theta[1]: drives give theta and tau_meas only" in text
