@@ -20,11 +20,11 @@ PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"
 CONFIGURATION = ROOT / "machines" / "akd.toml"
 """The configuration of the drives that are emulated: six AKD in torque mode."""
 PATIENT = {
-    "step_limit_us": "100000",
-    "overrun_us": "100000",
-    "watchdog_ms": "200",
-    "lost_frame_limit": "400",
-    "frozen_cycles": "800",
+    "step_limit_us": "1000000",
+    "overrun_us": "1000000",
+    "watchdog_ms": "1000",
+    "lost_frame_limit": "1000",
+    "frozen_cycles": "4000",
     "jump_rad": "0.05",
 }
 """Limits of that configuration which an ordinary computer does not keep, and what takes their
