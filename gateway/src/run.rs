@@ -65,6 +65,10 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         let why = "nothing to do: --enable powers the drives, --dry-run only reads them";
         return Err((Exit::Usage, why.to_owned()));
     }
+    if !(args.duration > 0.0 && args.duration < 1e7) {
+        let why = format!("--duration {}: seconds, above 0 and below 1e7", args.duration);
+        return Err((Exit::Usage, why));
+    }
     let bad = |why| (Exit::BadInput, why);
     let config = args.from.read().map_err(bad)?;
     teller.title("flexhex-gateway");

@@ -125,6 +125,8 @@ def test_system_without_the_wanted_component_is_bad_input(
         ('host = "plant"', 'host = "machine"', "no component"),
         ('"feedback.e"', '"feedback.error"', "system.following_error"),
         ('["K"]', '["E"]', "system.own_thread"),
+        ("{ feedback =", "{ feedbeck =", "safety.told_faults"),
+        ("reply_timeout_us = 200", "reply_timeout_us = 300", "allowed less than 250"),
         ("torque_N_m = 27.0", "torque_N_m = 5.0", "feedback.tau_max = 27"),
     ):
         ran = Bench(hexapod_ssp, tmp_path).run(command=RUN, changes=((old, new),))
