@@ -12,7 +12,7 @@ use crate::check;
 use crate::config::Config;
 use crate::cycle::{signals, Blank, Ending, Machine, Pulse, Signals, Wanted};
 use crate::realtime;
-use crate::record::{ring, Columns, Plan, Writer};
+use crate::record::{ring, Columns, Plan, Writer, Written};
 use crate::report::Teller;
 use crate::wire::Socket;
 use crate::Exit;
@@ -113,8 +113,10 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
         _ => None,
     };
-    let written = writer.finish(trip).map_err(failed)?;
-    teller.outcome(&out, &written);
+    // whatever became of the recording, how the run ended is told first
+    let finished = writer.finish(trip);
+    teller.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
+    finished.map_err(failed)?;
     Ok(match out.ending {
         Ending::Done | Ending::Asked => Exit::Good,
         _ => Exit::Failed,
