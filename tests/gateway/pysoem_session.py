@@ -20,8 +20,9 @@ from typing import Any
 import pysoem
 
 Write = Callable[[int, int, str, int], None]
-REPLY_US = 200_000
-"""A reply that takes longer is counted as lost; in lockstep it takes some 20 us."""
+PATIENCE_US = 2_000_000
+"""A reply that takes longer is counted as lost. In lockstep it takes some 20 us, but on a busy
+computer the other side may have to wait for its turn; SOEM's own 2 ms would lose frames then."""
 TIME_DIFFERENCE = 0x092C
 FORMATS = {"akd": ("<HbBi", "<HbBiii"), "cst": ("<HbBh", "<HbBihH")}
 MODES = {"akd": 4, "cst": 10}
@@ -80,7 +81,7 @@ def exchange(master: Any, outputs: Sequence[bytes]) -> int:
     for slave, output in zip(master.slaves, outputs, strict=True):
         slave.output = output
     master.send_processdata()
-    return int(master.receive_processdata(REPLY_US))
+    return int(master.receive_processdata(PATIENCE_US))
 
 
 def configure(master: Any, kind: str) -> dict[str, Any]:
@@ -92,7 +93,7 @@ def configure(master: Any, kind: str) -> dict[str, Any]:
             slave.config_func = lambda _, slave=slave: map_akd(slave)
     seen["image_bytes"] = master.config_map()
     seen["clocks"] = bool(master.config_dc())
-    seen["safe_op"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
+    seen["safe_op"] = master.state_check(pysoem.SAFEOP_STATE, PATIENCE_US)
     first = master.slaves[0]
     seen["aborts"] = {
         "unknown": abort_code(first, 0x5000, None),
@@ -104,7 +105,7 @@ def configure(master: Any, kind: str) -> dict[str, Any]:
     master.state = pysoem.OP_STATE
     master.write_state()
     exchange(master, [bytes(len(s.output)) for s in master.slaves])
-    seen["op"] = master.state_check(pysoem.OP_STATE, 500_000)
+    seen["op"] = master.state_check(pysoem.OP_STATE, PATIENCE_US)
     seen["expected_counter"] = master.expected_wkc
     return seen
 
@@ -140,6 +141,8 @@ def cycle(master: Any, kind: str, cycles: int) -> dict[str, Any]:
 def main() -> None:
     """Everything between INIT and INIT."""
     interface, kind, cycles = sys.argv[1:4]
+    for name in ("ret", "safe", "eeprom", "tx_mailbox", "rx_mailbox"):
+        setattr(pysoem.settings.timeouts, name, PATIENCE_US)
     master = pysoem.Master()
     master.open(interface)
     try:

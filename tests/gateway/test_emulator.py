@@ -190,16 +190,19 @@ def test_an_independent_decoder_finds_no_malformed_frame(tmp_path: Path) -> None
     assert malformed(capture) == []
 
 
-def test_the_decoder_would_tell_of_a_malformed_frame(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("length", "wrong"), [(202, 0), (20, 1)])
+def test_the_decoder_tells_a_short_frame_from_a_sound_one(
+    length: int, wrong: int, tmp_path: Path
+) -> None:
     if shutil.which("tshark") is None:
         pytest.skip("no tshark: apt-get install tshark")
-    # an LRW that says 200 bytes and has 20
+    # an LRW that says 200 bytes; with its working counter 202 follow the header
     frame = b"\xff" * 6 + b"\x10" * 6 + b"\x88\xa4" + struct.pack("<H", 0x1000 | 212)
-    frame += struct.pack("<BBIHH", 12, 0, 0, 200, 0) + bytes(20)
-    capture = tmp_path / "bad.pcap"
+    frame += struct.pack("<BBIHH", 12, 0, 0, 200, 0) + bytes(length)
+    capture = tmp_path / "one.pcap"
     head = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)
     capture.write_bytes(head + struct.pack("<IIII", 0, 0, len(frame), len(frame)) + frame)
-    assert len(malformed(capture)) == 1
+    assert len(malformed(capture)) == wrong
 
 
 def refusal(*words: object) -> str:

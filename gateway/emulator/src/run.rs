@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 static STOP: AtomicBool = AtomicBool::new(false);
 /// Base step of the stand-in [s].
 const BASE_STEP: f64 = 0.00025;
+/// Frames that are taken in a row.
+const MOST_FRAMES: usize = 16;
 /// Longest sleep, so that a signal between a look at STOP and the sleep is not missed for long.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 /// A clock that is later than this leaves steps out rather than catch up [base steps].
@@ -161,13 +163,13 @@ impl Run {
         self.begun.elapsed().as_nanos() as i64
     }
 
-    /// All frames that wait; how many there were.
+    /// Frames that wait, some at most, since the plant's clock waits meanwhile; how many there were.
     fn frames(&mut self) -> Result<usize, Error> {
         let wrong = |error: std::io::Error| {
             Error::new(format!("the interface does not work any more: {error}; see `ip link`"))
         };
         let mut count = 0;
-        while !self.done() {
+        while count < MOST_FRAMES && !self.done() {
             let wall = self.wall();
             let Some(frame) = self.socket.receive(&mut self.buffer).map_err(wrong)? else {
                 break;
