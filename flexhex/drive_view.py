@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json as to_json
+import signal
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +32,8 @@ def drive_command(
     from flexhex.drive_cable import check_means
 
     check_means()
+    # so that being ended removes cable and processes as Ctrl-C does
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     with LiveProgress() as progress:
         progress.stage("building the FMUs")
         builder = Builder(found_machine(machine), out, progress.building)

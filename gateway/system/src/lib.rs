@@ -27,3 +27,16 @@ pub use plant::Plant;
 pub use system::System;
 pub use trip::{Trip, What};
 pub use worker::ThreadHook;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_opened_may_move_to_another_thread() {
+        fn may_move<T: Send>() {}
+        may_move::<System>();
+        may_move::<Controller>();
+        may_move::<Plant>();
+    }
+}
