@@ -83,6 +83,11 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let writer = Writer::start(plan, source).map_err(bad)?;
 
     let failed = |why| (Exit::Failed, why);
+    if args.lockstep && Socket::is_hardware(&config.bus.interface) {
+        let name = &config.bus.interface;
+        let why = format!("--lockstep: {name} is a real port; only emulated drives keep no time");
+        return Err((Exit::Usage, why));
+    }
     let socket = Socket::open(&config.bus.interface).map_err(failed)?;
     let wish = Wish {
         cycle: Duration::from_secs_f64(system.base_step()),
