@@ -122,13 +122,18 @@ pub fn system(config: &Config, teller: Teller) -> Result<System, String> {
             }
         }
     }
-    for name in &config.system.own_thread {
+    let named = config.system.own_thread.iter().map(|name| ("system.own_thread", name));
+    let told = config.safety.told_faults.keys().map(|name| ("safety.told_faults", name));
+    for (key, name) in named.chain(told) {
         if system.component(name).is_none() {
-            return Err(format!(
-                "system.own_thread: no component {name:?}, there are {:?}",
-                names()
-            ));
+            return Err(format!("{key}: no component {name:?}, there are {:?}", names()));
         }
+    }
+    let (wait, step_us) = (config.bus.reply_timeout_us, system.base_step() * 1e6);
+    if f64::from(wait) >= step_us {
+        return Err(format!(
+            "bus.reply_timeout_us = {wait}, allowed less than {step_us:.0}, one cycle of {path}"
+        ));
     }
     for component in system.components() {
         let Some(most) = component.parameter("tau_max") else {
@@ -150,7 +155,6 @@ pub fn system(config: &Config, teller: Teller) -> Result<System, String> {
             }
         }
     }
-    let step_us = system.base_step() * 1e6;
     teller.mark(true, &format!("{path}: {} components, {step_us:.0} us a cycle", names().len()));
     Ok(system)
 }

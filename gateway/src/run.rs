@@ -12,7 +12,7 @@ use crate::check;
 use crate::config::Config;
 use crate::cycle::{signals, Blank, Ending, Machine, Pulse, Signals, Wanted};
 use crate::realtime;
-use crate::record::{ring, Columns, Plan, Writer};
+use crate::record::{ring, Columns, Plan, Writer, Written};
 use crate::report::Teller;
 use crate::wire::Socket;
 use crate::Exit;
@@ -65,6 +65,10 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         let why = "nothing to do: --enable powers the drives, --dry-run only reads them";
         return Err((Exit::Usage, why.to_owned()));
     }
+    if !(args.duration > 0.0 && args.duration < 1e7) {
+        let why = format!("--duration {}: seconds, above 0 and below 1e7", args.duration);
+        return Err((Exit::Usage, why));
+    }
     let bad = |why| (Exit::BadInput, why);
     let config = args.from.read().map_err(bad)?;
     teller.title("flexhex-gateway");
@@ -79,6 +83,11 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
     let writer = Writer::start(plan, source).map_err(bad)?;
 
     let failed = |why| (Exit::Failed, why);
+    if args.lockstep && Socket::is_hardware(&config.bus.interface) {
+        let name = &config.bus.interface;
+        let why = format!("--lockstep: {name} is a real port; only emulated drives keep no time");
+        return Err((Exit::Usage, why));
+    }
     let socket = Socket::open(&config.bus.interface).map_err(failed)?;
     let wish = Wish {
         cycle: Duration::from_secs_f64(system.base_step()),
@@ -109,8 +118,10 @@ fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
         Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
         _ => None,
     };
-    let written = writer.finish(trip).map_err(failed)?;
-    teller.outcome(&out, &written);
+    // whatever became of the recording, how the run ended is told first
+    let finished = writer.finish(trip);
+    teller.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
+    finished.map_err(failed)?;
     Ok(match out.ending {
         Ending::Done | Ending::Asked => Exit::Good,
         _ => Exit::Failed,

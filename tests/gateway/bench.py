@@ -125,6 +125,7 @@ class Bench:
         during: Callable[[subprocess.Popen[str]], None] | None = None,
         linger: float = 0.0,
         wrapper: Sequence[object] = (),
+        record: Path | None = None,
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
@@ -132,10 +133,11 @@ class Bench:
         during: what is done to the gateway while it runs.
         linger: seconds for which the drives are left alone afterwards.
         wrapper: a command that the gateway is run by.
+        record: where the recording goes.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
-        recording = self.folder / "run.csv"
+        recording = record or self.folder / "run.csv"
         if verb == "run":
             rest += ["--duration", seconds, "--record", recording]
         lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []

@@ -125,6 +125,8 @@ def test_system_without_the_wanted_component_is_bad_input(
         ('host = "plant"', 'host = "machine"', "no component"),
         ('"feedback.e"', '"feedback.error"', "system.following_error"),
         ('["K"]', '["E"]', "system.own_thread"),
+        ("{ feedback =", "{ feedbeck =", "safety.told_faults"),
+        ("reply_timeout_us = 200", "reply_timeout_us = 300", "allowed less than 250"),
         ("torque_N_m = 27.0", "torque_N_m = 5.0", "feedback.tau_max = 27"),
     ):
         ran = Bench(hexapod_ssp, tmp_path).run(command=RUN, changes=((old, new),))
@@ -151,6 +153,15 @@ def test_system_that_does_not_fit_is_bad_input(
     assert ran.code == 3, ran.words
     assert wanted in ran.one("refused")["message"]
     assert not ran.happened("state"), "not one frame was sent"
+
+
+def test_full_disk_is_told_and_does_not_stop_the_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
+    ran = Bench(hexapod_ssp, tmp_path).run(record=Path("/dev/full"), seconds=2.5)
+    assert ran.code == 1
+    summary = ran.one("summary")
+    assert summary["cycles"] == 10_000
+    assert summary["cycles_to_disabled"] is not None
+    assert "/dev/full" in ran.one("refused")["message"]
 
 
 def when_running(act: Callable[[int], None]) -> Callable[[subprocess.Popen[str]], None]:

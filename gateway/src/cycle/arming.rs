@@ -37,7 +37,8 @@ impl<L: Link> Machine<'_, L> {
             self.end(Ending::Asked, Reason::Stopped);
             return false;
         }
-        if states.iter().all(|s| *s == State::OperationEnabled) {
+        let complete = reply.working_counter == self.bus.complete();
+        if complete && states.iter().all(|s| *s == State::OperationEnabled) {
             self.phase = Phase::Running;
             return true;
         }

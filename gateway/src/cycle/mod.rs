@@ -189,7 +189,7 @@ impl<'a, L: Link> Machine<'a, L> {
                 (tau, now.map(word))
             }
             Phase::Stopping(reaction) => {
-                let (tau, word) = reaction.next();
+                let (tau, word) = reaction.next(&self.bus.reply().statusword);
                 (tau, [word; AXES])
             }
         }
@@ -199,7 +199,7 @@ impl<'a, L: Link> Machine<'a, L> {
     fn end(&mut self, ending: Ending, reason: Reason) {
         // drives that were never all enabled are not led on to it by a ramp
         let kind = match self.phase {
-            Phase::Running => self.config.reactions.to(reason),
+            Phase::Running if !self.wanted.dry_run => self.config.reactions.to(reason),
             _ => Kind::Zero,
         };
         let per_ms = self.controller_steps_per_ms();

@@ -17,6 +17,17 @@ fn a_full_ring_drops_the_newest_and_counts() {
 }
 
 #[test]
+fn a_ring_without_a_reader_holds_nobody_up() {
+    let (mut sink, source) = ring(1, 1);
+    sink.push(&[1.0]);
+    assert!(!sink.has_room());
+    drop(source);
+    assert!(sink.has_room());
+    sink.push(&[2.0]);
+    assert_eq!(sink.overflowed(), 1);
+}
+
+#[test]
 fn rows_come_in_order_across_threads() {
     let (mut sink, mut source) = ring(64, 2);
     let reader = std::thread::spawn(move || {

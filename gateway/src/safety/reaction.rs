@@ -22,9 +22,15 @@ impl Reaction {
         Reaction { kind, from, ramp: if kind == Kind::Ramp { ramp } else { 0 }, done: 0 }
     }
 
-    /// Torque [N m] and controlword of the next frame.
-    pub fn next(&mut self) -> ([f64; AXES], u16) {
+    /// Torque [N m] and controlword of the next frame, after these statuswords.
+    pub fn next(&mut self, statusword: &[u16; AXES]) -> ([f64; AXES], u16) {
         self.done += 1;
+        let enabled = |s: &u16| cia402::state(*s) == State::OperationEnabled;
+        if self.done < self.ramp && !statusword.iter().all(enabled) {
+            // the controlword of a ramp would lead a drive that has left back to power
+            self.done = self.ramp;
+            self.kind = Kind::Zero;
+        }
         if self.done < self.ramp {
             let share = 1.0 - f64::from(self.done) / f64::from(self.ramp);
             return (self.from.map(|t| t * share), cia402::ENABLE_OPERATION);

@@ -21,6 +21,11 @@ pub struct Socket {
 }
 
 impl Socket {
+    /// Whether a device stands behind the interface: a veth pair has none.
+    pub fn is_hardware(interface: &str) -> bool {
+        std::path::Path::new("/sys/class/net").join(interface).join("device").exists()
+    }
+
     /// Errors say which interface and what to do.
     pub fn open(interface: &str) -> Result<Socket, String> {
         let name = CString::new(interface)
