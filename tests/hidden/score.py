@@ -26,8 +26,8 @@ LARGEST_SET = 3
 FAMILIES = {
     "payload": ("end_effector", "payload"),
     "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
-    "offset": ("actuator.o", "offset"),
-    "damping": ("actuator.d", "damping"),
+    "offset": ("o[", "actuator.o", "offset"),
+    "damping": ("d[", "actuator.d", "damping"),
 }
 """How the name of a changed parameter may begin, by what was changed."""
 

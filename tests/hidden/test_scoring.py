@@ -109,6 +109,26 @@ def test_outcome_of_a_changed_parameter(tmp_path: Path, found: Found, outcome: s
 
 
 @pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("offset", "o[4]"),
+        ("damping", "d[1]"),
+        ("stiffness", "flexure.k_u3"),
+        ("payload", "end_effector.m"),
+    ],
+)
+def test_changed_parameters_are_known_by_the_names_that_the_diagnosis_gives(
+    tmp_path: Path, kind: str, name: str
+) -> None:
+    def outcome(told: str) -> str:
+        found = said("changed", changed=[told])
+        return score(found, truth(tmp_path, "changed", kind=kind)).outcome
+
+    assert outcome(name) == "right"
+    assert outcome("upper[1].J_xx") == "wrong"
+
+
+@pytest.mark.parametrize(
     "found",
     [
         {"verdict": "sure", "effects": [], "changed": []},

@@ -55,7 +55,9 @@ def early(text: str) -> str:
     """The inputs with all rows but the first a little earlier."""
     head, first, *rows = text.splitlines()
     moved = [row.partition(",") for row in rows]
-    return "\n".join([head, first, *(f"{float(t) - EARLY!r}{comma}{v}" for t, comma, v in moved), ""])
+    return "\n".join(
+        [head, first, *(f"{float(t) - EARLY!r}{comma}{v}" for t, comma, v in moved), ""]
+    )
 
 
 @pytest.mark.parametrize("room", ROOMS)
