@@ -28,39 +28,11 @@
 DECLARE(toy)
 DECLARE(toy_two)
 
+#ifdef HARNESS_SANITIZED
 static long allocations;
-
-#ifndef HARNESS_SANITIZED
-/* every allocation of the program, libc's own included, comes from here */
-static char arena[1 << 20];
-static size_t used;
-
-void *malloc(size_t size) {
-  ++allocations;
-  size = (size + 15) / 16 * 16;
-  if (used + size > sizeof arena) {
-    return NULL;
-  }
-  void *memory = arena + used;
-  used += size;
-  return memory;
-}
-
-void *calloc(size_t n, size_t size) {
-  return malloc(n * size); /* the arena is zero and never used twice */
-}
-
-void *realloc(void *memory, size_t size) {
-  void *larger = malloc(size);
-  if (memory && larger) {
-    memcpy(larger, memory, size);
-  }
-  return larger;
-}
-
-void free(void *memory) {
-  (void)memory;
-}
+#else
+enum { ARENA = 1 << 20 };
+#include "arena.h"
 #endif
 
 static int refusals;

@@ -11,7 +11,8 @@
 #include "fmi2FunctionTypes.h"
 #include "model.h"
 
-enum { STEPS = 1000, MOST = 2048 };
+enum { STEPS = 1000, MOST = 2048, ARENA = 1 << 24 };
+#include "arena.h"
 
 #define FMUS(X) \
   X(reference)  \
@@ -57,38 +58,6 @@ typedef struct {
    UINT64_C(0xcbf29ce484222325)},
 static fmu fmus[] = {FMUS(ENTRY)};
 enum { COUNT = sizeof fmus / sizeof *fmus };
-
-/* every allocation of the program, libc's own included, comes from here */
-static char arena[1 << 24];
-static size_t used;
-static long allocated;
-
-void *malloc(size_t size) {
-  ++allocated;
-  size = (size + 15) / 16 * 16;
-  if (used + size > sizeof arena) {
-    return NULL;
-  }
-  void *memory = arena + used;
-  used += size;
-  return memory;
-}
-
-void *calloc(size_t n, size_t size) {
-  return malloc(n * size); /* the arena is zero and never used twice */
-}
-
-void *realloc(void *memory, size_t size) {
-  void *larger = malloc(size);
-  if (memory && larger) {
-    memcpy(larger, memory, size);
-  }
-  return larger;
-}
-
-void free(void *memory) {
-  (void)memory;
-}
 
 static void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                  fmi2String category, fmi2String message, ...) {
@@ -137,7 +106,7 @@ int main(void) {
       return 3;
     }
   }
-  const long at_start = allocated;
+  const long at_start = allocations;
   for (fmu *f = fmus; f < fmus + COUNT; ++f) {
     bad += f->enter(f->c) != fmi2OK || f->leave(f->c) != fmi2OK;
   }
@@ -146,7 +115,7 @@ int main(void) {
       bad += one_step(f, n);
     }
   }
-  const long in_steps = allocated - at_start;
+  const long in_steps = allocations - at_start;
   for (fmu *f = fmus; f < fmus + COUNT; ++f) {
     f->free_instance(f->c);
     printf("%s %" PRIx64 "\n", f->name, f->hash);

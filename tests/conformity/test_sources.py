@@ -82,7 +82,8 @@ def together(fmu_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
             more = SMALL if source.name.endswith("_casadi.c") else ()
             flags = ("-DFLEXHEX_STATIC", *more)
             objects.append(compile_object(source, headers + name, CACHE, flags))
-    shutil.copyfile(HERE / "all.c", folder / "all.c")
+    for source in (HERE / "all.c", HERE.parent / "adapter" / "arena.h"):
+        shutil.copyfile(source, folder / source.name)
     headers = f"-I{folder / 'plant' / 'sources'}"
     # no builtin: the compiler must not take the program's calloc for the library's
     main = [*compiler(), *STRICT, "-fno-builtin", headers, "all.c", *map(str, objects)]
