@@ -33,6 +33,8 @@ DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
 APART = 3.0
 """Standard deviations by which an axis must lag behind the quicker ones to be set apart."""
+REST = 0.05
+"""Share of what repeats on an axis that effects of several kinds may leave together."""
 NOTICED = 0.5
 """Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
 
@@ -170,10 +172,15 @@ def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:
 
 
 def _approximated(held: Joint) -> list[int]:
-    """Axes with two effects or more that still leave something behind."""
-    gap, _ = _open(held)
-    count = [sum(part.axis == i for part in held.parts) for i in range(held.bench.n)]
-    return [i for i in range(held.bench.n) if gap[i] and count[i] > 1]
+    """Axes on which several effects still leave something: a family of one kind, or more than
+    `REST` of what was there."""
+    made = held.bench.made
+    gap, remains = _open(held)
+    before, _ = repeat_rms(made, made.residual(made.regression.q))
+    ids = [[part.id for part in held.parts if part.axis == i] for i in range(held.bench.n)]
+    family = np.array([len(set(names)) < len(names) for names in ids])
+    much = np.array([len(names) > 1 for names in ids]) & (remains**2 > REST * before**2)
+    return [int(i) for i in np.flatnonzero(gap & (family | much))]
 
 
 def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:

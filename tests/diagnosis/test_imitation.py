@@ -85,3 +85,25 @@ def test_effect_that_holds_in_the_locked_runs_or_is_not_certain_to_fail_stays(
     monkeypatch: pytest.MonkeyPatch, after: float, certain: float, repeats: bool
 ) -> None:
     assert transferred(monkeypatch, after, certain, repeats) == ([0, 1], [])
+
+
+def crowded(monkeypatch: pytest.MonkeyPatch, left: float, *ids: str) -> bool:
+    """Whether effects on the only axis are given up when this share of the torque is left."""
+    made = SimpleNamespace(regression=SimpleNamespace(q="base"), residual=lambda q: q)
+    parts = [SimpleNamespace(id=id, axis=0) for id in ids]
+    held: Any = SimpleNamespace(parts=parts, bench=SimpleNamespace(n=1, made=made))
+    monkeypatch.setattr(sides, "repeat_rms", lambda made, which: (np.ones(1), np.full(1, 50.0)))
+    monkeypatch.setattr(sides, "_open", lambda held: (np.array([left > 0]), np.array([left])))
+    return sides._approximated(held) == [0]
+
+
+def test_family_that_leaves_something_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert crowded(monkeypatch, 0.1, "harmonic", "harmonic")
+    assert not crowded(monkeypatch, 0.0, "harmonic", "harmonic")
+
+
+def test_effects_of_two_kinds_may_leave_a_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    # a share of 0.05 of the squares: 0.2236 of the torque
+    assert not crowded(monkeypatch, 0.22, "drag", "friction")
+    assert crowded(monkeypatch, 0.23, "drag", "friction")
+    assert not crowded(monkeypatch, 0.5, "drag")
