@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from fmugen.pack import scratch_file
 from fmus.common.errors import BuildError
@@ -97,10 +98,14 @@ def link_shared(
 ) -> Path:
     """Shared library of objects, without debug data or build identifiers."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = scratch_file(target)
     tool = tool or own()
-    _run([*tool.command, *tool.link, "-o", str(scratch), *map(str, objects), *libraries])
-    scratch.replace(target)
+    name = (f"-Wl,-install_name,@rpath/{target.name}",) if target.suffix == ".dylib" else ()
+    whole = [str(path.resolve()) for path in objects]
+    # linkers write the name of what they make into it: so it has its own name from the start
+    with TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as scratch:
+        command = [*tool.command, *tool.link, *name, "-o", target.name, *whole, *libraries]
+        _run(command, Path(scratch))
+        (Path(scratch) / target.name).replace(target)
     return target
 
 

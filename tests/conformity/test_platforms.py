@@ -35,6 +35,9 @@ RUN: dict[str, list[str | None]] = {
     "aarch64-linux": [QEMU, "-L", "/usr/aarch64-linux-gnu"],
 }
 
+LAST_BIT = {("filter", "win64")}
+"""Where the platform's C library rounds sin and cos otherwise: one value in a thousand."""
+
 
 def able(platform: str) -> None:
     """Skip unless this computer can build for the platform and run the result."""
@@ -102,6 +105,10 @@ def test_other_computers_answer_alike(
     assert np.isfinite(theirs).all()
     worst = np.max(np.abs(ours - theirs))
     print(f"{name} {platform}: {np.mean(ours == theirs):.1%} equal bits, worst {worst:.2g}")
+    if (name, platform) in LAST_BIT:
+        # cos and sin of up to 324 times the angle, as they are: 2^-53 is the last bit below one
+        assert worst <= 2.0**-53
+        return
     assert np.array_equal(ours, theirs)
 
 
