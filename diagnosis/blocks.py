@@ -19,6 +19,9 @@ from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+MOST, THINNED = 16_000, 9_000
+"""Instants of all runs together that are taken as they are; what more are thinned to, so that an
+hour takes no more memory than a minute."""
 LEAST, JUDGED = 200, 50
 """Fewest rows of a run from which anything can be said, and on which something can be judged."""
 
@@ -125,11 +128,11 @@ def _block(base: Base, run: Run, at: Array) -> Block:
     return Block(run, at, weights, base.rows(motion, weights), filled & known)
 
 
-def spacing_for(base: Base, runs: Sequence[Run], most: int) -> float:
-    """Time between rows [s] such that all runs together have at most `most` instants."""
+def spacing_for(base: Base, runs: Sequence[Run]) -> float:
+    """Time between rows [s]: the base's own, or where that makes too many instants a multiple."""
     total = 0.0
     for run in runs:
         a, b = _span(base, run)
         total += max(0.0, b - a)
-    factor = max(1, int(np.ceil(total / base.spacing / most)))
-    return base.spacing * factor
+    count = total / base.spacing
+    return base.spacing * (1 if count <= MOST else int(np.ceil(count / THINNED)))

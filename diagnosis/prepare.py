@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +22,9 @@ from diagnosis.window import smoother
 from fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
-MOST_ROWS = 16_000
-"""Instants of all runs together; more is thinned."""
+SAMPLES = 240e6
+"""Bytes of samples that all logs together may take: beyond it stretches are left out. What is made
+of them takes some five times as much."""
 STILL = 2e-3
 """Axes that move less than this [rad] excite nothing."""
 
@@ -73,8 +74,10 @@ def asked_of(
     """
     if not paths:
         raise LogError("no run given: name at least one log")
-    ours = [logs.read_log(path, options.log) for path in paths]
-    theirs = [logs.read_log(path, options.log) for path in locked]
+    share = SAMPLES / (len(paths) + len(locked))
+    reading = replace(options.log, memory=min(options.log.memory, share))
+    ours = [logs.read_log(path, reading) for path in paths]
+    theirs = [logs.read_log(path, reading) for path in locked]
     logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
@@ -90,12 +93,12 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
     [N m] that it still makes; what was done about it, or nothing."""
     # logs in other units than they say end in numbers beyond all bounds, and are told of later
     with np.errstate(over="ignore", invalid="ignore"):
-        made = calibrate(base, blocks(base, runs, spacing_for(base, runs, MOST_ROWS)))
+        made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
         longer = smoother(made, runs)
         if longer.window == base.window:
             return made, longer.left, ""
         base = longer.base(base)
-        made = calibrate(base, blocks(base, runs, spacing_for(base, runs, MOST_ROWS)))
+        made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
     return made, longer.left, longer.text
 
 
