@@ -87,7 +87,7 @@ def torque_at(block: Block, window: float, delay: float) -> Array:
 def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = LEAST) -> list[Block]:
     """Blocks of all runs, trajectory by trajectory.
 
-    Raises LogError when a run is too short: it has fewer than `least` rows.
+    Raises LogError when a run is too short for `least` rows at the base's own spacing.
     """
     made = []
     for trajectory in dict.fromkeys(run.trajectory for run in runs):
@@ -101,11 +101,11 @@ def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> 
     spans = [_span(base, run) for run in passes]
     first, last = max(a for a, _ in spans), min(b for _, b in spans)
     k = np.arange(int(np.ceil(first / spacing)), int(np.floor(last / spacing)) + 1)
-    if len(k) < least:
+    if len(k) * spacing < least * base.spacing:
         names = ", ".join(run.name for run in passes)
         raise LogError(
             f"{names}: {max(0.0, last - first):.3g} s remain after the first {base.settle:g} s"
-            f" (passes overlapping); at least {least * spacing:.3g} s are needed"
+            f" (passes overlapping); at least {least * base.spacing:.3g} s are needed"
         )
     return np.asarray(k * spacing)
 

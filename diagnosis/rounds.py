@@ -185,7 +185,7 @@ def _count(bench: Bench) -> int:
 def _worth(bench: Bench, energy: Array, axis: int | None) -> bool:
     """Whether what repeats on an axis could hold an effect that is large enough."""
     rows = len(bench.made.regression.y) / bench.n
-    size = np.sqrt(energy / rows) * bench.made.noise.scale
+    size = np.sqrt(energy / rows) * bench.made.noise.floor
     large = size > SMALLEST * bench.made.torque_rms
     return bool(large.any() if axis is None else large[axis])
 
@@ -210,7 +210,7 @@ def _large(
     made = bench.made
     axes = list(range(bench.n)) if part.axis is None else [part.axis]
     rows = len(made.regression.y) / bench.n * len(axes)
-    noise, torque = float(made.noise.scale[axes].mean()), float(made.torque_rms[axes].mean())
+    noise, torque = float(made.noise.floor[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
     if np.sqrt(gained / rows) * noise < SMALLEST * torque:
         return False
