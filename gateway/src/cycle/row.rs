@@ -3,6 +3,7 @@
 use super::{Machine, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
+use crate::record::time_of;
 use crate::wire::Link;
 
 /// Position of `compute` among the columns behind the axes.
@@ -13,7 +14,7 @@ impl<L: Link> Machine<'_, L> {
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let bus = self.controller.bus();
         let mut row = Cursor(&mut self.row, 0);
-        row.put(n as f64 * self.safety.base_step());
+        row.put(time_of(n, self.clock.skipped - self.skipped_at_0, self.safety.base_step()));
         row.all(&reply.theta);
         row.all(&reply.tau);
         row.all(&self.signals.r.map(|slot| bus[slot]));
