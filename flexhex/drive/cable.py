@@ -15,7 +15,7 @@ from typing import Any
 
 from fmus.common.errors import RunError, UsageError
 
-ROOT = Path(__file__).resolve().parent.parent / "gateway"
+ROOT = Path(__file__).resolve().parents[2] / "gateway"
 PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"
 CONFIGURATION = ROOT / "machines" / "akd.toml"
 """The configuration of the drives that are emulated: six AKD in torque mode."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex import drive_cable
+from flexhex.drive import cable
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
 from flexhex.drive.runs import error, steps
 from flexhex.drive.view import drive_command
@@ -45,7 +45,7 @@ def test_steps_are_those_of_the_configured_drive() -> None:
 
 
 def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
-    text = drive_cable._patient(tmp_path / "a.toml").read_text()
+    text = cable._patient(tmp_path / "a.toml").read_text()
     for key, value in PATIENT.items():
         assert text.count(f"\n{key} = {value}") == 1, key
 
@@ -53,10 +53,10 @@ def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
 def test_without_program_or_root_it_is_said(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(drive_cable, "PROGRAM", tmp_path / "none")
+    monkeypatch.setattr(cable, "PROGRAM", tmp_path / "none")
     with pytest.raises(UsageError, match="make gateway"):
         check_means()
-    monkeypatch.setattr(drive_cable, "PROGRAM", Path(__file__))
+    monkeypatch.setattr(cable, "PROGRAM", Path(__file__))
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     with pytest.raises(UsageError, match="run this as root"):
         drive_command(out=tmp_path)
