@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.quantisation import torque_step, variants
 from flexhex.drive import cable
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
 from flexhex.drive.runs import error, steps
@@ -42,6 +43,9 @@ def test_steps_are_those_of_the_configured_drive() -> None:
     theta = 6.283185307179586 / 4294967296
     wanted = {"plant.tau_step": tau, "feedback.tau_step": tau, "plant.theta_step": theta}
     assert steps() == wanted
+    carried = variants()[2]
+    assert carried.parameters() == wanted, "the benchmark of the steps asks for the same"
+    assert torque_step("cia402") == 9.0 * 0.001
 
 
 def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
