@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +85,29 @@ def test_a_drive_leaves_a_recording_and_no_namespace(
     assert load_recording(driven.recording)["plant.theta"].shape == (400, 6)
     left = [n["name"] for n in json.loads(namespaces() or "[]")]
     assert not [name for name in left if name.startswith("flexhex-") and str(os.getpid()) in name]
+
+
+def test_what_a_killed_run_left_is_removed_and_no_other(program: Path) -> None:
+    """A child makes namespaces and is killed; what is still running inside goes too."""
+    over = subprocess.Popen(["true"])
+    over.wait()
+    dead, ours = f"flexhex-drives-{over.pid}", f"flexhex-gateway-{os.getpid()}"
+    other = f"flexhex-else-{over.pid}"
+    for name in (dead, ours, other):
+        subprocess.run(["ip", "netns", "add", name], check=True)
+    inside = subprocess.Popen(["ip", "netns", "exec", dead, "sleep", "60"])
+    try:
+        while "sleep" not in Path(f"/proc/{inside.pid}/comm").read_text():
+            time.sleep(0.01)
+        cable._remove_left_behind()
+        left = [n["name"] for n in json.loads(namespaces())]
+        assert dead not in left
+        assert {ours, other} <= set(left)
+        assert inside.wait(timeout=20) == -signal.SIGKILL
+    finally:
+        inside.kill()
+        for name in (dead, ours, other):
+            subprocess.run(["ip", "netns", "del", name], capture_output=True)
 
 
 def namespaces() -> str:
