@@ -152,3 +152,13 @@ class Bench:
 
 def _events(text: str) -> tuple[Event, ...]:
     return tuple(json.loads(line) for line in text.splitlines() if line.startswith("{"))
+
+
+def drive(position: int, text: str) -> str:
+    """Options of the emulator for one drive."""
+    return f"[[drive]]\nposition = {position}\n{text}\n"
+
+
+def never_enabled(ran: Ran) -> None:
+    """No drive was led to power by the gateway."""
+    assert not [e for e in ran.happened("drive") if e["to"] == "operation enabled"]
