@@ -83,7 +83,7 @@ def flywheels(kind: str) -> tuple[Table, Table]:
     return counts, steps
 
 
-@pytest.mark.parametrize("kind", ["akd", "cst"])
+@pytest.mark.parametrize("kind", ["akd", pytest.param("cst", marks=pytest.mark.slow)])
 def test_an_independent_master_reaches_op_and_moves_the_drives(kind: str, tmp_path: Path) -> None:
     need_pysoem()
     with cable() as ends, drives(ends, tmp_path, kind) as events:

@@ -21,7 +21,7 @@ def decode_fields(capture: Path, name: str, kept: str) -> list[str]:
     return decode(capture, "-Y", kept, "-T", "fields", "-e", name)
 
 
-@pytest.mark.parametrize("kind", ["akd", "cia402"])
+@pytest.mark.parametrize("kind", ["akd", pytest.param("cia402", marks=pytest.mark.slow)])
 def test_every_frame_of_a_run_is_sound(kind: str, hexapod_ssp: Path, tmp_path: Path) -> None:
     need_tshark()
     capture = tmp_path / "run.pcapng"
