@@ -16,8 +16,8 @@ import pytest
 from benchmarks.quantisation import torque_step, variants
 from flexhex.drive import cable
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
+from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
-from flexhex.drive.view import drive_command
 from fmus.common.errors import RunError, UsageError
 from ssp.recording import load_recording
 from ssp.results import Group, Result
