@@ -109,9 +109,11 @@ fn cycles_that_the_clock_missed_stand_in_the_recorded_time() {
     let (mut sink, source) = ring(16, 3);
     let writer = Writer::start(plan("missed", 4), source).unwrap();
     for (n, missed) in missed.iter().enumerate() {
-        sink.push(&[time_of(n as i64, *missed, step), 0.0, 1.0]);
+        let theta = if n == 4 { f64::NAN } else { 0.0 };
+        sink.push(&[time_of(n as i64, *missed, step), theta, 1.0]);
     }
     let text = std::fs::read_to_string(writer.finish(None).unwrap().recording.unwrap()).unwrap();
+    assert!(text.ends_with(",NaN,1\n0.002,0,1\n"), "what was not measured is no number: {text}");
     let times: Vec<f64> =
         text.lines().skip(3).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     assert_eq!(times, [0, 1, 2, 5, 6, 8].map(|k| f64::from(k) * step));
