@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 
 GATEWAY := FLEXHEX_FMI_HEADERS="$$($(CURDIR)/$(BIN)/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
-.PHONY: help run quick missing build gateway machine test test-all golden fuzz check format bench clean lock
+.PHONY: help run quick missing build gateway machine test test-all golden fuzz check check-gateway format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -18,9 +18,9 @@ help:
 	@echo "make test-all  every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
 	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
-	@echo "make check     linters, types, formatting"
+	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
 	@echo "make bench     speed: medians and ratios side by side"
-	@echo "make format    format Python and C"
+	@echo "make format    format Python, C and Rust"
 	@echo "make lock      resolve requirements.lock anew"
 	@echo "make clean     remove out/ and the environment"
 
@@ -70,11 +70,19 @@ check: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run -Werror $$(git ls-files '*.c' '*.h')
+	@if cargo fmt --version && cargo clippy --version; then $(MAKE) --no-print-directory check-gateway; \
+	else echo "gateway/ is not checked: no cargo with rustfmt and clippy on the PATH"; fi
+
+check-gateway: $(READY)
+	$(BIN)/python gateway/lock.py write
+	cd gateway && cargo fmt --all --check
+	cd gateway && $(GATEWAY) clippy --release --locked --workspace --all-targets -- -D warnings
 
 format: $(READY)
 	$(BIN)/ruff check --fix-only .
 	$(BIN)/ruff format .
 	$(BIN)/clang-format -i $$(git ls-files '*.c' '*.h')
+	@if cargo fmt --version; then cd gateway && cargo fmt --all; fi
 
 lock:
 	uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \

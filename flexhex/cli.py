@@ -13,7 +13,7 @@ import typer
 from flexhex.commands import compare_command, study_command
 from flexhex.diagnose.command import diagnose_command
 from flexhex.diagnose.options import Greedy
-from flexhex.drive.view import drive_command
+from flexhex.drive.command import drive_command
 from flexhex.export.command import export_command
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import FlexhexError

@@ -36,10 +36,18 @@ def load_recording(path: str | Path) -> Result:
         base = float(meta["base_step_s"])
         wanted = [word.rpartition(":") for word in meta["signals"].split()]
         plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
-        data = data[data[:, names.index("phase")] == RUNNING]
+        data = _held(data[data[:, names.index("phase")] == RUNNING])
         return _result(plans, data, (names, units), base, meta)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
+
+
+def _held(data: Array) -> Array:
+    """Rows (cycles, columns) with the last value in place of what a cycle without a reply did not
+    measure: it is what the controller took."""
+    rows = np.arange(len(data))[:, None]
+    last = np.maximum.accumulate(np.where(np.isnan(data), 0, rows), axis=0)
+    return np.take_along_axis(data, last, axis=0)
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -6,19 +6,22 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fmus.common.errors import RunError, UsageError
 
-ROOT = Path(__file__).resolve().parent.parent / "gateway"
+ROOT = Path(__file__).resolve().parents[2] / "gateway"
 PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"
 CONFIGURATION = ROOT / "machines" / "akd.toml"
 """The configuration of the drives that are emulated: six AKD in torque mode."""
+PREFIX = "flexhex-"
+"""How the names of our network namespaces begin; they end in the process that made them."""
 PATIENT = {
     "step_limit_us": "1000000",
     "overrun_us": "1000000",
@@ -121,7 +124,8 @@ def _quantiles(counts: Sequence[tuple[float, int]]) -> dict[str, float]:
 @contextmanager
 def _cable() -> Iterator[tuple[str, str]]:
     """Names of two namespaces with the ends bus0 and bus1; removed in any case."""
-    names = tuple(f"flexhex-{end}-{os.getpid()}" for end in ("drives", "gateway"))
+    _remove_left_behind()
+    names = tuple(f"{PREFIX}{end}-{os.getpid()}" for end in ("drives", "gateway"))
     drives, gateway = names
     try:
         for name in names:
@@ -133,7 +137,24 @@ def _cable() -> Iterator[tuple[str, str]]:
         yield drives, gateway
     finally:
         for name in names:
-            subprocess.run(["ip", "netns", "del", name], capture_output=True)
+            _remove(name)
+
+
+def _remove_left_behind() -> None:
+    """Namespaces of runs that were killed: ours by name, and their owner is gone."""
+    listed = subprocess.run(["ip", "netns", "list"], capture_output=True, text=True).stdout
+    for name, owner in re.findall(rf"^({PREFIX}(?:drives|gateway)-(\d+))\b", listed, re.MULTILINE):
+        if not Path("/proc", owner).exists():
+            _remove(name)
+
+
+def _remove(name: str) -> None:
+    """A namespace, and what still runs in it: a process would keep its cable alive."""
+    inside = subprocess.run(["ip", "netns", "pids", name], capture_output=True, text=True).stdout
+    for process in map(int, inside.split()):
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+    subprocess.run(["ip", "netns", "del", name], capture_output=True)
 
 
 def _ip(*words: str) -> None:

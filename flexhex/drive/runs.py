@@ -92,27 +92,25 @@ def error(result: Result) -> tuple[float, float]:
     return MICRO * float(np.sqrt(np.mean(e**2))), MICRO * float(np.abs(e).max())
 
 
-def rows(found: Drives) -> list[dict[str, str]]:
-    """A row for each figure, a column for each run: errors [urad], times [us], frames."""
-    runs = {"by the clock": "clock", "lockstep": "lockstep", "simulated": "simulated"}
-    said = {name: driven.summary for name, driven in found.driven.items()}
-    listed = []
-    for k, title in enumerate(("e RMS [µrad]", "e max [µrad]")):
-        errors = {column: f"{error(found.results[name])[k]:.2f}" for column, name in runs.items()}
-        listed.append({"": title, **errors, "cyclictest": NONE})
-    for key, title in (
-        ("compute", "compute"),
-        ("wake_up", "wake-up"),
-        ("round_trip", "round trip"),
-    ):
-        for quantile in ("p50", "p99", "max"):
-            row = {"": f"{title} {quantile} [µs]"}
-            for column, name in runs.items():
-                times = said.get(name, {}).get(f"{key}_us")
-                row[column] = f"{times[quantile]:.1f}" if times else NONE
-            ours = found.floor if key == "wake_up" else None
-            listed.append({**row, "cyclictest": f"{ours[quantile]:.1f}" if ours else NONE})
-    for key, title in (("lost", "frames lost"), ("skipped", "cycles left out")):
-        counts = {column: str(said.get(name, {}).get(key, NONE)) for column, name in runs.items()}
-        listed.append({"": title, **counts, "cyclictest": NONE})
-    return listed
+def errors(found: Drives) -> list[dict[str, str]]:
+    """RMS and largest tracking error [µrad], a column for each run."""
+    runs = {"by the clock": "clock", "in lockstep": "lockstep", "simulated": "simulated"}
+    return [
+        {"": title} | {run: f"{error(found.results[name])[k]:.2f}" for run, name in runs.items()}
+        for k, title in enumerate(("RMS", "largest"))
+    ]
+
+
+def times(found: Drives) -> list[dict[str, str]]:
+    """Quantiles of each part of a cycle by the clock [µs], and this computer's own floor."""
+    said = found.driven["clock"].summary
+    parts: list[tuple[str, dict[str, float] | None]] = [
+        ("wake-up", said.get("wake_up_us")),
+        ("wake-up of cyclictest", found.floor),
+        ("round trip of the frame", said.get("round_trip_us")),
+        ("computing", said.get("compute_us")),
+    ]
+    return [
+        {"": title} | {q: f"{part[q]:.1f}" if part else NONE for q in ("p50", "p99", "max")}
+        for title, part in parts
+    ]

@@ -1,56 +1,21 @@
-"""The command `drive`: the adaptive loop on emulated drives, as a table or JSON."""
+"""What `flexhex drive` shows: tables and verdicts, or JSON."""
 
 from __future__ import annotations
 
-import json as to_json
-import signal
-import sys
-from pathlib import Path
-from typing import Annotated
-
-import typer
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from flexhex.commands import AsJson
-from flexhex.drive.runs import Drives, drives, rows
-
-
-def drive_command(
-    seconds: Annotated[float, typer.Option("--duration", "-d", min=0.01, help="time [s]")] = 10.0,
-    machine: Annotated[Path, typer.Option("--machine", "-m", help="machine file (TOML)")] = Path(
-        "machines/tflex.toml"
-    ),
-    out: Annotated[Path, typer.Option("--out", "-o", help="folder of the FMUs")] = Path("out"),
-    json: AsJson = False,
-) -> None:
-    """Run the adaptive loop on emulated EtherCAT drives; compare and diagnose. Wants root."""
-    from flexhex.build import Builder
-    from flexhex.cli import found_machine
-    from flexhex.console import LiveProgress
-    from flexhex.drive.cable import check_means
-
-    check_means()
-    # so that being ended removes cable and processes as Ctrl-C does
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    with LiveProgress() as progress:
-        progress.stage("building the FMUs")
-        builder = Builder(found_machine(machine), out, progress.building)
-        ssp = builder.systems()[-1]
-        found = drives(builder.machine_file, ssp, seconds, out / "drive", progress.stage)
-    if json:
-        print(to_json.dumps(data(found), indent=2))
-    else:
-        show(found)
-    if not found.good:
-        raise typer.Exit(1)
+from flexhex.diagnose.words import verdict
+from flexhex.drive.runs import Drives, error, errors, times
 
 
 def data(found: Drives) -> dict[str, object]:
     """All figures, for a program."""
     return {
-        "runs": rows(found),
+        "tracking error [urad]": {name: error(result) for name, result in found.results.items()},
+        "cyclictest [us]": found.floor,
         "trips": {name: driven.trip for name, driven in found.driven.items() if driven.trip},
         "lockstep is the simulation": found.comparisons["lockstep"].equal,
         "largest difference": {n: worst(found, n) for n in found.comparisons},
@@ -66,28 +31,48 @@ def worst(found: Drives, name: str) -> dict[str, float]:
 
 
 def show(found: Drives) -> None:
-    """The table, and what comparing and diagnosing said."""
-    out = Console()
-    listed = rows(found)
-    title = "The adaptive loop on emulated drives, 4 kHz"
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    for k, key in enumerate(listed[0]):
-        table.add_column(key, justify="right" if k else "left")
-    for row in listed:
-        table.add_row(*row.values())
-    out.print(table)
-    for name, driven in found.driven.items():
-        if driven.trip:
-            out.print(f"{name} tripped: {driven.trip}")
+    """Two tables, then what was compared and diagnosed."""
+    out = Console(highlight=False, soft_wrap=True)
+    out.print()
+    out.print(table("Tracking error of the adaptive loop [µrad]", errors(found)))
+    out.print(table("A cycle by the clock, 250 µs [µs]", times(found)))
+    for name, good, text in judged(found):
+        out.print(f"[{'green' if good else 'yellow'}]{'✓' if good else '!'}[/] {name}: {text}")
     if found.floor is None:
-        out.print("No floor of this computer: cyclictest is not installed (package rt-tests).")
-    same = found.comparisons["lockstep"].equal
-    words = "equals the simulation, every sample" if same else "is NOT the simulation"
-    out.print(f"Lockstep {words}; by the clock, the angles differ by at most", end=" ")
-    out.print(f"{1e6 * worst(found, 'clock')['plant.theta']:.1f} µrad.")
+        out.print("! cyclictest is not installed: apt-get install rt-tests")
     for name, diagnosis in found.found.items():
-        notes = "; ".join(diagnosis.notes)
-        out.print(
-            f"Diagnosis of {name}.csv: {diagnosis.verdict}" + (f" ({notes})" if notes else "")
-        )
-    out.print("  ".join(str(path) for path in found.written), soft_wrap=True)
+        out.print(f"\n[bold]{name}.csv diagnosed[/]: {verdict(diagnosis)}")
+        if np.isnan(diagnosis.gap.floor).all():
+            out.print("  One run is little to go by: what does not repeat cannot be set apart.")
+    folder = found.written[0].parent
+    out.print(f"\n{folder}: clock.csv and lockstep.csv are the recordings. Look closer:")
+    out.print(f"  flexhex diagnose {folder / 'clock.csv'}")
+    out.print(f"  flexhex compare {folder / 'clock.h5'} {folder / 'simulated.h5'} --common")
+
+
+def table(title: str, listed: list[dict[str, str]]) -> Table:
+    """Rows under their title."""
+    made = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
+    for k, key in enumerate(listed[0]):
+        made.add_column(key, justify="right" if k else "left")
+    for row in listed:
+        made.add_row(*row.values())
+    return made
+
+
+def judged(found: Drives) -> list[tuple[str, bool, str]]:
+    """Each run: its name, whether all is well, what there is to say."""
+    lockstep, clock = found.driven["lockstep"], found.driven["clock"]
+    same = found.comparisons["lockstep"].equal
+    words = "the simulation, every sample to the last bit" if same else "NOT the simulation"
+    said = clock.summary
+    cycles, skipped, lost = (int(said[key]) for key in ("cycles", "skipped", "lost"))
+    apart = 1e6 * worst(found, "clock")["plant.theta"]
+    times = (
+        f"{cycles} cycles, {skipped} left out, {lost} frames without a reply in time;"
+        f" angles at most {apart:.1f} µrad from the simulation"
+    )
+    slow = "; this computer is too busy for 4 kHz, see docs/gateway.md" if skipped + lost else ""
+    listed = [("in lockstep", same, words), ("by the clock", not slow, times + slow)]
+    trips = [("in lockstep", lockstep.trip), ("by the clock", clock.trip)]
+    return listed + [(name, False, f"tripped: {trip}") for name, trip in trips if trip]

@@ -1,14 +1,12 @@
-"""The emulated drives and the gateway on a cable: two network namespaces and a veth pair."""
+"""The emulated drives and the gateway on a cable, and what both said."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,52 +14,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pytest
 
+from tests.gateway.cable import Cable, cable
 from tests.gateway.cargo import GATEWAY, built
+from tests.gateway.decoder import capturing
 
 Event = dict[str, Any]
 Rows = npt.NDArray[np.float64]
 LIMIT_S = 240.0
 """A run that hangs is ended after this; nothing is measured with it."""
-
-
-@dataclass(frozen=True)
-class Cable:
-    """Names of the two ends; `drives` and `gateway` are namespaces."""
-
-    drives: str
-    gateway: str
-
-    def at(self, place: str, command: Sequence[object]) -> list[str]:
-        """The command in one of the namespaces."""
-        return ["ip", "netns", "exec", place, *map(str, command)]
-
-
-@contextmanager
-def cable() -> Iterator[Cable]:
-    """A cable of its own for one test; skips where that is not allowed."""
-    if shutil.which("ip") is None or os.geteuid() != 0:
-        pytest.skip("network namespaces need root and `ip`")
-    name = f"fx{os.getpid()}"
-    ends = Cable(f"{name}d", f"{name}g")
-    try:
-        for namespace in (ends.drives, ends.gateway):
-            _ip("netns", "add", namespace)
-        _ip("link", "add", "bus0", "netns", ends.drives, "type", "veth",
-            "peer", "name", "bus1", "netns", ends.gateway)  # fmt: skip
-        _ip("-n", ends.drives, "link", "set", "bus0", "up")
-        _ip("-n", ends.gateway, "link", "set", "bus1", "up")
-        yield ends
-    finally:
-        for namespace in (ends.drives, ends.gateway):
-            subprocess.run(["ip", "netns", "del", namespace], capture_output=True)
-
-
-def _ip(*words: str) -> None:
-    done = subprocess.run(["ip", *words], capture_output=True, text=True)
-    if done.returncode:
-        pytest.skip(f"ip {' '.join(words)}: {done.stderr.strip()}")
 
 
 @dataclass(frozen=True)
@@ -126,6 +87,7 @@ class Bench:
         linger: float = 0.0,
         wrapper: Sequence[object] = (),
         record: Path | None = None,
+        capture: Path | None = None,
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
@@ -134,6 +96,7 @@ class Bench:
         linger: seconds for which the drives are left alone afterwards.
         wrapper: a command that the gateway is run by.
         record: where the recording goes.
+        capture: where all frames go.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
@@ -141,7 +104,7 @@ class Bench:
         if verb == "run":
             rest += ["--duration", seconds, "--record", recording]
         lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []
-        with cable() as ends:
+        with cable() as ends, capturing(ends, capture) if capture else nullcontext():
             drives = self._drives(
                 ends, program, [*lockstep, "--system", plant or self.ssp], options
             )
@@ -189,3 +152,13 @@ class Bench:
 
 def _events(text: str) -> tuple[Event, ...]:
     return tuple(json.loads(line) for line in text.splitlines() if line.startswith("{"))
+
+
+def drive(position: int, text: str) -> str:
+    """Options of the emulator for one drive."""
+    return f"[[drive]]\nposition = {position}\n{text}\n"
+
+
+def never_enabled(ran: Ran) -> None:
+    """No drive was led to power by the gateway."""
+    assert not [e for e in ran.happened("drive") if e["to"] == "operation enabled"]

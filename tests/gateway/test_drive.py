@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flexhex import drive_cable
+from benchmarks.quantisation import torque_step, variants
+from flexhex.drive import cable
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
+from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
-from flexhex.drive.view import drive_command
 from fmus.common.errors import RunError, UsageError
 from ssp.recording import load_recording
 from ssp.results import Group, Result
@@ -42,10 +45,13 @@ def test_steps_are_those_of_the_configured_drive() -> None:
     theta = 6.283185307179586 / 4294967296
     wanted = {"plant.tau_step": tau, "feedback.tau_step": tau, "plant.theta_step": theta}
     assert steps() == wanted
+    carried = variants()[2]
+    assert carried.parameters() == wanted, "the benchmark of the steps asks for the same"
+    assert torque_step("cia402") == 9.0 * 0.001
 
 
 def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
-    text = drive_cable._patient(tmp_path / "a.toml").read_text()
+    text = cable._patient(tmp_path / "a.toml").read_text()
     for key, value in PATIENT.items():
         assert text.count(f"\n{key} = {value}") == 1, key
 
@@ -53,10 +59,10 @@ def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
 def test_without_program_or_root_it_is_said(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(drive_cable, "PROGRAM", tmp_path / "none")
+    monkeypatch.setattr(cable, "PROGRAM", tmp_path / "none")
     with pytest.raises(UsageError, match="make gateway"):
         check_means()
-    monkeypatch.setattr(drive_cable, "PROGRAM", Path(__file__))
+    monkeypatch.setattr(cable, "PROGRAM", Path(__file__))
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     with pytest.raises(UsageError, match="run this as root"):
         drive_command(out=tmp_path)
@@ -79,6 +85,29 @@ def test_a_drive_leaves_a_recording_and_no_namespace(
     assert load_recording(driven.recording)["plant.theta"].shape == (400, 6)
     left = [n["name"] for n in json.loads(namespaces() or "[]")]
     assert not [name for name in left if name.startswith("flexhex-") and str(os.getpid()) in name]
+
+
+def test_what_a_killed_run_left_is_removed_and_no_other(program: Path) -> None:
+    """A child makes namespaces and is killed; what is still running inside goes too."""
+    over = subprocess.Popen(["true"])
+    over.wait()
+    dead, ours = f"flexhex-drives-{over.pid}", f"flexhex-gateway-{os.getpid()}"
+    other = f"flexhex-else-{over.pid}"
+    for name in (dead, ours, other):
+        subprocess.run(["ip", "netns", "add", name], check=True)
+    inside = subprocess.Popen(["ip", "netns", "exec", dead, "sleep", "60"])
+    try:
+        while "sleep" not in Path(f"/proc/{inside.pid}/comm").read_text():
+            time.sleep(0.01)
+        cable._remove_left_behind()
+        left = [n["name"] for n in json.loads(namespaces())]
+        assert dead not in left
+        assert {ours, other} <= set(left)
+        assert inside.wait(timeout=20) == -signal.SIGKILL
+    finally:
+        inside.kill()
+        for name in (dead, ours, other):
+            subprocess.run(["ip", "netns", "del", name], capture_output=True)
 
 
 def namespaces() -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -19,8 +18,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.gateway.bench import Cable, cable, columns
+from tests.gateway.bench import columns
+from tests.gateway.cable import Cable, cable
 from tests.gateway.cargo import built
+from tests.gateway.decoder import capturing, decode, malformed, need_tshark
 from tests.gateway.pysoem_session import target
 
 SESSION = Path(__file__).with_name("pysoem_session.py")
@@ -82,7 +83,7 @@ def flywheels(kind: str) -> tuple[Table, Table]:
     return counts, steps
 
 
-@pytest.mark.parametrize("kind", ["akd", "cst"])
+@pytest.mark.parametrize("kind", ["akd", pytest.param("cst", marks=pytest.mark.slow)])
 def test_an_independent_master_reaches_op_and_moves_the_drives(kind: str, tmp_path: Path) -> None:
     need_pysoem()
     with cable() as ends, drives(ends, tmp_path, kind) as events:
@@ -149,35 +150,6 @@ def test_a_master_that_vanishes_ends_in_the_watchdog_at_its_cycle(tmp_path: Path
     assert {one["error"] for one in faults} == {0x8130}
 
 
-def decode(capture: Path, *words: str) -> list[str]:
-    """Lines of tshark for a capture."""
-    command = ["tshark", "-n", "-r", str(capture), *words]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-
-
-def malformed(capture: Path) -> list[str]:
-    """Frames that tshark calls malformed, or whose dissection it reports an error for."""
-    return decode(capture, "-Y", "_ws.malformed || _ws.expert.severity == error")
-
-
-@contextmanager
-def capturing(ends: Cable, file: Path) -> Iterator[None]:
-    """Records all that passes at the master's end of the cable."""
-    if shutil.which("tshark") is None:
-        pytest.skip("no tshark: apt-get install tshark")
-    words = ["tshark", "-n", "-q", "-B", "64", "-i", "bus1", "-w", file]
-    command = ends.at(ends.gateway, words)
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    # its file gets a head when the interface is open; "Capturing on" comes too early
-    while process.poll() is None and not (file.exists() and file.stat().st_size):
-        time.sleep(0.02)
-    try:
-        yield
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.communicate(timeout=LIMIT_S)
-
-
 def test_an_independent_decoder_finds_no_malformed_frame(tmp_path: Path) -> None:
     need_pysoem()
     capture = tmp_path / "session.pcapng"
@@ -194,8 +166,7 @@ def test_an_independent_decoder_finds_no_malformed_frame(tmp_path: Path) -> None
 def test_the_decoder_tells_a_short_frame_from_a_sound_one(
     length: int, wrong: int, tmp_path: Path
 ) -> None:
-    if shutil.which("tshark") is None:
-        pytest.skip("no tshark: apt-get install tshark")
+    need_tshark()
     # an LRW that says 200 bytes; with its working counter 202 follow the header
     frame = b"\xff" * 6 + b"\x10" * 6 + b"\x88\xa4" + struct.pack("<H", 0x1000 | 212)
     frame += struct.pack("<BBIHH", 12, 0, 0, 200, 0) + bytes(length)

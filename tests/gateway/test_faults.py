@@ -120,8 +120,8 @@ OFTEN = "\ncount = 0\nprobability = "
     [
         ("frames lost, 0.1 %", f"{LOST}{OFTEN}0.001", 4.0),
         ("frames lost, 1 %", f"{LOST}{OFTEN}0.01", 4.0),
-        ("frames lost, 10 %", f"{LOST}{OFTEN}0.1", 3.0),
-        ("replies lost, 10 %", f"{LOST}{AFTER}{OFTEN}0.1", 3.0),
+        pytest.param("frames lost, 10 %", f"{LOST}{OFTEN}0.1", 3.0, marks=pytest.mark.slow),
+        pytest.param("replies lost, 10 %", f"{LOST}{AFTER}{OFTEN}0.1", 3.0, marks=pytest.mark.slow),
         ("frames delayed, 1 %", f'kind = "frame_delayed"{OFTEN}0.01', 3.0),
         ("frames out of order, 1 %", f'kind = "frame_reordered"{OFTEN}0.01', 3.0),
         ("working counter short, 2 cycles", 'kind = "wkc_short"\ncount = 2', 2.5),

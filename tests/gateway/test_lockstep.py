@@ -29,7 +29,7 @@ SAME = {
 }
 
 
-@pytest.fixture(scope="module", params=list(STEPS))
+@pytest.fixture(scope="module", params=["akd", pytest.param("cia402", marks=pytest.mark.slow)])
 def driven(
     request: pytest.FixtureRequest, hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Ran]:

@@ -14,17 +14,11 @@ import pytest
 from ssp.fmu import binary_path
 from ssp.read import read_ssp
 from tests.gateway.archives import changed, with_fmu
-from tests.gateway.bench import Bench, Ran
+from tests.gateway.bench import Bench, drive, never_enabled
 from tests.gateway.fault_table import Row, Table
 
 RUN = ("run", "--enable", "--lockstep")
-DRY = ("run", "--dry-run", "--lockstep")
 CHECK = ("check", "--bus")
-
-
-def drive(position: int, text: str) -> str:
-    """Options of the emulator for one drive."""
-    return f"[[drive]]\nposition = {position}\n{text}\n"
 
 
 BAD = {
@@ -54,11 +48,6 @@ def serials(position: int) -> tuple[str, str]:
     return (f"# serial = {1001 + position}", f"serial = {1001 + position}")
 
 
-def never_enabled(ran: Ran) -> None:
-    """No drive was led to power by the gateway."""
-    assert not [e for e in ran.happened("drive") if e["to"] == "operation enabled"]
-
-
 @pytest.mark.parametrize("name", [*BAD, *ONLY_RUN])
 def test_wrong_bus_is_refused_before_power(
     name: str, hexapod_ssp: Path, tmp_path: Path, table: Table
@@ -86,15 +75,6 @@ def test_faults_are_reset_only_when_asked(hexapod_ssp: Path, tmp_path: Path) -> 
         options=options, command=(*RUN, "--reset-faults"), seconds=0.05
     )
     assert ran.code == 0, ran.words
-
-
-def test_dry_run_reads_and_computes_but_never_enables(hexapod_ssp: Path, tmp_path: Path) -> None:
-    ran = Bench(hexapod_ssp, tmp_path).run(command=DRY)
-    assert ran.code == 0, ran.words
-    never_enabled(ran)
-    assert not ran.table["tau"].any()
-    assert ran.table["tau_ff"].any()
-    assert len(ran.table["time"]) >= 10_000
 
 
 def test_nothing_is_enabled_without_being_asked(hexapod_ssp: Path, tmp_path: Path) -> None:

@@ -56,7 +56,11 @@ def simulated(hexapod_ssp: Path) -> Result:
     return run(hexapod_ssp, SECONDS, signals=signals, parameters=STEPS)
 
 
-@pytest.mark.parametrize("own", [[], ["K"], ["K", "N_E"]], ids=["inside", "K", "K and N_E"])
+@pytest.mark.parametrize(
+    "own",
+    [[], ["K"], pytest.param(["K", "N_E"], marks=pytest.mark.slow)],
+    ids=["inside", "K", "K and N_E"],
+)
 def test_controller_and_plant_give_the_simulation_to_the_last_bit(
     own: list[str], hexapod_ssp: Path, simulated: Result, tmp_path: Path
 ) -> None:

@@ -39,6 +39,12 @@ def test_recording_gives_the_signals_at_their_rates(tmp_path: Path) -> None:
     assert result.group("plant.theta").units["plant.theta"] == "rad"
 
 
+def test_what_a_lost_reply_did_not_measure_is_what_was_held(tmp_path: Path) -> None:
+    text = GOOD.replace("0.00025,5,6,", "0.00025,NaN,NaN,")
+    result = load_recording(recording(tmp_path, text))
+    assert result["plant.theta"].tolist() == [[1, 2], [1, 2], [7, 8]]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "wanted"),
     [

@@ -81,9 +81,10 @@ impl Default for Drives {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Initial {
     Ready,
+    ReadyToSwitchOn,
     Enabled,
     Fault,
 }
@@ -100,7 +101,8 @@ pub struct Special {
     pub alias: Option<u16>,
     pub direction: Option<i64>,
     pub offset: Option<i64>,
-    /// State at power-up: ready, enabled (energised already) or fault.
+    /// State at power-up: ready ("switch on disabled"), ready_to_switch_on, enabled (energised
+    /// already) or fault.
     pub initial: Option<Initial>,
     /// Writes to its maps are refused.
     #[serde(default)]
@@ -205,6 +207,7 @@ impl Options {
         let manner = Manner { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
+            Initial::ReadyToSwitchOn => (State::ReadyToSwitchOn, 0),
             Initial::Enabled => (State::OperationEnabled, 0),
             Initial::Fault => (State::Fault, 0x7305),
         };

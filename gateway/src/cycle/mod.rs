@@ -81,6 +81,8 @@ pub struct Machine<'a, L: Link> {
     sent: [f64; AXES],
     deaf: u32,
     skipped_before: u64,
+    /// Cycles left out before cycle 0, while the drives were being enabled.
+    skipped_at_0: u64,
     stopped_for: u32,
 }
 
@@ -105,6 +107,7 @@ impl<'a, L: Link> Machine<'a, L> {
             sent: [0.0; AXES],
             deaf: 0,
             skipped_before: 0,
+            skipped_at_0: 0,
             stopped_for: 0,
             config,
             wanted,

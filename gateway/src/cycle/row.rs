@@ -3,6 +3,7 @@
 use super::{Machine, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
+use crate::record::time_of;
 use crate::wire::Link;
 
 /// Position of `compute` among the columns behind the axes.
@@ -13,9 +14,9 @@ impl<L: Link> Machine<'_, L> {
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let bus = self.controller.bus();
         let mut row = Cursor(&mut self.row, 0);
-        row.put(n as f64 * self.safety.base_step());
-        row.all(&reply.theta);
-        row.all(&reply.tau);
+        row.put(time_of(n, self.clock.skipped - self.skipped_at_0, self.safety.base_step()));
+        row.all(&measured(reply.answered, &reply.theta));
+        row.all(&measured(reply.answered, &reply.tau));
         row.all(&self.signals.r.map(|slot| bus[slot]));
         row.all(&self.sent);
         row.all(&self.signals.tau_ff.map(|slot| bus[slot]));
@@ -51,6 +52,15 @@ impl<L: Link> Machine<'_, L> {
     }
 }
 
+/// What a reply says; without one nothing was measured, and the values held are no measurement.
+fn measured(answered: bool, values: &[f64; AXES]) -> [f64; AXES] {
+    if answered {
+        *values
+    } else {
+        [f64::NAN; AXES]
+    }
+}
+
 struct Cursor<'a>(&'a mut [f64], usize);
 
 impl Cursor<'_> {
@@ -62,5 +72,17 @@ impl Cursor<'_> {
     fn all(&mut self, values: &[f64; AXES]) {
         self.0[self.1..self.1 + AXES].copy_from_slice(values);
         self.1 += AXES;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_without_a_reply_records_no_measurement() {
+        let theta = [0.1; AXES];
+        assert_eq!(measured(true, &theta), theta);
+        assert!(measured(false, &theta).iter().all(|value| value.is_nan()));
     }
 }

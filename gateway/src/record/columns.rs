@@ -33,6 +33,12 @@ const OF_CYCLE: [(&str, &str); 9] = [
     ("dc_phase", "us"),
 ];
 
+/// Time [s] of cycle n after `missed` beginnings that the clock left out since cycle 0: the samples
+/// between are missing in a recording, not moved together.
+pub fn time_of(n: i64, missed: u64, base_step: f64) -> f64 {
+    (n + missed as i64) as f64 * base_step
+}
+
 impl Columns {
     /// What every recording has, then more signals of the system description with their units.
     pub fn with(more: &[(String, String)]) -> Columns {

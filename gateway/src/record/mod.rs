@@ -9,6 +9,6 @@ mod ring;
 mod tests;
 mod writer;
 
-pub use columns::Columns;
+pub use columns::{time_of, Columns};
 pub use ring::{ring, Sink};
 pub use writer::{Plan, Writer, Written};

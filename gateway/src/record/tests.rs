@@ -1,6 +1,6 @@
 use super::ring::ring;
 use super::writer::{Plan, Writer};
-use super::Columns;
+use super::{time_of, Columns};
 
 #[test]
 fn a_full_ring_drops_the_newest_and_counts() {
@@ -99,4 +99,26 @@ fn a_trip_keeps_the_newest_rows_and_its_reason() {
     let lines: Vec<_> = text.lines().collect();
     assert_eq!(lines[1], "# trip: axis 2: speed");
     assert_eq!(lines[4..], ["7,0,2", "8,0,2", "9,0,2"]);
+}
+
+#[test]
+fn cycles_that_the_clock_missed_stand_in_the_recorded_time() {
+    let step = 0.00025;
+    // two beginnings are missed before cycle 3, one before cycle 5
+    let missed = [0, 0, 0, 2, 2, 3];
+    let (mut sink, source) = ring(16, 3);
+    let writer = Writer::start(plan("missed", 4), source).unwrap();
+    for (n, missed) in missed.iter().enumerate() {
+        let theta = if n == 4 { f64::NAN } else { 0.0 };
+        sink.push(&[time_of(n as i64, *missed, step), theta, 1.0]);
+    }
+    let text = std::fs::read_to_string(writer.finish(None).unwrap().recording.unwrap()).unwrap();
+    assert!(text.ends_with(",NaN,1\n0.002,0,1\n"), "what was not measured is no number: {text}");
+    let times: Vec<f64> =
+        text.lines().skip(3).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    assert_eq!(times, [0, 1, 2, 5, 6, 8].map(|k| f64::from(k) * step));
+    // nothing missed: the bits of n times the step, as the simulation has them
+    for n in 0..40_000_i64 {
+        assert_eq!(time_of(n, 0, step).to_bits(), (n as f64 * step).to_bits());
+    }
 }

@@ -192,11 +192,13 @@ impl Safety {
             .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
-    /// Mean speed over the last cycles [rad/s], None before there are so many.
+    /// Mean speed over the last cycles [rad/s], over more where the angle of then was not read; None
+    /// before there are so many.
     fn speed(&self, k: usize, m: &Measured) -> Option<f64> {
         let n = self.rules.config.safety.speed_cycles as usize;
-        let past = self.past[self.seen.checked_sub(n)? % LONGEST][k];
-        Some((m.theta[k] - past) / (n as f64 * self.rules.base_step))
+        let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
+        let ago = (n..=LONGEST.min(self.seen)).find(|ago| !then(*ago)[k].is_nan())?;
+        Some((m.theta[k] - then(ago)[k]) / (ago as f64 * self.rules.base_step))
     }
 
     fn controller(&self, m: &Measured) -> Option<Trip> {
@@ -224,7 +226,7 @@ impl Safety {
                 self.still[k] += 1;
             }
         }
-        self.past[self.seen % LONGEST] = *m.theta;
+        self.past[self.seen % LONGEST] = if complete { *m.theta } else { [f64::NAN; AXES] };
         self.seen += 1;
         self.age = if complete { 1 } else { self.age + 1 };
         if complete {

@@ -108,9 +108,14 @@ impl std::fmt::Display for Trip {
         if let Some(axis) = self.axis {
             write!(f, "axis {}: ", axis + 1)?;
         }
-        let words = self.reason.words(self.value, self.limit);
+        let words = self.reason.words(brief(self.value), brief(self.limit));
         write!(f, "{words} (cycle {})", self.cycle)
     }
+}
+
+/// Six digits: what people read.
+fn brief(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// What is done with the torque.

@@ -157,6 +157,28 @@ fn cycles_that_were_left_out_allow_more_motion_once() {
     }
 }
 
+/// 16 cycles left out, then one without a reply: its angle is that of before the gap.
+#[test]
+fn an_angle_from_before_a_gap_makes_no_speed() {
+    for (speed, wanted) in [(1.0, None), (3.01, Some((Reason::Speed, 38)))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        let mut found = None;
+        for n in 0..60 {
+            let time = n + if n < 29 { 0 } else { 16 };
+            cycle.n = n;
+            (cycle.skipped, cycle.answered) = (if n == 29 { 16 } else { 0 }, n != 29);
+            if cycle.answered {
+                // slow until the gap: what is found is found after it
+                let after = (time - 46).max(0) as f64;
+                cycle.theta[3] = TS * (time.min(46) as f64 + speed * after);
+            }
+            found = found.or(cycle.judged(&mut safety));
+        }
+        assert_eq!(found.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
+    }
+}
+
 #[test]
 fn speed_is_the_mean_over_its_cycles() {
     for (speed, wanted) in [(2.99, None), (3.01, Some((Reason::Speed, 8)))] {

@@ -3,6 +3,10 @@
 //! Everything happens in the calling thread: poll the future, send what it queued, hand it what
 //! arrived, sleep until something does. No thread hop, no allocation, and a frame that nobody waits
 //! for is counted and dropped.
+//!
+//! A frame's own index is one byte and comes again after some 32 cycles. So each frame carries its
+//! number in the last four bytes of its source address too, which no device changes: a reply that is
+//! older than the frame in flight is never taken for its answer.
 
 mod clock;
 mod socket;
@@ -19,6 +23,10 @@ pub use socket::{Link, Socket};
 
 const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1
 const LARGEST: usize = 1600;
+/// The number's place; the first device sets a bit of byte 6, the rest stays.
+const NUMBER: std::ops::Range<usize> = 8..12;
+/// What ethercrab's own source address has there.
+const OURS: [u8; 4] = [0x10; 4];
 
 /// What was seen on the cable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,6 +55,9 @@ pub struct Wire<L: Link> {
     tx: PduTx<'static>,
     rx: PduRx<'static>,
     slots: [Slot; 256],
+    /// Number of the newest frame with each index.
+    numbers: [u32; 256],
+    next_number: u32,
     buffer: [u8; LARGEST],
     pub counts: Counts,
 }
@@ -58,6 +69,8 @@ impl<L: Link> Wire<L> {
             tx,
             rx,
             slots: [Slot::Never; 256],
+            numbers: [0; 256],
+            next_number: 0,
             buffer: [0; LARGEST],
             counts: Counts::default(),
         }
@@ -87,11 +100,18 @@ impl<L: Link> Wire<L> {
     fn send(&mut self) -> bool {
         let mut moved = false;
         while let Some(frame) = self.tx.next_sendable_frame() {
-            let (link, slots, counts) = (&mut self.link, &mut self.slots, &mut self.counts);
+            let (link, counts, copy) = (&mut self.link, &mut self.counts, &mut self.buffer);
+            let number = self.next_number;
+            self.next_number = number.wrapping_add(1);
+            let (slots, numbers) = (&mut self.slots, &mut self.numbers);
             // a frame that the kernel did not take is a lost frame: its cycle counts it
             let _ = frame.send_blocking(|bytes| {
-                if link.send(bytes) {
-                    slots[bytes[INDEX] as usize] = Slot::InFlight;
+                let copy = &mut copy[..bytes.len()];
+                copy.copy_from_slice(bytes);
+                copy[NUMBER].copy_from_slice(&number.to_le_bytes());
+                if link.send(copy) {
+                    let slot = bytes[INDEX] as usize;
+                    (slots[slot], numbers[slot]) = (Slot::InFlight, number);
                     counts.sent += 1;
                 }
                 Ok(bytes.len())
@@ -116,8 +136,13 @@ impl<L: Link> Wire<L> {
             return;
         }
         let slot = self.buffer[INDEX] as usize;
-        match self.slots[slot] {
-            Slot::InFlight => match self.rx.receive_frame(&self.buffer[..length]) {
+        let state = self.slots[slot];
+        if state != Slot::Never && self.buffer[NUMBER] != self.numbers[slot].to_le_bytes() {
+            self.counts.late += 1;
+            return;
+        }
+        match state {
+            Slot::InFlight => match self.answer(length) {
                 Ok(ethercrab::ReceiveAction::Processed) => {
                     self.slots[slot] = Slot::Answered;
                     self.counts.answered += 1;
@@ -131,6 +156,15 @@ impl<L: Link> Wire<L> {
             }
             Slot::Never => self.counts.bad += 1,
         }
+    }
+
+    /// Hand the reply over with the address that ethercrab knows.
+    fn answer(
+        &mut self,
+        length: usize,
+    ) -> Result<ethercrab::ReceiveAction, ethercrab::error::Error> {
+        self.buffer[NUMBER].copy_from_slice(&OURS);
+        self.rx.receive_frame(&self.buffer[..length])
     }
 
     fn give_up(&mut self) {

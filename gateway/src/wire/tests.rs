@@ -13,6 +13,8 @@ enum Answer {
     Twice,
     /// Kept back until the next frame is sent.
     Late,
+    /// Kept back until the next frame with the same index is sent, and before its answer.
+    SameIndexAgain,
     Never,
     /// A frame of another index, one that is too short, then the answer.
     AfterRubbish,
@@ -23,6 +25,7 @@ struct Script {
     answers: VecDeque<Answer>,
     arriving: VecDeque<Vec<u8>>,
     kept: Option<Vec<u8>>,
+    wait_for_index: bool,
 }
 
 impl Link for Script {
@@ -31,11 +34,15 @@ impl Link for Script {
         reply[6] |= 0x02; // the first device marks the source address
         let counter = reply.len() - 2;
         reply[counter] = 1;
-        self.arriving.extend(self.kept.take());
+        let held = |kept: &[u8]| self.wait_for_index && kept[super::INDEX] != frame[super::INDEX];
+        if self.kept.as_deref().is_some_and(|kept| !held(kept)) {
+            self.arriving.extend(self.kept.take());
+        }
         match self.answers.pop_front().unwrap_or(Answer::Once) {
             Answer::Once => self.arriving.push_back(reply),
             Answer::Twice => self.arriving.extend([reply.clone(), reply]),
-            Answer::Late => self.kept = Some(reply),
+            Answer::Late => (self.kept, self.wait_for_index) = (Some(reply), false),
+            Answer::SameIndexAgain => (self.kept, self.wait_for_index) = (Some(reply), true),
             Answer::Never => {}
             Answer::AfterRubbish => {
                 let mut other = reply.clone();
@@ -69,6 +76,7 @@ fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
         answers: answers.iter().copied().collect(),
         arriving: VecDeque::new(),
         kept: None,
+        wait_for_index: false,
     };
     let mut wire = Wire::new(link, tx, rx);
     let read = |_| {
@@ -92,6 +100,20 @@ fn a_late_reply_is_not_taken_for_the_next_one() {
     let (came, counts) = reads(&[Answer::Once, Answer::Late, Answer::Once]);
     assert_eq!(came, [true, false, true]);
     assert_eq!((counts.answered, counts.late, counts.duplicated), (2, 1, 0));
+}
+
+/// One byte of index is used again after 256 datagrams; the old reply comes just before the new.
+#[test]
+fn a_reply_of_the_frame_that_had_this_index_before_is_not_taken() {
+    let mut answers = vec![Answer::SameIndexAgain];
+    answers.extend([Answer::Once; 255]);
+    answers.push(Answer::Never);
+    answers.push(Answer::Once);
+    let (came, counts) = reads(&answers);
+    let mut wanted = vec![true; 258];
+    (wanted[0], wanted[256]) = (false, false);
+    assert_eq!(came, wanted);
+    assert_eq!((counts.answered, counts.late, counts.duplicated, counts.bad), (256, 1, 0, 0));
 }
 
 #[test]
