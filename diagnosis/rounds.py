@@ -185,9 +185,18 @@ def _count(bench: Bench) -> int:
 def _worth(bench: Bench, energy: Array, axis: int | None) -> bool:
     """Whether what repeats on an axis could hold an effect that is large enough."""
     rows = len(bench.made.regression.y) / bench.n
-    size = np.sqrt(energy / rows) * bench.made.noise.floor
+    size = np.sqrt(energy / rows) * _unit(bench.made)
     large = size > SMALLEST * bench.made.torque_rms
     return bool(large.any() if axis is None else large[axis])
+
+
+def _unit(made: Calibrated) -> Array:
+    """Torque (n,) [N m] that a whitened one stands for: the noise's own.
+
+    Where products are not taken between passes noise is among them, and only what stands out of
+    its innovations counts.
+    """
+    return made.noise.floor if made.between else made.noise.scale
 
 
 def _energy(energy: Array, parts: Sequence[Scored]) -> float:
@@ -210,7 +219,7 @@ def _large(
     made = bench.made
     axes = list(range(bench.n)) if part.axis is None else [part.axis]
     rows = len(made.regression.y) / bench.n * len(axes)
-    noise, torque = float(made.noise.floor[axes].mean()), float(made.torque_rms[axes].mean())
+    noise, torque = float(_unit(made)[axes].mean()), float(made.torque_rms[axes].mean())
     gained = max(part.gain.outside, 0.0)
     if np.sqrt(gained / rows) * noise < SMALLEST * torque:
         return False

@@ -24,7 +24,9 @@ class Made:
 
     regression: Regression
     between: bool = True
-    noise: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(scale=np.ones(N)))
+    noise: SimpleNamespace = field(
+        default_factory=lambda: SimpleNamespace(scale=np.ones(N), floor=np.ones(N))
+    )
     base: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(n=N))
     torque_rms: Array = field(default_factory=lambda: np.full(N, 10.0))
     layout = ROWS
