@@ -35,6 +35,16 @@ def malformed(capture: Path) -> list[str]:
     return decode(capture, "-Y", "_ws.malformed || _ws.expert.severity == error")
 
 
+def written(file: Path) -> None:
+    """Waits until no more comes: a capture that is told to end drops what it has not yet read."""
+    size = -1
+    for _ in range(LIMIT_S):
+        before, size = size, file.stat().st_size
+        if size == before:
+            return
+        time.sleep(1.0)
+
+
 @contextmanager
 def capturing(ends: Cable, file: Path) -> Iterator[None]:
     """Records all that passes at the master's end of the cable."""
@@ -48,5 +58,6 @@ def capturing(ends: Cable, file: Path) -> Iterator[None]:
     try:
         yield
     finally:
+        written(file)
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=LIMIT_S)
