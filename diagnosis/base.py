@@ -28,6 +28,7 @@ class Motion:
     """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n).
 
     noise: standard deviation (n,) [rad] of the angles' white noise; None: they have none.
+    derived: rates and accelerations are differences of the angles, so their noise is in them.
     """
 
     t0: float
@@ -36,6 +37,7 @@ class Motion:
     thetad: Array
     thetadd: Array
     noise: Array | None = field(default=None, kw_only=True)
+    derived: bool = field(default=False, kw_only=True)
 
     @cached_property
     def steady(self) -> Array:

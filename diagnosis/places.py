@@ -52,7 +52,7 @@ class Bump(Effect):
 
 def without_places(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Found]:
     """Effects but those on axes where one bump explains what several parts follow."""
-    bumped = {}
+    bumped = set()
     for axis in sorted({axis for effect in found for axis in effect.axes}):
         parts = [part for effect in found for part in effect.parts if part.axis == axis]
         curves = [part for part in parts if _is_curve(bench.effects[part.id])]
@@ -62,7 +62,7 @@ def without_places(bench: Bench, found: Sequence[Found], notes: list[str]) -> li
         freedom = sum(bench.effects[part.id].freedom for part in curves)
         gained = sum(part.gain.outside for part in curves)
         if bump is not None and bump.gain.outside > _needed(gained, freedom):
-            bumped[axis] = bump
+            bumped.add(axis)
             names = ", ".join(dict.fromkeys(part.id for part in curves))
             where = f"near {bump.shape['place']:.3f} rad on axis {axis + 1}"
             notes.append(

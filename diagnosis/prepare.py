@@ -93,13 +93,13 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
     [N m] that it still makes; what was done about it, or nothing."""
     # logs in other units than they say end in numbers beyond all bounds, and are told of later
     with np.errstate(over="ignore", invalid="ignore"):
-        made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-        longer = smoother(made, runs)
-        if longer.window == base.window:
-            return made, longer.left, ""
-        base = longer.base(base)
-        made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-    return made, longer.left, longer.text
+        usual, done = base.window, ""
+        while True:
+            made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
+            longer = smoother(made, runs, usual)
+            if longer.window == base.window:
+                return made, longer.left, done
+            base, done = longer.base(base), longer.text
 
 
 def misfit(made: Calibrated) -> str:

@@ -128,7 +128,8 @@ def motion_of(theta: Signal, rates: Channel | None) -> Motion:
         rate = np.column_stack([np.interp(time, rates.time, v) for v in rates.values.T])
         near, far = rate[3:-1] - rate[1:-3], rate[4:] - rate[:-4]
         first, second = rate[2:-2], (8 * near - far) / (12 * ts)
-    return Motion(theta.t0 + 2 * ts, ts, th[2:-2], first, second, noise=angle_noise(th))
+    start, noise, derived = theta.t0 + 2 * ts, angle_noise(th), rates is None
+    return Motion(start, ts, th[2:-2], first, second, noise=noise, derived=derived)
 
 
 def _start(log: Log, place: int) -> float:

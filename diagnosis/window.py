@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import GAP
 from diagnosis.base import Base, Motion
-from diagnosis.blocks import Run
+from diagnosis.blocks import LEAST, Run
 from diagnosis.calibrate import Calibrated
 from diagnosis.play import encoder_step
 
@@ -25,6 +25,8 @@ NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0
 """The window grows by this factor until it is long enough, or this many times what it was."""
+SPARE = 0.8
+"""Share of a run that rows at their least number may use up; windows at its ends take some."""
 SAMPLES = 50
 """Samples of a run at which the inertia is asked."""
 
@@ -45,29 +47,45 @@ class Smoother:
         return longer
 
 
-def smoother(made: Calibrated, runs: Sequence[Run]) -> Smoother:
-    """The shortest window, from the base's own one on, that is long enough for the angles."""
-    base, inertia = made.base, _inertia(made)
-    noise = np.max([run.motion.noise for run in runs if run.motion.noise is not None], axis=0)
+def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
+    """The shortest window, from that of the fit on, that is long enough for the angles.
+
+    usual: the window [s] for quiet angles. Ask again after a fit under the longer one: noise of
+    the accelerations makes a fitted inertia too small. Where rates were measured too nothing is
+    smoothed longer: angles are not differenced then.
+    """
+    base = made.base
+    noisy = [
+        run.motion.noise for run in runs if run.motion.derived and run.motion.noise is not None
+    ]
+    if not noisy:
+        return Smoother(base.window, np.zeros(base.n), "")
+    noise, inertia = np.max(noisy, axis=0), _inertia(made)
     step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
     # the error of an encoder's step comes again in a pass that goes the same way
     again = step > _apart(runs)
-    most = np.where(again, GAP / 2, NOISE) * made.torque_rms
+    most = np.maximum(np.where(again, GAP / 2, NOISE) * made.torque_rms, 1e-300)
     ts, window = runs[0].motion.ts, base.window
-    while window < LONGEST * base.window:
+    while window < LONGEST * usual and LONGER * window <= _room(made):
         if (noise * inertia * curvature(window, ts) <= most).all():
             break
         window *= LONGER
     left = noise * inertia * curvature(window, ts)
-    first = noise * inertia * curvature(base.window, ts)
+    first = noise * inertia * curvature(usual, ts)
     worst = int(np.argmax(first / most))
     what = f"come in steps of {step[worst]:.2g} rad" if step[worst] else "are noisy"
     text = (
         f"angles of axis {worst + 1} {what}, which makes {first[worst]:.2g} N m of its torque:"
-        f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * base.window:.0f},"
+        f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * usual:.0f},"
         f" where it makes {left[worst]:.2g}"
     )
     return Smoother(window, np.where(left > most, left, 0.0), text)
+
+
+def _room(made: Calibrated) -> float:
+    """The longest window [s] under which the shortest run still has rows enough."""
+    span = min(float(block.at[-1] - block.at[0]) for block in made.blocks)
+    return SPARE * span / LEAST * made.base.window / made.base.spacing
 
 
 def curvature(window: float, ts: float) -> float:

@@ -1,0 +1,87 @@
+"""The window grows with the noise of the angles, and only where accelerations come from them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from diagnosis.axis import AxisBase
+from diagnosis.base import Motion
+from diagnosis.blocks import Run, Signal
+from diagnosis.prepare import fitted
+from diagnosis.runs import motion_of
+from diagnosis.window import LONGEST
+
+Array = NDArray[np.float64]
+TS, INERTIA = 1e-3, 0.08
+
+
+def run(seed: int, noise: float, step: float = 0.0, seconds: float = 40.0) -> Run:
+    """A pass of a slow motion: inertia alone, angles with noise or in steps."""
+    t = TS * np.arange(round(seconds / TS))
+    theta = 0.3 * np.sin(4 * t) + 0.1 * np.sin(11 * t + 1)
+    torque = -INERTIA * (0.3 * 16 * np.sin(4 * t) + 0.1 * 121 * np.sin(11 * t + 1))
+    rng = np.random.default_rng(seed)
+    seen = theta + noise * rng.standard_normal(len(t))
+    if step:
+        seen = step * np.round(seen / step)
+    valid = np.ones(len(t), dtype=bool)
+    motion = motion_of(Signal(0.0, TS, seen[:, None], valid), None)
+    tau = torque + 1e-3 * rng.standard_normal(len(t))
+    return Run(str(seed), "a", motion, valid[2:-2], Signal(0.0, TS, tau[:, None], valid))
+
+
+def asked(*runs: Run) -> tuple[float, Array, str]:
+    """How much longer than the base's own the window is, what noise is left, what is said."""
+    base = AxisBase(1, TS)
+    made, left, text = fitted(base, runs)
+    return made.base.window / base.window, left, text
+
+
+def measured(run: Run) -> Run:
+    """The same, as though the rate had been measured."""
+    m = run.motion
+    return replace(run, motion=Motion(m.t0, m.ts, m.theta, m.thetad, m.thetadd, noise=m.noise))
+
+
+def test_quiet_angles_keep_the_window() -> None:
+    assert asked(run(1, 1e-7), run(2, 1e-7))[0] == 1.0
+
+
+def test_noise_of_angles_asks_for_a_longer_window() -> None:
+    longer, left, text = asked(run(1, 6e-4), run(2, 6e-4))
+    assert 1.5 < longer < LONGEST
+    assert "angles of axis 1 are noisy" in text
+    assert not left.any()
+
+
+def test_steps_that_repeat_ask_for_more_than_noise_of_their_size() -> None:
+    step = 1e-4
+    in_steps, _, text = asked(run(1, 0.0, step), run(2, 0.0, step))
+    assert in_steps > 2.0
+    assert "come in steps of 0.0001 rad" in text
+    as_noise = step / np.sqrt(12)
+    assert asked(run(1, as_noise), run(2, as_noise))[0] == 1.0
+
+
+def test_steps_beyond_help_are_left_and_said() -> None:
+    longer, left, text = asked(run(1, 0.0, 1e-2), run(2, 0.0, 1e-2))
+    assert longer >= LONGEST
+    assert left[0] > 0
+    assert "come in steps of 0.01 rad" in text
+
+
+def test_measured_rates_need_no_longer_window() -> None:
+    noisy = run(1, 6e-4), run(2, 6e-4)
+    assert asked(*noisy)[0] > 1.0
+    assert asked(*map(measured, noisy))[0] == pytest.approx(1.0)
+
+
+def test_short_runs_keep_rows_enough() -> None:
+    step = 1e-2
+    short, left, _ = asked(run(1, 0.0, step, 12.0), run(2, 0.0, step, 12.0))
+    assert 1.0 < short < LONGEST
+    assert left[0] > 0
