@@ -34,6 +34,10 @@ class Bench:
         self._turn: tuple[int, list[Array], list[Array]] = (-1, [], [])
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
 
+    def beside(self, made: Calibrated) -> Bench:
+        """The same candidates along other runs."""
+        return Bench(made, list(self.effects.values()), self.across)
+
     @cached_property
     def signals(self) -> list[Array]:
         """Signals of all axes (samples, n, 6) of each block."""

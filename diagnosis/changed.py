@@ -47,28 +47,52 @@ def changes(
     regression: base columns as far as `known` goes, then those of effects found. extra: more
     directions by name, in units of the parameters (len(known),).
     """
-    steady = np.array([np.isfinite(k.tolerance) for k in known])
-    if not steady.any():
+    if not any(np.isfinite(k.tolerance) for k in known):
         return []
-    nb, n = len(regression.prior), len(known)
-    G, b = np.zeros((nb, nb)), np.zeros(nb)
-    for part, rhs in regression.grams:
-        G, b = G + part, b + rhs
-    dispersion = max(1.0, float((regression.residual**2).mean())) * CORRELATED
-    G, b = G / dispersion, b / dispersion
-    Lambda = np.zeros(nb)
-    Lambda[:n][steady] = LOOSE**2
+    G, b, Lambda = _normal(regression, known)
     free: list[Direction] = []
-    listed = _directions(known, extra, nb)
+    listed = _directions(known, extra, len(b))
     for _ in range(min(MOST, len(listed))):
-        level = _cost(G, b, Lambda, free)
-        falls = [level - _cost(G, b, Lambda, [*free, d]) for d in listed]
-        scores = [f - EACH * (d.U.shape[1] - 1) for f, d in zip(falls, listed, strict=True)]
+        scores = _scores(G, b, Lambda, free, listed)
         top = int(np.argmax(scores))
         if scores[top] < FALL:
             break
         free.append(listed.pop(top))
     return _reported(G, b, Lambda, free, known)
+
+
+def best_change(
+    regression: Regression, known: tuple[Known, ...], extra: Mapping[str, Array]
+) -> float:
+    """Fall of the penalised sum of squares that the best single change brings."""
+    G, b, Lambda = _normal(regression, known)
+    listed = _directions(known, extra, len(b))
+    return float(max(_scores(G, b, Lambda, [], listed), default=0.0))
+
+
+def dispersion(regression: Regression) -> float:
+    """Mean square of the residual for as many rows as go together."""
+    return max(1.0, float((regression.residual**2).mean())) * CORRELATED
+
+
+def _normal(regression: Regression, known: tuple[Known, ...]) -> tuple[Array, Array, Array]:
+    """Gram matrix, right side, and weights of the nominal values by their tolerances."""
+    nb = len(regression.prior)
+    G, b = np.zeros((nb, nb)), np.zeros(nb)
+    for part, rhs in regression.grams:
+        G, b = G + part, b + rhs
+    Lambda = np.zeros(nb)
+    Lambda[: len(known)] = [LOOSE**2 if np.isfinite(k.tolerance) else 0.0 for k in known]
+    return G / dispersion(regression), b / dispersion(regression), Lambda
+
+
+def _scores(
+    G: Array, b: Array, Lambda: Array, free: list[Direction], listed: list[Direction]
+) -> list[float]:
+    """Fall that each direction brings beside those that are free, less for wider ones."""
+    level = _cost(G, b, Lambda, free)
+    falls = [level - _cost(G, b, Lambda, [*free, d]) for d in listed]
+    return [f - EACH * (d.U.shape[1] - 1) for f, d in zip(falls, listed, strict=True)]
 
 
 def _precision(Lambda: Array, free: list[Direction]) -> Array:

@@ -28,7 +28,7 @@ class Elsewhere:
         self.there = plain
         if given:
             self.there = about(ours.base, blocks, ours.fitted, ours.noise, names, given)
-        self._bench = Bench(self.there, list(bench.effects.values()), bench.across)
+        self._bench = bench.beside(self.there)
         self._thin: dict[int, list[Array]] = {}
 
     def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:

@@ -99,7 +99,12 @@ def _driven(run: Run, command: Signal) -> Run:
 
 
 def _at(signal: Signal, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:
-    """Means (samples, n) about the instants of a motion, and where they are known."""
-    window = 2 * motion.ts
-    weights, filled = hann_weights(motion.time, signal.t0, signal.ts, signal.valid, window)
-    return np.asarray(weights @ signal.values), filled
+    """Means (samples, n) about the instants of a motion, and where they are known.
+
+    Straight lines elsewhere: a hole would be a jump in the rates of its neighbours.
+    """
+    window, clock = 2 * motion.ts, motion.time
+    weights, filled = hann_weights(clock, signal.t0, signal.ts, signal.valid, window)
+    known = weights[filled] @ signal.values
+    values = [np.interp(clock, clock[filled], own) for own in known.T]
+    return np.stack(values, axis=1), filled

@@ -1,6 +1,7 @@
 """The places where model and data meet: mechanism, drives, and what changes from run to run.
 
-Each is searched by the same rules, held against the locked runs and asked what it leaves.
+Each is searched by the same rules, held against the locked runs and asked what it leaves. The
+drives have a file of their own, `drives.py`.
 """
 
 from __future__ import annotations
@@ -12,16 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.absorbed import absorbed
 from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Joint, joint, lasting, repeat_rms
 from diagnosis.blocks import JUDGED, Run, blocks
-from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
-from diagnosis.compiled import Compiled, compiled
+from diagnosis.compiled import compiled
 from diagnosis.elsewhere import Elsewhere
-from diagnosis.fit import calibrate
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
-from diagnosis.path import PathBase, driven
 from diagnosis.places import without_places
 from diagnosis.rounds import Found, Round, one_round, search, unexplained
 from diagnosis.scored import Scored
@@ -31,12 +30,8 @@ from fmus.common.effects import library
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
-APART = 3.0
-"""Standard deviations by which an axis must lag behind the quicker ones to be set apart."""
 REST = 0.05
 """Share of what repeats on an axis that effects of several kinds may leave together."""
-NOTICED = 0.5
-"""Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
 
 
 @dataclass(frozen=True)
@@ -57,17 +52,13 @@ class Side:
 
 
 def side_of(
-    made: Calibrated,
-    effects: Sequence[Compiled],
-    judged: Sequence[Run],
-    say: Callable[[str], None],
-    least: float = 0.0,
+    bench: Bench, judged: Sequence[Run], say: Callable[[str], None], least: float = 0.0
 ) -> Side:
     """Search, hold against the locked runs, and see what remains.
 
-    least: smallest gain that is worth a word, relative to the typical one of its effect.
+    least: smallest lag or delay that is worth a word, relative to the typical one.
     """
-    bench = Bench(made, effects)
+    made = bench.made
     rounds = search(bench, say)
     notes: list[str] = []
     found = _natural(bench, [r.chosen for r in rounds if r.chosen], notes)
@@ -75,7 +66,7 @@ def side_of(
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
     pairs = zip(held.parts, held.beta, strict=True)
-    worth = [part for part, beta in pairs if not least or _size(bench, part, beta) >= least]
+    worth = [part for part, beta in pairs if _size(bench, part, beta) >= least]
     held = held if len(worth) == len(held.parts) else only(held, worth)
     poor = poor_axes(made, held.residual)
     if poor:
@@ -94,6 +85,16 @@ def side_of(
             " it: they only imitate something else and are not named"
         )
     remains = _remains(held, notes)
+    axes = [*remains, *crowded, *(part.axis for part in held.parts if part.axis is not None)]
+    taken_on = absorbed(bench, held.effects, axes)
+    if taken_on is not None:
+        held = joint(bench, [*held.effects, taken_on])
+        rounds.append(Round((), {}, taken_on))
+        listed = ", ".join(str(axis + 1) for axis in taken_on.axes)
+        notes.append(
+            f"{taken_on.id} on axis {listed} leaves no gap, as other masses could make up for it:"
+            " it is named because these would have to leave their tolerances"
+        )
     return Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
 
 
@@ -116,7 +117,9 @@ def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Fou
 
 
 def _size(bench: Bench, part: Scored, beta: Array) -> float:
-    """Largest gain of an effect, relative to its typical one."""
+    """A lag or a delay relative to the typical one; infinite for any other effect."""
+    if part.id not in bench.effects or not bench.effects[part.id].effect.line:
+        return np.inf
     gains = bench.effects[part.id].effect.gains
     return max(abs(float(b)) / g.typical for b, g in zip(beta, gains, strict=True))
 
@@ -193,48 +196,6 @@ def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
             f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
         )
     return tuple(int(i) for i in np.flatnonzero(gap))
-
-
-def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
-    """The same between commanded and reported torque, where logs have both."""
-    if not driven(runs, 0.0):
-        return []
-    base = made.base
-    path = PathBase(base.n, base.window, made.spacing, base.settle)
-    lag = _common_lag(path, runs)
-    there = calibrate(path, blocks(path, driven(runs, lag), path.spacing))
-    known = {name: e for name, e in library().items() if e.reported}
-    # loops and clocks of the axes differ by some microseconds without being a fault
-    drives = compiled(base.n, known)
-    side = side_of(there, drives, driven(judged, lag), lambda text: None, NOTICED)
-    where = "between commanded and reported torque: "
-    return [replace(side, notes=tuple(where + note for note in side.notes))]
-
-
-def _common_lag(path: PathBase, runs: Sequence[Run]) -> float:
-    """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
-
-    The current loop and the logger make it; an axis that lags more has an effect, and several
-    may. Found between passes like all else: the noise of a command would make it shorter.
-    """
-    there = calibrate(path, blocks(path, driven(runs, 0.0), path.spacing))
-    bench = Bench(there, compiled(path.n, {"drive_lag": library()["drive_lag"]}))
-    gains = [there.regression.gain(bench.columns("drive_lag", i, {})) for i in range(path.n)]
-    return quickest([float(g.beta[0]) for g in gains], [float(g.covariance[0, 0]) for g in gains])
-
-
-def quickest(lags: Sequence[float], variances: Sequence[float]) -> float:
-    """Weighted mean of the shortest lags: of all that noise alone may set apart from those below.
-
-    The shortest of several equal lags is short by chance, and would make the others seem late.
-    """
-    order = np.argsort(lags)
-    total = weight = 0.0
-    for i in order:
-        if weight and lags[i] - total / weight > APART * np.sqrt(variances[i] + 1.0 / weight):
-            break
-        total, weight = total + lags[i] / variances[i], weight + 1.0 / variances[i]
-    return total / weight
 
 
 def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:

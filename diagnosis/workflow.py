@@ -16,17 +16,20 @@ from diagnosis.answer import (
     repeat_rms,
 )
 from diagnosis.calibrate import Calibrated
+from diagnosis.candidates import Bench
 from diagnosis.changed import changes
 from diagnosis.compiled import compiled
 from diagnosis.confusion import confusion
+from diagnosis.drives import drives_of
 from diagnosis.elsewhere import Elsewhere
 from diagnosis.guard import poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of
 from diagnosis.noise import measured
 from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
-from diagnosis.sides import Side, drifts_of, drives_of, side_of
+from diagnosis.sides import Side, drifts_of, side_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
+from fmus.common.effects import library
 
 Array = NDArray[np.float64]
 RANGE = (0.4, 2.5)
@@ -69,8 +72,10 @@ def diagnose(
 def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progress) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
     n, judged = made.base.n, asked.judged
-    known = compiled(n, without=made.base.holds)
-    sides = [side_of(made, known, judged, lambda text: progress(text, 2, 5))]
+    told = all(run.command is not None for run in asked.runs)
+    ours = {id: (e.behind or e) if told else e for id, e in library().items()}
+    known = compiled(n, ours, made.base.holds)
+    sides = [side_of(Bench(made, known), judged, lambda text: progress(text, 2, 5))]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
         return asked.cannot_tell("; ".join(sides[0].notes))

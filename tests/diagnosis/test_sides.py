@@ -83,15 +83,3 @@ def test_friction_that_the_locked_runs_have_not_is_withdrawn(tmp_path: Path) -> 
     # what was found before is still there, so that nothing is no answer
     assert said[0.0].verdict == "unknown"
     np.testing.assert_array_equal(said[0.0].gap.locked["after"], said[0.0].gap.locked["before"])
-
-
-def test_common_lag_is_that_of_all_axes_which_noise_alone_sets_apart() -> None:
-    lags, sds = [410e-6, 485e-6, 489e-6, 437e-6], np.array([75e-6, 42e-6, 23e-6, 55e-6])
-    by_hand = np.sum(np.array(lags) / sds**2) / np.sum(1 / sds**2)
-    # not 410: the least of them
-    assert sides.quickest(lags, list(sds**2)) == pytest.approx(by_hand, rel=1e-12)
-
-
-def test_common_lag_leaves_out_slow_axes_though_they_be_most() -> None:
-    lags, variances = [500e-6, 3e-3, 510e-6, 3.1e-3, 3e-3, 3e-3], [1e-10] * 6
-    assert sides.quickest(lags, variances) == pytest.approx(505e-6, rel=1e-12)

@@ -13,7 +13,7 @@ class DriveLag(Effect):
     """T_lag taud, the first order of a lag T_lag tau_joint' = tau - tau_joint."""
 
     id, title, acts_on, line = "drive_lag", "lag of the drive", "drive", "lag"
-    gains = (Gain("T_lag", "s", 2e-4, 0.0, 0.005, "time constant"),)
+    gains = (Gain("T_lag", "s", 2e-4, 0.0, 0.01, "time constant"),)
     reported = True
     excites = "torques that change fast"
     confused_with = ("time_delay", "flexible_mode")
@@ -28,7 +28,7 @@ class TimeDelay(Effect):
     """T_delay taud, the first order of tau_joint(t) = tau(t - T_delay)."""
 
     id, title, acts_on, line = "time_delay", "delay of the drive", "drive", "delay"
-    gains = (Gain("T_delay", "s", 2e-4, 0.0, 0.005, "delay"),)
+    gains = (Gain("T_delay", "s", 2e-4, 0.0, 0.01, "delay"),)
     reported = True
     excites = "torques that change fast"
     confused_with = ("drive_lag", "flexible_mode")

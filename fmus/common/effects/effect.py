@@ -112,6 +112,8 @@ class Effect:
     feedforward  "" where the feedforward compensates it, else the reason why not
     reported  whether it can also stand between the commanded and the reported torque, where
               the motor constant, which turns the report into torque, has no say
+    behind    what of such an effect can stand behind the report where the command is known too;
+              None: all of it
     most      how many of it, with other shapes, one axis can have
     """
 
@@ -128,6 +130,7 @@ class Effect:
     spec: Experiment
     feedforward: str = ""
     reported: bool = False
+    behind: Effect | None = None
     most: int = 1
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

@@ -2,43 +2,59 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
 
 BRISK = Experiment("random", {"period": 0.7, "move": 0.35}, ((0.0, 0.0), (25.0, 2.0)))
 
+SHARP = Shape("p", "1", 1.0, 40.0, 16.0, (2.0, 16.0), "sharpness of the corner")
+TINY = 1e-12
+"""Torque [N m] that a drive at rest divides by."""
 GRID = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
 """Limits to try [N m]."""
 
 
 class TorqueConstantSaturation(Effect):
-    """s tau max(0, |tau| - tau_k): the iron saturates, torque lags behind the current."""
+    """s tau ((|tau|^p + tau_k^p)^(1/p) - tau_k): the iron saturates, torque falls behind current.
+
+    A large p is a corner, s tau max(0, |tau| - tau_k); p = 2 gives way from the start, with the
+    cube of the torque at first.
+    """
 
     id, title, acts_on = "torque_constant_saturation", "saturation of the torque constant", "drive"
     gains = (Gain("s", "1/N m", 0.005, 0.0, 0.1, "relative loss per torque beyond tau_k"),)
-    shapes = (Shape("tau_k", "N m", 0.0, 50.0, 2.0, (0.0, 1.0, 2.0, 4.0), "where it begins"),)
+    shapes = (
+        Shape("tau_k", "N m", 0.0, 50.0, 2.0, (0.0, 1.0, 2.0, 4.0, 8.0), "where it begins"),
+        SHARP,
+    )
     excites = "high and low torques at the same angles: brisk moves, another payload"
     confused_with = ("drive_gain", "torque_saturation", "quadratic_drag")
     experiment = "brisk random setpoints, with a payload in the second half"
     spec = BRISK
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return s.tau * ca.fmax(0, ca.fabs(s.tau) - shape["tau_k"])
+        tau, tau_k, p = ca.fabs(s.tau), shape["tau_k"], shape["p"]
+        larger, smaller = ca.fmax(tau, tau_k), ca.fmin(tau, tau_k)
+        return s.tau * (larger * (1 + (smaller / (larger + TINY)) ** p) ** (1 / p) - tau_k)
 
 
 class TorqueSaturation(Effect):
     """clip (tau - tau / (1 + |tau / tau_lim|^p)^(1/p)): the joint gets no more than tau_lim.
 
     With clip = 1 the drive gives up all beyond tau_lim, though it reports what it was asked for.
-    A large p is a sharp corner, p = 2 an amplifier that gives way gradually (Rapp's model).
+    A large p is a sharp corner, p = 2 an amplifier that gives way gradually (Rapp's model). Where
+    the command is known an amplifier shows between it and the report, and what gives way
+    gradually behind the report is the motor's iron.
     """
 
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
     gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
     shapes = (
         Shape("tau_lim", "N m", 0.1, 100.0, 5.0, GRID, "limit"),
-        Shape("p", "1", 1.0, 40.0, 16.0, (2.0, 16.0), "sharpness of the corner"),
+        SHARP,
     )
     reported = True
     excites = "torques beyond the limit"
@@ -51,5 +67,13 @@ class TorqueSaturation(Effect):
         p = shape["p"]
         return s.tau * (1 - (1 + ca.fabs(s.tau / shape["tau_lim"]) ** p) ** (-1 / p))
 
+
+class SharpTorqueSaturation(TorqueSaturation):
+    """A limit with a corner."""
+
+    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(16.0,)))
+
+
+TorqueSaturation.behind = SharpTorqueSaturation()
 
 EFFECTS = (TorqueConstantSaturation(), TorqueSaturation())

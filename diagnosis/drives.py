@@ -1,0 +1,88 @@
+"""Between commanded and reported torque: the drives, searched like the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.blocks import Run, blocks
+from diagnosis.calibrate import Calibrated
+from diagnosis.candidates import Bench
+from diagnosis.compiled import compiled
+from diagnosis.fit import calibrate
+from diagnosis.late import DELAY, LAG, Late, LateBench, bends, lag_or_delay
+from diagnosis.path import PathBase, driven
+from diagnosis.sides import Side, side_of
+from fmus.common.effects import library
+
+APART = 3.0
+"""Standard deviations by which an axis must lag behind the quicker ones to be set apart."""
+NOTICED = 0.5
+"""Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
+WHERE = "between commanded and reported torque: "
+
+
+def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
+    """What the drives do to a command, where logs have both; made: as the mechanism was fitted.
+
+    Lag and delay are one column. Where they can be told apart, the search begins anew with the
+    exact form of what is late, so that only what that leaves is asked about.
+    """
+    if not driven(runs, 0.0):
+        return []
+    base = made.base
+    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    common = common_lag(path, runs)
+    there = calibrate(path, blocks(path, driven(runs, common), path.spacing))
+    drives = compiled(base.n, {name: e for name, e in library().items() if e.reported})
+    asked = driven(judged, common)
+    # loops and clocks of the axes differ by some microseconds without being a fault
+    side = side_of(Bench(there, drives), asked, lambda text: None, NOTICED)
+    late = _late(side, path, runs, common)
+    if late:
+        told = LateBench(there, drives, late)
+        side = side_of(told, asked, lambda text: None, NOTICED)
+        texts = dict.fromkeys(each.text for each in late.values())
+        side = replace(side, notes=(*side.notes, *texts))
+    return [replace(side, notes=tuple(WHERE + note for note in side.notes))]
+
+
+def _late(side: Side, path: PathBase, runs: Sequence[Run], common: float) -> dict[int, Late]:
+    """Axes (from 0) whose drives are late in a way that could be told."""
+    held = side.held
+    times = {
+        part.axis: float(beta[0])
+        for part, beta in zip(held.parts, held.beta, strict=True)
+        if part.id in (LAG, DELAY) and part.axis is not None
+    }
+    found: dict[int, Late] = {}
+    for effect in held.effects:
+        if effect.id in (LAG, DELAY):
+            found |= lag_or_delay(path, runs, common, times, effect.axes)
+    return found
+
+
+def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
+    """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
+
+    The current loop and the logger make it; an axis that lags more has an effect, and several
+    may.
+    """
+    found = bends(path, driven(runs, 0.0), range(path.n))
+    return quickest([b.late for b in found], [b.late_deviation**2 for b in found])
+
+
+def quickest(lags: Sequence[float], variances: Sequence[float]) -> float:
+    """Weighted mean of the shortest lags: of all that noise alone may set apart from those below.
+
+    The shortest of several equal lags is short by chance, and would make the others seem late.
+    """
+    order = np.argsort(lags)
+    total = weight = 0.0
+    for i in order:
+        if weight and lags[i] - total / weight > APART * np.sqrt(variances[i] + 1.0 / weight):
+            break
+        total, weight = total + lags[i] / variances[i], weight + 1.0 / variances[i]
+    return total / weight

@@ -1,0 +1,108 @@
+"""Drives that answer late: a lag is told from a delay by what it loses, or nothing is said.
+
+Commands are sums of sines, so that what a lag or a delay makes of them is known in closed form.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from diagnosis import drives, late
+from diagnosis.base import Motion
+from diagnosis.blocks import Run, Signal
+from diagnosis.path import PathBase
+
+Array = NDArray[np.float64]
+N, TS, SECONDS, LOOP = 3, 5e-4, 12.0, 2e-4
+"""Axes, sample time [s], length [s], lag of every current loop [s]."""
+
+
+def sines(t: Array, trajectory: int, axis: int, times: tuple[float, ...], delay: float) -> Array:
+    """Torque (samples,) [N m] of a command behind lags `times` and a delay [s]."""
+    rng = np.random.default_rng([trajectory, axis])
+    f, phase = rng.uniform(0.3, 25.0, 12), rng.uniform(0, 2 * np.pi, 12)
+    w = 2 * np.pi * f
+    through = np.exp(-1j * w * delay) / np.prod([1 + 1j * w * T for T in times], axis=0)
+    waves = np.exp(1j * (np.outer(t, w) + phase)) * through
+    return np.asarray(waves.imag @ (3.0 / (1 + f)))
+
+
+def runs(lags: tuple[float, ...] = (), delay: float = 0.0, dropped: float = 0.0) -> list[Run]:
+    """Two trajectories, each run twice; axis 2 is late, all have the lag of their loops."""
+    found, t = [], TS * np.arange(round(SECONDS / TS))
+    for trajectory in (1, 2):
+        for number in (1, 2):
+            rng = np.random.default_rng([trajectory, number, 7])
+            asked, told = np.empty((2, len(t), N))
+            for i in range(N):
+                own = (lags, delay) if i == 1 else ((), 0.0)
+                # what is commanded has no lag: the loop's is in what is reported
+                asked[:, i] = sines(t, trajectory, i, (0.0,), 0.0)
+                told[:, i] = sines(t, trajectory, i, (LOOP, *own[0]), own[1])
+            told += 5e-3 * rng.standard_normal(told.shape)
+            valid = rng.random(len(t)) >= dropped
+            signals = [Signal(0.0, TS, np.round(x / 3e-3) * 3e-3, valid) for x in (told, asked)]
+            still = np.zeros((len(t) // 2, N))
+            motion = Motion(0.0, 2 * TS, still, still, still)
+            good = np.ones(len(still), dtype=bool)
+            found.append(Run(f"{trajectory}{number}", str(trajectory), motion, good, *signals))
+    return found
+
+
+def told(made: list[Run], about: float) -> tuple[str, float]:
+    """What axis 2 is said to be, about so late, and the time [s] that is told."""
+    path = PathBase(N, 0.0105, 0.005, 1.0)
+    common = drives.common_lag(path, made)
+    assert common == pytest.approx(LOOP, rel=0.02)
+    answer = late.lag_or_delay(path, made, common, {1: about}, [1])
+    return (answer[1].id, answer[1].time) if answer else ("", np.nan)
+
+
+def test_lag_is_told_from_a_delay() -> None:
+    assert told(runs(lags=(1.5e-3,)), 1.3e-3) == (late.LAG, pytest.approx(1.5e-3, rel=0.05))
+
+
+def test_delay_is_told_from_a_lag() -> None:
+    assert told(runs(delay=1.5e-3), 1.3e-3) == (late.DELAY, pytest.approx(1.5e-3, rel=0.05))
+
+
+def test_what_is_half_a_lag_is_not_told() -> None:
+    """Two lags of half the time lose half as much."""
+    assert told(runs(lags=(1.5e-3, 1.5e-3)), 3e-3)[0] == ""
+
+
+def test_little_is_not_told() -> None:
+    assert told(runs(lags=(1e-4,)), 1e-4)[0] == ""
+
+
+def test_dropped_samples_make_no_jumps() -> None:
+    """With zeros in their place the lag of the loops came out at half of what it is."""
+    lag = runs(lags=(1.5e-3,), dropped=2e-3)
+    assert told(lag, 1.3e-3) == (late.LAG, pytest.approx(1.5e-3, rel=0.05))
+
+
+@pytest.mark.parametrize("name", [late.LAG, late.DELAY])
+def test_late_command_is_exact(name: str) -> None:
+    """Against the closed form; straight lines between samples leave (w ts)^2 / 12 of a sine."""
+    t = 1e-3 * np.arange(4000)
+    u = sines(t, 1, 1, (0.0,), 0.0)
+    lags, delay = ((2e-3,), 0.0) if name == late.LAG else ((0.0,), 2e-3)
+    found = late.Late(name, 2e-3, "").of(u, 1e-3)
+    settled = t > 0.05
+    wanted = sines(t, 1, 1, lags, delay)
+    np.testing.assert_allclose(found[settled], wanted[settled], rtol=0, atol=2.1e-3 * 3.0)
+    assert np.abs(u - wanted)[settled].max() > 0.2
+
+
+def test_common_lag_is_that_of_all_axes_which_noise_alone_sets_apart() -> None:
+    lags, sds = [410e-6, 485e-6, 489e-6, 437e-6], np.array([75e-6, 42e-6, 23e-6, 55e-6])
+    by_hand = np.sum(np.array(lags) / sds**2) / np.sum(1 / sds**2)
+    # not 410: the least of them
+    assert drives.quickest(lags, list(sds**2)) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_common_lag_leaves_out_slow_axes_though_they_be_most() -> None:
+    lags, variances = [500e-6, 3e-3, 510e-6, 3.1e-3, 3e-3, 3e-3], [1e-10] * 6
+    assert drives.quickest(lags, variances) == pytest.approx(505e-6, rel=1e-12)
