@@ -50,11 +50,7 @@ def _best(bench: Bench, regression: Regression, axes: Sequence[int]) -> Scored |
     made, spread = bench.made, dispersion(regression)
     strict = _strict(regression)
     scored = [_scored(bench, strict, GAIN, i, {}) for i in axes]
-    certain = [
-        s
-        for s in scored
-        if s.gain.p < LEVEL / bench.n and s.gain.outside > FALL * spread and allowed(bench, s)
-    ]
+    certain = [s for s in scored if s.gain.p < LEVEL / bench.n and allowed(bench, s)]
     if not certain:
         return None
     best = max(certain, key=lambda s: s.gain.outside)

@@ -49,7 +49,9 @@ def found(off: dict[str, float], gains: Sequence[float], seed: int = 0, **more: 
     rng = np.random.default_rng([5, seed])
     torque = torques(seed)
     q = np.array([TOLERANCE * off.get(k.name, 0.0) for k in KNOWN])
+    torque[:, 0] *= more.get("heavy", 1.0)
     loss = np.array(gains)[ROWS.axis] * torque.sum(axis=1)
+    loss[ROWS.cluster % more.get("seldom", 1) != 0] = 0.0
     y = torque @ q + loss + rng.standard_normal(len(torque))
     scale = LOOSE * TOLERANCE
     made = SimpleNamespace(
@@ -83,6 +85,15 @@ def test_both_axes_can_have_one() -> None:
 @pytest.mark.parametrize("name", ["m0[1]", "m3[2]"])
 def test_changed_parameter_is_no_motor_constant(name: str) -> None:
     assert found({name: 8.0}, (0.0, 0.0)) is None
+
+
+def test_parameter_that_makes_most_of_the_torque_is_changed_rather() -> None:
+    assert found({}, (0.2, 0.0), heavy=5.0).axes == (0,)
+    assert found({"m0[1]": 8.0}, (0.0, 0.0), heavy=5.0) is None
+
+
+def test_what_a_second_of_each_trajectory_shows_is_none() -> None:
+    assert found({}, (0.0, 2.0), seldom=30) is None
 
 
 def test_parameters_within_tolerances_are_none() -> None:

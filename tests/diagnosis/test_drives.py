@@ -51,12 +51,15 @@ def runs(lags: tuple[float, ...] = (), delay: float = 0.0, dropped: float = 0.0)
     return found
 
 
-def told(made: list[Run], about: float) -> tuple[str, float]:
-    """What axis 2 is said to be, about so late, and the time [s] that is told."""
+def told(made: list[Run], about: float, off: float = 0.0) -> tuple[str, float]:
+    """What axis 2 is said to be, about so late, and the time [s] that is told.
+
+    off: error of the common lag [s].
+    """
     path = PathBase(N, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, made)
     assert common == pytest.approx(LOOP, rel=0.02)
-    answer = late.lag_or_delay(path, made, common, {1: about}, [1])
+    answer = late.lag_or_delay(path, made, common + off, {1: about}, [1])
     return (answer[1].id, answer[1].time) if answer else ("", np.nan)
 
 
@@ -71,6 +74,16 @@ def test_delay_is_told_from_a_lag() -> None:
 def test_what_is_half_a_lag_is_not_told() -> None:
     """Two lags of half the time lose half as much."""
     assert told(runs(lags=(1.5e-3, 1.5e-3)), 3e-3)[0] == ""
+
+
+def test_what_loses_more_than_a_lag_is_not_told() -> None:
+    """A lag whose phase is led: half as late as it loses."""
+    assert told(runs(lags=(2e-3,), delay=-1e-3), 1e-3)[0] == ""
+
+
+def test_time_is_counted_from_the_other_drives() -> None:
+    found = told(runs(lags=(1.5e-3,)), 1.3e-3, off=1e-4)
+    assert found == (late.LAG, pytest.approx(1.5e-3, rel=0.03))
 
 
 def test_little_is_not_told() -> None:
