@@ -123,9 +123,13 @@ def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Chang
 
 
 def _possible(change: Changed) -> bool:
-    """Whether a parameter could have such a value: not half or twice what it was."""
+    """Whether a parameter could have such a value: not half or twice what it was.
+
+    What is less than its own uncertainty has no such measure: it may have either sign.
+    """
     value, nominal = change.estimate.value, change.nominal
-    small = abs(nominal) < 1e-9
+    low, high = change.estimate.ci95
+    small = abs(nominal) <= max((high - low) / 2, 1e-9)
     return small or (RANGE[0] < value / nominal < RANGE[1])
 
 

@@ -12,7 +12,8 @@ from diagnosis.base import Known
 from diagnosis.calibrate import LOOSE
 from diagnosis.changed import FALL, changes
 from diagnosis.regression import Regression
-from diagnosis.verdict import Changed
+from diagnosis.verdict import Changed, Estimate
+from diagnosis.workflow import _possible
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]
@@ -113,3 +114,14 @@ def test_axes_of_unknown_mass_have_no_change() -> None:
     free = tuple(replace(k, tolerance=np.inf) for k in KNOWN)
     off = {k.name: 1.2 for k in KNOWN if k.group == "flexure.k_u2"}
     assert changes(rows(off), free, {}) == []
+
+
+@pytest.mark.parametrize(
+    ("nominal", "value", "possible"),
+    [(0.2, 0.3, True), (0.2, 0.05, False), (0.2, 0.6, False), (-0.002, 0.004, True)],
+)
+def test_change_is_possible_by_its_ratio_unless_it_is_about_zero(
+    nominal: float, value: float, possible: bool
+) -> None:
+    estimate = Estimate(value, (value - 0.0025, value + 0.0025), "kg")
+    assert _possible(Changed("m", nominal, estimate)) is possible
