@@ -74,7 +74,7 @@ def measured(e: Estimate) -> str:
         return number(e.value) + unit
     lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
     place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")
-    if place > 5 or place < -3 or lopsided:
+    if place > 6 or place < -3 or lopsided:
         text = number(e.value)
         return f"{text}{unit} ({number(low)} to {number(high)}{unit})"
     digits = max(place, 0)
