@@ -29,7 +29,7 @@ from diagnosis.noise import measured
 from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from diagnosis.sides import Side, drifts_of, side_of
 from diagnosis.verdict import Changed, Diagnosis, Gap, Named
-from fmus.common.effects import library
+from fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
 RANGE = (0.4, 2.5)
@@ -72,9 +72,7 @@ def diagnose(
 def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progress) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
     n, judged = made.base.n, asked.judged
-    told = all(run.command is not None for run in asked.runs)
-    ours = {id: (e.behind or e) if told else e for id, e in library().items()}
-    known = compiled(n, ours, made.base.holds)
+    known = compiled(n, _sought(asked), made.base.holds)
     sides = [side_of(Bench(made, known), judged, lambda text: progress(text, 2, 5))]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
@@ -109,6 +107,13 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
         asked.findings,
         *asked.names,
     )
+
+
+def _sought(asked: Asked) -> dict[str, Effect]:
+    """The library for the mechanism: what the drives themselves do shows where logs have the
+    command, so that less of it can stand behind their reports."""
+    told = all(run.command is not None for run in asked.runs)
+    return {id: (effect.behind or effect) if told else effect for id, effect in library().items()}
 
 
 def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Changed]:

@@ -5,14 +5,18 @@ Commands are sums of sines, so that what a lag or a delay makes of them is known
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis import drives, late
+from diagnosis import drives, late, workflow
 from diagnosis.base import Motion
 from diagnosis.blocks import Run, Signal
 from diagnosis.path import PathBase
+from fmus.common.effects import library
 
 Array = NDArray[np.float64]
 N, TS, SECONDS, LOOP = 3, 5e-4, 12.0, 2e-4
@@ -84,6 +88,16 @@ def test_what_loses_more_than_a_lag_is_not_told() -> None:
 def test_time_is_counted_from_the_other_drives() -> None:
     found = told(runs(lags=(1.5e-3,)), 1.3e-3, off=1e-4)
     assert found == (late.LAG, pytest.approx(1.5e-3, rel=0.03))
+
+
+def test_gradual_limit_is_sought_behind_the_report_only_without_commands() -> None:
+    with_commands = runs()
+    without = [replace(run, command=None) for run in with_commands]
+    for made, grid in ((with_commands, 1), (without, 2)):
+        sought = workflow._sought(SimpleNamespace(runs=made))  # type: ignore[arg-type]
+        sharp = next(s for s in sought["torque_saturation"].shapes if s.name == "p")
+        assert len(sharp.grid) == grid
+        assert sought.keys() == library().keys()
 
 
 def test_little_is_not_told() -> None:

@@ -100,6 +100,26 @@ def test_effect_has_bounded_columns(effect: Effect) -> None:
 
 
 @each
+def test_what_stands_behind_a_report_is_the_same_effect_in_narrower_bounds(effect: Effect) -> None:
+    behind = effect.behind or effect
+    assert (behind.id, behind.behind or effect) == (effect.id, effect)
+    for whole, part in ((effect.gains, behind.gains), (effect.shapes, behind.shapes)):
+        assert [a.name for a in whole] == [b.name for b in part]
+        assert all(a.low <= b.low < b.high <= a.high for a, b in zip(whole, part, strict=True))
+
+
+@pytest.mark.parametrize(("p", "wanted"), [(40.0, 0.3 * 5.0 * 3.0), (2.0, 0.3 * 5.0 * 3.3852)])
+def test_iron_saturates_at_a_corner_or_gradually(p: float, wanted: float) -> None:
+    """By hand: tau (|tau| - tau_k) at a corner, else tau (sqrt(tau^2 + tau_k^2) - tau_k)."""
+    effect, at = library()["torque_constant_saturation"], ca.SX.sym("at", 6)
+    columns = effect.columns(axis(ca.vertsplit(at)), ca.SX(0, 1), {"tau_k": 2.0, "p": p})
+    loss = ca.Function("loss", [at], [columns])
+    for tau in (-5.0, 5.0):
+        found = 0.3 * float(loss([0, 0, 0, tau, 0, 0]))
+        assert found == pytest.approx(np.copysign(wanted, tau), rel=1e-4)
+
+
+@each
 def test_effect_accepts_shapes_that_are_searched(effect: Effect) -> None:
     """The diagnosis differentiates columns by their shapes: symbols must do as well as numbers."""
     if effect.acts_on == "mechanism":
