@@ -26,7 +26,7 @@ def export_command(
     ] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="the system drawn, as SVG")] = False,
     duration: Annotated[
-        float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's file [s]")
+        float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's files [s]")
     ] = 10.0,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="folder [default: export, beside the .ssp]")
@@ -43,7 +43,8 @@ def export_command(
     folder = description.parent / "export" if out is None else out
     written: list[Path] = []
     if tool:
-        written += export_wiring(description, folder / tool, tool, duration)[-1:]
+        files = export_wiring(description, folder / tool, tool, duration)
+        written += [path for path in files if path.suffix != ".fmu"]
     if container:
         written += export_container(description, folder, wanted(platform) if platform else ())
     if variables:
