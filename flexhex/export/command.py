@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -40,6 +41,10 @@ def export_command(
     from flexhex.export.variables import export_variables
     from flexhex.export.wiring import export_wiring
 
+    if not math.isfinite(duration):
+        raise UsageError(f"--duration {duration:g}: must be a number of seconds")
+    if platform is not None and not container:
+        raise UsageError("--platform is for --container: the other files fit every computer")
     folder = description.parent / "export" if out is None else out
     written: list[Path] = []
     if tool:
