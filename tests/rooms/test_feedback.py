@@ -101,11 +101,6 @@ def test_feedback_state_is_all_there_is() -> None:
     assert np.array_equal(first, rest())
 
 
-def test_feedback_refuses_half_a_feedforward() -> None:
-    with pytest.raises(StartError, match=r"^ff_gain = 0.5, must be 0 or 1$"):
-        started(ff_gain=0.5)
-
-
 # ---- the design ------------------------------------------------------------------------------
 
 
