@@ -6,6 +6,7 @@ Each package is optional: `pip install pythonfmu unifmu fmu-manipulation-toolbox
 from __future__ import annotations
 
 import importlib
+import os
 import re
 import shutil
 import subprocess
@@ -65,6 +66,20 @@ def test_fmu_of_unifmu_is_not_blamed(tmp_path: Path) -> None:
     shutil.copytree(common / "unifmu_binaries", tmp_path / "fmu" / "binaries")
     packed = Path(shutil.make_archive(str(tmp_path / "unifmu"), "zip", tmp_path / "fmu"))
     assert check_fmu(packed.rename(tmp_path / "unifmu.fmu")) == []
+
+
+def test_reference_fmus_are_not_blamed() -> None:
+    """The Modelica Association's own, which no package brings along."""
+    folder = os.environ.get("FLEXHEX_REFERENCE_FMUS")
+    if folder is None:
+        pytest.skip(
+            "FLEXHEX_REFERENCE_FMUS=<folder of .fmu> is not set: git clone"
+            " https://github.com/modelica/Reference-FMUs, cmake -S . -B b -DFMI_VERSION=2"
+            " -DWITH_FMUSIM=OFF, cmake --build b; the folder is b/fmus"
+        )
+    paths = sorted(Path(folder).glob("*.fmu"))
+    assert len(paths) >= 6
+    assert [text for path in paths for text in check_fmu(path)] == []
 
 
 def test_container_of_the_toolbox_has_two_mistakes(tmp_path: Path, hexapod_ssp: Path) -> None:
