@@ -58,7 +58,7 @@ def wandering(ticks: int, seed: int, error: float) -> tuple[Array, Array, Array]
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.4, 1.0, 1.5, 6.64, 63.7, 64.0])
-@pytest.mark.parametrize("ff_gain", [0.0, 1.0])
+@pytest.mark.parametrize("ff_gain", [0.0, 0.5, 1.0])
 def test_feedback_equals_its_twin(delay: float, ff_gain: float) -> None:
     """Through saturation and following errors; these two must come about, or nothing is shown."""
     room = started(reference_delay=delay, ff_gain=ff_gain, tau_max=20.0)
