@@ -4,14 +4,15 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-GATEWAY := FLEXHEX_FMI_HEADERS="$$($(CURDIR)/$(BIN)/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
+GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
-.PHONY: help run quick missing build gateway machine test test-all golden fuzz check check-gateway format bench clean lock
+.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
 	@echo "make quick     the same on a short trajectory"
 	@echo "make missing   what the model lacks: found from logs, added, shown (minutes)"
+	@echo "make platforms FMUs for Linux, Windows, macOS and ARM at once (400 MB of compiler)"
 	@echo "make gateway   build the drive gateway (Rust)"
 	@echo "make machine   the adaptive loop on emulated EtherCAT drives (root; minutes)"
 	@echo "make test      the tests (slow suites sampled)"
@@ -21,7 +22,7 @@ help:
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
 	@echo "make bench     speed: medians and ratios side by side"
 	@echo "make format    format Python, C and Rust"
-	@echo "make lock      resolve requirements.lock anew"
+	@echo "make lock      resolve requirements.lock and requirements-platforms.lock anew"
 	@echo "make clean     remove out/ and the environment"
 
 $(READY): requirements.lock pyproject.toml
@@ -42,6 +43,10 @@ missing: $(READY)
 
 build: $(READY)
 	$(BIN)/flexhex build
+
+platforms: $(READY)
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-platforms.lock
+	$(BIN)/flexhex build --platform linux64,win64,aarch64-linux,darwin64
 
 gateway: $(READY)
 	$(BIN)/python gateway/lock.py write
@@ -87,6 +92,8 @@ format: $(READY)
 lock:
 	uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
 	  --no-emit-index-url --no-header pyproject.toml -o requirements.lock
+	grep -o 'ziglang[^"]*' pyproject.toml | uv pip compile --quiet --universal --python-version 3.11 \
+	  --generate-hashes --no-emit-index-url --no-header --no-annotate - -o requirements-platforms.lock
 
 clean:
 	rm -rf out $(VENV)

@@ -23,8 +23,15 @@ def main() -> None:
     parser.add_argument("--show", type=int, default=8, help="outputs to print")
     arguments = parser.parse_args()
 
-    description = read_model_description(arguments.fmu)
+    try:
+        description = read_model_description(arguments.fmu)
+    except Exception as error:  # FMPy raises whatever it meets
+        parser.error(f"{arguments.fmu} is no readable FMU: {error}")
     step = description.defaultExperiment.stepSize
+    names = {v.name for v in description.modelVariables}
+    for pair in arguments.values:
+        if "=" not in pair or pair.rpartition("=")[0] not in names:
+            parser.error(f"{pair}: wants name=value, with a name of {description.modelName}")
     values = dict(pair.rsplit("=", 1) for pair in arguments.values)
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     result = simulate_fmu(

@@ -207,6 +207,12 @@ def command() -> str:
     return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
 
 
+_IN_THE_WAY: dict[type[OSError], str] = {
+    FileExistsError: "is a file, a folder is wanted",
+    NotADirectoryError: "a part of this path is a file, a folder is wanted",
+}
+
+
 def main() -> None:
     """Entry point: a user's mistake is one message and an exit code, never a traceback."""
     try:
@@ -219,7 +225,8 @@ def main() -> None:
     except OSError as error:
         if os.environ.get("FLEXHEX_DEBUG"):
             raise
-        print(f"flexhex: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
+        why = _IN_THE_WAY.get(type(error), str(error.strerror or error))
+        print(f"flexhex: {error.filename or 'file'}: {why}", file=sys.stderr)
         sys.exit(3)
 
 

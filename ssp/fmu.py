@@ -87,8 +87,9 @@ def read_fmu(data: bytes, file: str) -> Fmu:
             f"{file}: FMI {version or '?'}, {kind}: export it for FMI 2.0 co-simulation"
         )
     experiment = root.find("DefaultExperiment")
-    step = None if experiment is None else experiment.get("stepSize")
+    size = None if experiment is None else experiment.get("stepSize")
     try:
+        step = None if size is None else float(size)
         variables = [_variable(element, file) for element in root.iterfind("ModelVariables/*")]
     except ValueError as error:
         raise InterfaceError(f"{file}: modelDescription.xml: {error}") from None
@@ -96,7 +97,7 @@ def read_fmu(data: bytes, file: str) -> Fmu:
         file=file,
         model=str(cosimulation.get("modelIdentifier")),
         guid=str(root.get("guid")),
-        step_size=None if step is None else float(step),
+        step_size=step,
         variables={v.name: v for v in variables},
         units=_units(root),
         log_categories=tuple(c.get("name", "") for c in root.iterfind("LogCategories/Category")),

@@ -82,6 +82,8 @@ class _Reader:
         self.read: dict[str, Fmu] = {}
 
     def package(self) -> Package:
+        if "modelDescription.xml" in self.archive.namelist():
+            raise self.error("an FMU, not a system description (.ssp)")
         document = parse(self.member("SystemStructure.ssd"), f"{self.path}: SystemStructure.ssd")
         if document.tag != f"{{{NAMESPACES['ssd']}}}SystemStructureDescription":
             raise self.error("SystemStructure.ssd is no SSP 1.x system description")

@@ -27,7 +27,7 @@ def interface_of(description: bytes, where: str) -> Interface:
         root = etree.fromstring(description)
     except etree.XMLSyntaxError as error:
         raise InterfaceError(f"{where}: not valid XML: {error.msg}") from None
-    if root.get("generationTool") != "flexhex":
+    if str(root.get("generationTool")).partition(" ")[0] != "flexhex":
         raise InterfaceError(f"{where}: written by {root.get('generationTool')!r}, not by flexhex")
     scalars = list(root.iterfind("ModelVariables/ScalarVariable"))
     sources = _initial_sources(root, [s.get("name", "") for s in scalars])

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 
 from lxml import etree
 
+from fmugen import VERSION
 from fmugen.sources import variables
 from fmugen.units import display_unit, unit
 from fmus.common.interface import Interface, Variable
 
+STOP = 10.0
+"""End of the default experiment [s]: the reference rests for two seconds and moves then."""
 LOG_CATEGORIES = {
     "logStatusError": "refused calls and values",
     "logStatusWarning": "faults that a room reports while it goes on",
@@ -28,9 +31,11 @@ def model_description(
         modelName=interface.name,
         guid=guid,
         description=interface.description,
-        author="flexhex",
+        author="the flexhex authors",
+        version=VERSION,
+        copyright="Copyright (c) 2026 the flexhex authors",
         license="MIT",
-        generationTool="flexhex",
+        generationTool=f"flexhex {VERSION}",
         variableNamingConvention="structured",
         numberOfEventIndicators="0",
     )
@@ -57,7 +62,8 @@ def model_description(
     categories = etree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=text)
-    etree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(base_step))
+    times = {"startTime": "0", "stopTime": repr(STOP), "stepSize": repr(base_step)}
+    etree.SubElement(root, "DefaultExperiment", times)
     _variables(etree.SubElement(root, "ModelVariables"), listed)
     _structure(root, listed)
     return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))

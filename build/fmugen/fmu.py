@@ -25,6 +25,8 @@ from fmus.common.interface import Interface
 RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 CONFIG = "flexhex_config.h"
+LICENSES = RUNTIME / "license.txt"
+"""Of all that an archive holds."""
 
 
 def build_fmu(
@@ -71,6 +73,7 @@ def build_fmu(
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
     text = page(interface, functions, room, base_step, about)
     files["documentation/index.html"] = text.encode()
+    files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)
     files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(interface)
     return write_zip(out_dir / f"{identifier}.fmu", files)

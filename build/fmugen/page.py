@@ -104,6 +104,7 @@ def _importing(interface: Interface) -> str:
         "<p>or with <code>cmake -S sources -B build &amp;&amp; cmake --build build</code>. With"
         " <code>-DFLEXHEX_STATIC</code> all functions wear the FMU's name, so that several FMUs"
         " link into one program.</p>"
+        "<p>Licences of all that is inside: <a href='licenses/license.txt'>license.txt</a>.</p>"
     )
 
 

@@ -21,6 +21,10 @@ const char *flexhex_number(char *text, double value) {
       break;
     }
   }
+  char *comma = strchr(text, ',');
+  if (comma) {
+    *comma = '.'; /* the importer's locale may write it so */
+  }
   return text;
 }
 

@@ -119,6 +119,8 @@ def _pages(subject: Subject) -> Iterator[str]:
     pages = [n for n in subject.names if n.startswith("documentation/") and not n.endswith("/")]
     if (pages or subject.ours) and "documentation/index.html" not in pages:
         yield "documentation/index.html is missing: where importers open the documentation"
+    if subject.ours and "documentation/licenses/license.txt" not in pages:
+        yield "documentation/licenses/license.txt is missing: the licence of what is inside"
     for name in subject.names:
         if name == "model.png" or (name.startswith("terminalsAndIcons/") and name.endswith("png")):
             data = subject.read(name)

@@ -14,7 +14,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from flexhex.check.subject import Scalar, Subject
+from flexhex.check.subject import Scalar, Subject, parsed
 
 PATIENCE = 60.0
 """Seconds until a trial counts as hanging."""
@@ -64,11 +64,15 @@ def make_plan(subject: Subject, folder: Path, name: str) -> dict[str, Any]:
         "flags": flags,
         "categories": [c.get("name") for c in subject.root.iterfind("LogCategories/Category")],
         "variables": reals,
-        "start": float(timing.get("startTime", "0")),
-        "step": max(float(timing.get("stepSize", "0.01")), Ts),
+        "start": _usable(parsed(timing.get("startTime"), 0.0), 0.0),
+        "step": max(_usable(parsed(timing.get("stepSize"), 0.01), 0.01), Ts),
         "dependencies": _dependencies(subject, "Outputs"),
         "initial": _dependencies(subject, "InitialUnknowns"),
     }
+
+
+def _usable(value: float, otherwise: float) -> float:
+    return value if math.isfinite(value) else otherwise
 
 
 def _described(v: Scalar) -> dict[str, Any]:

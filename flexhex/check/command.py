@@ -15,7 +15,7 @@ def check_file(path: Path) -> list[str]:
     if path.suffix not in _CHECKS:
         raise UsageError(f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}")
     if not path.is_file():
-        raise UsageError(f"{path}: no such file")
+        raise UsageError(f"{path}: {'a folder, not a file' if path.is_dir() else 'no such file'}")
     try:
         return _CHECKS[path.suffix](path)
     except FlexhexError as error:

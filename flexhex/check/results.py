@@ -56,7 +56,7 @@ def check_results(path: Path) -> list[Deviation]:
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
-        references = {v.name: int(v.reference) for v in subject.variables}
+        references = {v.name: int(v.reference) for v in subject.variables if v.reference.isdigit()}
         unknown = [n for n in (*inputs, *outputs) if n not in references]
         if unknown:
             raise InterfaceError(f"{path}: reference results of {unknown[0]}, no such variable")
@@ -74,10 +74,12 @@ def check_results(path: Path) -> list[Deviation]:
 
 def _table(subject: Subject, name: str) -> tuple[list[str], NDArray[np.float64]]:
     """Names without `time`, and rows with it in front."""
-    lines = list(csv.reader(io.StringIO(subject.read(name).decode())))
     try:
-        return lines[0][1:], np.array(lines[1:], dtype=float).reshape(-1, len(lines[0]))
-    except (ValueError, IndexError) as error:
+        names, *rows = csv.reader(io.StringIO(subject.read(name).decode()))
+        if not rows:
+            raise ValueError
+        return names[1:], np.array(rows, dtype=float).reshape(-1, len(names))
+    except ValueError as error:
         raise InterfaceError(f"{subject.path}: {name}: not a table of numbers") from error
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
 
 from lxml import etree
 
-from flexhex.check.subject import Subject
+from flexhex.check.subject import Subject, parsed
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}
@@ -44,10 +45,12 @@ def _experiment(root: etree._Element) -> Iterator[str]:
     experiment = root.find("DefaultExperiment")
     if experiment is None:
         return
-    values = {str(k): float(v) for k, v in experiment.attrib.items()}
-    for key in ("stepSize", "tolerance"):
-        if key in values and not values[key] > 0:
-            yield f"DefaultExperiment {key} = {values[key]:.9g}, must be above zero"
+    values = {str(k): parsed(str(v)) for k, v in experiment.attrib.items()}
+    for key, value in values.items():
+        if not math.isfinite(value):
+            yield f"DefaultExperiment {key} = {experiment.get(key)!r} is no finite number"
+        elif key in ("stepSize", "tolerance") and value <= 0:
+            yield f"DefaultExperiment {key} = {value:.9g}, must be above zero"
     if values.get("stopTime", float("inf")) < values.get("startTime", 0.0):
         yield "DefaultExperiment ends before it starts"
 

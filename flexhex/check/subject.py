@@ -15,6 +15,19 @@ from lxml import etree
 from fmus.common.errors import InterfaceError
 
 
+def parsed(text: str | None, otherwise: float = math.nan) -> float:
+    """The number that an attribute holds; `otherwise` without the attribute, nan for nonsense."""
+    if text is None:
+        return otherwise
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+SSD = "SystemStructure.ssd"
+
+
 @dataclass(frozen=True)
 class Scalar:
     """One ScalarVariable; index counts from 1, attributes are those of its type's element."""
@@ -30,13 +43,7 @@ class Scalar:
 
     def number(self, key: str, otherwise: float = math.nan) -> float:
         """A numeric attribute such as `min`; nan when it is no number."""
-        text = self.attributes.get(key)
-        if text is None:
-            return otherwise
-        try:
-            return float(text)
-        except ValueError:
-            return math.nan
+        return parsed(self.attributes.get(key), otherwise)
 
 
 @dataclass(frozen=True)
@@ -58,11 +65,16 @@ class Subject:
                     raise InterfaceError(f"{path}: {damaged} is damaged in the archive")
                 root = etree.fromstring(archive.read("modelDescription.xml"))
         except KeyError:
-            raise InterfaceError(f"{path}: modelDescription.xml is missing") from None
+            other = " (a system description? an FMU is wanted)" if SSD in names else ""
+            raise InterfaceError(f"{path}: modelDescription.xml is missing{other}") from None
         except etree.XMLSyntaxError as error:
             raise InterfaceError(f"{path}: modelDescription.xml: {error}") from None
-        except (zipfile.BadZipFile, zlib.error, OSError, ValueError) as error:
-            raise InterfaceError(f"{path}: not a zip archive, so no FMU ({error})") from None
+        except RuntimeError as error:  # encrypted, or packed in a way that Python does not know
+            raise InterfaceError(f"{path}: cannot be unpacked ({error})") from None
+        except (zipfile.BadZipFile, zlib.error, ValueError):
+            raise InterfaceError(f"{path}: not a zip archive, or a truncated one") from None
+        except OSError as error:
+            raise InterfaceError(f"{path}: cannot be read ({error.strerror})") from None
         return Subject(path, names, root)
 
     def read(self, name: str) -> bytes:
@@ -78,7 +90,7 @@ class Subject:
     @property
     def ours(self) -> bool:
         """True for an FMU of flexhex, of which more is demanded than the standard does."""
-        return self.root.get("generationTool") == "flexhex"
+        return str(self.root.get("generationTool")).partition(" ")[0] == "flexhex"
 
     @cached_property
     def variables(self) -> tuple[Scalar, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from fmugen.units import unit
 
-from flexhex.check.subject import Scalar, Subject
+from flexhex.check.subject import Scalar, Subject, parsed
 from fmus.common.errors import InterfaceError
 
 VARIABILITIES = {
@@ -99,8 +99,9 @@ def _units(subject: Subject) -> Iterator[str]:
         if base is not None:
             yield from _exponents(name, {str(k): str(v) for k, v in base.attrib.items()})
         for shown in element.iterfind("DisplayUnit"):
-            if float(shown.get("factor", "1")) == 0:
-                yield f"unit {name}: display unit {shown.get('name')} has factor 0"
+            factor = shown.get("factor", "1")
+            if not math.isfinite(parsed(factor)) or parsed(factor) == 0:
+                yield f"unit {name}: display unit {shown.get('name')} has factor {factor}"
     types = {
         str(t.get("name")): str(t.find("Real").get("unit"))  # type: ignore[union-attr]
         for t in subject.root.iterfind("TypeDefinitions/SimpleType")
@@ -122,8 +123,8 @@ def _exponents(name: str, base: dict[str, str]) -> Iterator[str]:
         wanted = unit(name, name).exponents
     except InterfaceError:
         return
-    factor, offset = float(base.pop("factor", "1")), float(base.pop("offset", "0"))
-    given = {k: int(v) for k, v in base.items() if int(v) and k != "rad"}
+    factor, offset = parsed(base.pop("factor", "1")), parsed(base.pop("offset", "0"))
+    given = {k: parsed(v) for k, v in base.items() if parsed(v) and k != "rad"}
     if given != {k: v for k, v in wanted.items() if k != "rad"} or (factor, offset) != (1, 0):
         yield f"unit {name} is defined as something else: {base}, factor {factor:g}"
 
@@ -140,10 +141,11 @@ def _sample_time(subject: Subject) -> Iterator[str]:
     """The sample time is a whole number of the steps that the FMU asks for."""
     found = next((v for v in subject.variables if v.name == "Ts"), None)
     experiment = subject.root.find("DefaultExperiment")
-    step = math.nan if experiment is None else float(experiment.get("stepSize", "nan"))
+    step = math.nan if experiment is None else parsed(experiment.get("stepSize"))
     if found is None or not step > 0:
         yield "no sample time Ts or no DefaultExperiment stepSize"
         return
     ratio = found.number("start") / step
-    if ratio < 0.5 or abs(ratio - round(ratio)) > 1e-6:
+    # written so that what is no number is blamed too
+    if not (0.5 < ratio < 2**53 and abs(ratio - round(ratio)) < 1e-6):
         yield f"Ts = {found.number('start'):.9g} s is {ratio:.6g} steps of {step:.9g} s: not whole"

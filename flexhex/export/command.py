@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -26,7 +27,7 @@ def export_command(
     ] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="the system drawn, as SVG")] = False,
     duration: Annotated[
-        float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's file [s]")
+        float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's files [s]")
     ] = 10.0,
     out: Annotated[
         Path | None, typer.Option("--out", "-o", help="folder [default: export, beside the .ssp]")
@@ -40,10 +41,15 @@ def export_command(
     from flexhex.export.variables import export_variables
     from flexhex.export.wiring import export_wiring
 
+    if not math.isfinite(duration):
+        raise UsageError(f"--duration {duration:g}: must be a number of seconds")
+    if platform is not None and not container:
+        raise UsageError("--platform is for --container: the other files fit every computer")
     folder = description.parent / "export" if out is None else out
     written: list[Path] = []
     if tool:
-        written += export_wiring(description, folder / tool, tool, duration)[-1:]
+        files = export_wiring(description, folder / tool, tool, duration)
+        written += [path for path in files if path.suffix != ".fmu"]
     if container:
         written += export_container(description, folder, wanted(platform) if platform else ())
     if variables:

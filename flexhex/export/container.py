@@ -85,7 +85,7 @@ def container_of(
 def _inside(
     package: Package, parts: tuple[Part, ...]
 ) -> tuple[tuple[Link, ...], tuple[Variable, ...]]:
-    """Links into the parts, and the inputs that come from outside, named as their source."""
+    """Links into the parts, and the inputs from outside, named and described as their source."""
     names, links = {p.name for p in parts}, []
     inputs: dict[str, Variable] = {}
     for wire in (w for w in package.wires if w.target in names):
@@ -96,7 +96,9 @@ def _inside(
             array = wire.input.partition("[")[0]
             found = next(v for v in part.interface.inputs if v.name == array)
             name = wire.output.partition("[")[0]
-            known = inputs.get(name, dataclasses.replace(found, name=name))
+            text = package.instance(wire.source).fmu.variables[wire.output].description
+            given = dataclasses.replace(found, name=name, description=text)
+            known = inputs.get(name, given)
             inputs[name] = dataclasses.replace(
                 known, min=max(known.min, found.min), max=min(known.max, found.max)
             )

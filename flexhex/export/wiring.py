@@ -9,6 +9,7 @@ from typing import Any
 
 from lxml import etree
 
+from flexhex.export.mabl import mabl, other_values, runtime
 from fmus.common.errors import UsageError
 from ssp.read import Instance, Package, read_ssp
 
@@ -24,21 +25,15 @@ def export_wiring(path: Path, out: Path, tool: str, seconds: float) -> list[Path
     if tool not in WIRINGS:
         raise UsageError(f"no wiring for {tool!r}, there is one for: {', '.join(sorted(WIRINGS))}")
     package = read_ssp(path)
-    name, write = WIRINGS[tool]
     out.mkdir(parents=True, exist_ok=True)
     written = []
     for source, data in package.fmus.items():
         written.append(out / Path(source).name)
         written[-1].write_bytes(data)
-    written.append(out / name)
-    written[-1].write_text(write(package, seconds), encoding="utf-8")
+    for name, write in WIRINGS[tool].items():
+        written.append(out / name)
+        written[-1].write_text(write(package, seconds), encoding="utf-8")
     return written
-
-
-def other_values(instance: Instance) -> dict[str, float]:
-    """Parameters to which the .ssp gives another value than the FMU starts with."""
-    variables = instance.fmu.variables
-    return {n: v for n, v in instance.parameters.items() if v != variables[n].start}
 
 
 def _file(instance: Instance) -> str:
@@ -63,7 +58,7 @@ def cofmupy(package: Package, seconds: float) -> str:
 
 
 def maestro(package: Package, seconds: float) -> str:
-    """Configuration of INTO-CPS Maestro 2, `import Sg1 maestro.json`."""
+    """Multi-model of INTO-CPS Maestro 2, `import Sg1 maestro.json`: for a few FMUs, see mabl."""
     keys = {i.name: f"{{{Path(i.source).stem}}}.{i.name}" for i in package.instances}
     wires: dict[str, list[str]] = {}
     for w in package.wires:
@@ -124,9 +119,9 @@ def _initial(parent: etree._Element, values: Mapping[str, float]) -> None:
 
 
 Writer = Callable[[Package, float], str]
-WIRINGS: Mapping[str, tuple[str, Writer]] = {
-    "cofmupy": ("cofmupy.json", cofmupy),
-    "maestro": ("maestro.json", maestro),
-    "osp": ("OspSystemStructure.xml", osp),
+WIRINGS: Mapping[str, Mapping[str, Writer]] = {
+    "cofmupy": {"cofmupy.json": cofmupy},
+    "maestro": {"maestro.json": maestro, "maestro-run.json": runtime, "maestro.mabl": mabl},
+    "osp": {"OspSystemStructure.xml": osp},
 }
-"""Tool -> file name, writer."""
+"""Tool -> name and writer of each of its files, the one that runs all last."""

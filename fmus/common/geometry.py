@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,25 @@ class Frames:
             [np.zeros(len(arms)), *lams, np.array(machine.platform.x_E0), [1.0, 0.0, 0.0, 0.0]]
         )
         return Frames(arms, x0)
+
+
+class Each(TypedDict):
+    """What an array of unlike things says of its elements, for `Variable`."""
+
+    elements: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+def coordinates(machine: Machine, rate: str = "") -> Each:
+    """Names and units of the elements of x~; rate: `/s` for xd, `/s2` for xdd."""
+    n = machine.n_arms
+    counts = {"theta": n, "lam_Q": 4 * n, "x_E": 3, "lam_E": 4}
+    kinds = counts if machine.has_platform else ("theta",)
+    base = {"theta": "rad", "x_E": "m"}
+    return {
+        "elements": tuple(f"{name}[{k + 1}]" for name in kinds for k in range(counts[name])),
+        "units": tuple(base.get(name, "1") + rate for name in kinds for _ in range(counts[name])),
+    }
 
 
 def platform_condition(arms: Sequence[ArmFrame]) -> float:

@@ -134,7 +134,7 @@ class Interface:
     @property
     def outputs(self) -> tuple[Variable, ...]:
         """Outputs in value-reference order (after the inputs); `fault` comes last."""
-        text = "0: none; 1: refused input or call; 2 and up: see the room's README"
+        text = "0: none; 1: refused input or call; 2 and up: see the documentation"
         fault = Variable("fault", "output", "1", text, min=0.0, max=255.0)
         return (*self._of("output"), fault)
 

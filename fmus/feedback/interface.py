@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 from fmus.feedback.design import design
@@ -16,8 +18,15 @@ def _fixed(name: str, unit: str, text: str, start: float, low: float, high: floa
     return Variable(name, "parameter", unit, text, start=start, min=low, max=high)
 
 
+def _tunable(name: str, unit: str, text: str, start: float, low: float, high: float) -> Variable:
+    return replace(_fixed(name, unit, text, start, low, high), variability="tunable")
+
+
 def parameters(machine: Machine) -> tuple[Variable, ...]:
-    """Gains as designed, limits of the drive, the delay that makes r meet theta."""
+    """Gains as designed, limits of the drive, the delay that makes r meet theta.
+
+    Tunable is what a tick reads and no start prepares.
+    """
     gains, drive = design(machine), machine.drive
     delay = "delay of r in steps of Ts, may be fractional"
     quantum = "torque of one current step, the rest is carried on; 0: none"
@@ -31,15 +40,16 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
             gains.kp,
             min=0,
             max=1e6,
+            variability="tunable",
         ),
-        _fixed("t_i", "s", "integral time", gains.t_i, 1e-4, 1e6),
-        _fixed("t_d", "s", "derivative time", gains.t_d, 0, 100),
-        _fixed("t_f", "s", "lag of the derivative", gains.t_f, 1e-5, 100),
-        _fixed("ff_gain", "1", "share of tau_ff that is added, 0 or 1", 1, 0, 1),
+        _tunable("t_i", "s", "integral time", gains.t_i, 1e-4, 1e6),
+        _tunable("t_d", "s", "derivative time", gains.t_d, 0, 100),
+        _tunable("t_f", "s", "lag of the derivative", gains.t_f, 1e-5, 100),
+        _tunable("ff_gain", "1", "share of tau_ff that is added", 1, 0, 1),
         _fixed("reference_delay", "1", delay, DEFAULT_DELAY, 0, MAX_DELAY),
         _fixed("tau_max", "N m", "torque limit", drive.tau_max, 1e-3, 1e4),
         _fixed("tau_step", "N m", quantum, drive.K_t * drive.I_step, 0, 10),
-        _fixed("e_max", "rad", "following error beyond which fault is 3", 0.2, 1e-6, 10),
+        _tunable("e_max", "rad", "following error beyond which fault is 3", 0.2, 1e-6, 10),
     )
 
 

@@ -21,10 +21,6 @@ typedef struct {
 static bool start(const feedback_parameters *p, void *memory, feedback_outputs *y, char *message,
                   size_t size) {
   state *s = memory;
-  if (p->ff_gain != 0.0 && p->ff_gain != 1.0) {
-    snprintf(message, size, "ff_gain = %.17g, must be 0 or 1", p->ff_gain);
-    return false;
-  }
   if (p->tau_step > p->tau_max) {
     snprintf(message, size, "tau_step = %.9g N m, more than tau_max = %.9g N m", p->tau_step,
              p->tau_max);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fmus.common.geometry import Frames
+from fmus.common.geometry import Frames, coordinates
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 
@@ -33,9 +33,16 @@ def interface(machine: Machine) -> Interface:
         Variable("theta", "input", "rad", "actuator angles", size=n, min=-reach, max=reach),
         Variable("thetad", "input", "rad/s", "their rates", size=n, min=-1e3, max=1e3),
         Variable("thetadd", "input", "rad/s2", "their accelerations", size=n, min=-1e6, max=1e6),
-        Variable("x", "output", "1", "coordinates x~: theta, lam_Q, x_E, lam_E", len(x0), x0),
-        Variable("xd", "output", "1/s", "rates of x~", size=len(x0)),
-        Variable("xdd", "output", "1/s2", "accelerations of x~", size=len(x0)),
+        Variable("x", "output", "1", "coordinates x~", len(x0), x0, **coordinates(machine)),
+        Variable("xd", "output", "1/s", "rates of x~", size=len(x0), **coordinates(machine, "/s")),
+        Variable(
+            "xdd",
+            "output",
+            "1/s2",
+            "accelerations of x~",
+            size=len(x0),
+            **coordinates(machine, "/s2"),
+        ),
         Variable("z", "output", "1", "Dahl states", size=n, min=-1, max=1),
         Variable("residual", "output", "1", "|D| after the corrections", min=0),
         Variable("converged", "output", "1", "1: residual within tolerance", start=1, min=0, max=1),

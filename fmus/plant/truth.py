@@ -150,27 +150,43 @@ def interface(machine: Machine, truth: Truth) -> Interface:
     few: dict[str, Any] = {**whole, "max": 1e4}
     torque: dict[str, Any] = {"causality": "parameter", "unit": "N m", "min": -1e4, "max": 1e4}
     long: dict[str, Any] = {"causality": "parameter", "unit": "s", "max": 1e12}
+    texts = {
+        "hidden_cogging": "cogging that the model lacks: cos, sin of each order",
+        "drift_torque": "drift: torque offset after a long time",
+        "drift_gain": "drift: loss of the motor constant after a long time",
+        "drift_time": "drift: time constant",
+        "age": "drift: time since it was switched on",
+        "noise_torque": "noise of the motor torque: standard deviation, white each base step",
+        "noise_reading": "noise of the torque reading: standard deviation, white each base step",
+        "seed": "seed of the noise, whole",
+    }
+
+    def named(name: str, **about: Any) -> Variable:
+        return Variable(name, description=texts[name], **about)
+
     hidden = [
-        Variable(
-            "hidden_cogging", size=len(cogging), start=cogging, description="cos, sin", **torque
-        ),
-        Variable(
-            "drift_torque", size=n, start=creep, description="offset after a long time", **torque
-        ),
-        Variable("drift_gain", unit="1", description="loss", start=truth.drift.gain, **few),
-        Variable(
-            "drift_time", description="their time", start=truth.drift.time, **{**long, "min": 1e-6}
-        ),
-        Variable("age", description="time since it was switched on", **{**long, "min": 0}),
-        Variable("noise_torque", unit="N m", description="noise", start=noise.torque, **few),
-        Variable("noise_reading", unit="N m", description="noise", start=noise.reading, **few),
-        Variable("seed", unit="1", description="noise seed", start=truth.seed, max=2**53, **whole),
+        named("hidden_cogging", size=len(cogging), start=cogging, **torque),
+        named("drift_torque", size=n, start=creep, **torque),
+        named("drift_gain", unit="1", start=truth.drift.gain, **few),
+        named("drift_time", start=truth.drift.time, **{**long, "min": 1e-6}),
+        named("age", **{**long, "min": 0}),
+        named("noise_torque", unit="N m", start=noise.torque, **few),
+        named("noise_reading", unit="N m", start=noise.reading, **few),
+        named("seed", unit="1", start=truth.seed, max=2**53, **whole),
     ]
     rows = [number for effect in truth.hidden for number in effect.rows()]
     constants = {**base.constants, "HIDDEN": 1}
     if rows:
         wide: dict[str, Any] = {"min": -1e12, "max": 1e12}
-        listed = Variable("hidden_effects", "parameter", "1", "listed", len(rows), rows, **wide)
+        listed = Variable(
+            "hidden_effects",
+            "parameter",
+            "1",
+            "hidden effects, a row each: kind, axis, numbers",
+            len(rows),
+            rows,
+            **wide,
+        )
         hidden.append(listed)
         constants["N_HIDDEN"] = len(rows) // WIDTH
     text = "The real machine: same interface as plant"

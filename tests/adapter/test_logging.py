@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import ctypes as ct
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
 
 from tests.adapter.slave import ERROR, OK, WARNING, Slave
 from tests.adapter.toys import VR
@@ -86,6 +92,34 @@ def test_categories_are_those_of_the_description(running: Slave) -> None:
     assert listed == ["logStatusError", "logStatusWarning", "logEvents"]
     for name in listed:
         assert switch(running, True, str(name)) == OK
+
+
+def test_numbers_have_a_point_whatever_the_language(toy_fmu: Path, tmp_path: Path) -> None:
+    """An importer that runs in German: C's printf writes a decimal comma there."""
+    made = ["localedef", "-i", "de_DE", "-f", "UTF-8", str(tmp_path / "de_DE.UTF-8")]
+    try:
+        subprocess.run(made, check=True, capture_output=True)
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("localedef cannot make de_DE here")
+    code = """
+import locale, sys
+from pathlib import Path
+from tests.adapter.slave import Binary, Slave
+locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+assert locale.localeconv()["decimal_point"] == ","
+slave = Slave(Binary(Path(sys.argv[1]), Path(sys.argv[2]))).initialise()
+slave.step(0.0, 0.0004)
+print(slave.said)
+"""
+    environment = {**os.environ, "LOCPATH": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(toy_fmu), str(tmp_path / "fmu")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "fmi2DoStep by 0.0004 s, must be" in done.stdout, done.stdout + done.stderr
 
 
 def test_name_with_format_characters_is_escaped(make) -> None:

@@ -66,6 +66,7 @@ ARCHIVE: Mutants = {
     "unknown platform": (move(SO, "binaries/amiga/toy.so"), "not the name of a platform"),
     "description missing": (without(XML), "modelDescription.xml"),
     "documentation missing": (without("documentation/index.html"), "index.html is missing"),
+    "licence missing": (without("documentation/licenses/license.txt"), "license.txt is missing"),
     "picture damaged": (cut("model.png", 0.5), "no complete PNG"),
     "file without a place": (add("notes.txt", b"x"), "no place in an FMU"),
     "path outside the archive": (add("resources/../../x", b"x"), "not a path inside"),

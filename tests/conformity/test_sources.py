@@ -29,6 +29,11 @@ STRICT = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 STEPS, BASE = 1000, 0.00025
 
 
+def sampled(one: str) -> list[Any]:
+    """All FMUs, but one of them only in the short tests."""
+    return [one, *(pytest.param(n, marks=pytest.mark.slow) for n in NAMES if n != one)]
+
+
 def run(command: Sequence[str], folder: Path) -> str:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
@@ -111,7 +116,7 @@ def test_statically_linked_equals_the_binary(
     assert together[name] == course(plan_of(fmu, unpack(fmu, tmp_path)))
 
 
-@pytest.mark.parametrize("name", ["filter", pytest.param("machine", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", sampled("filter"))
 def test_one_documented_call_builds_the_binary(fmu_dir: Path, tmp_path: Path, name: str) -> None:
     fmu = fmu_dir / f"{name}.fmu"
     folder = unpack(fmu, tmp_path / "fmu")
@@ -123,23 +128,24 @@ def test_one_documented_call_builds_the_binary(fmu_dir: Path, tmp_path: Path, na
 
 
 @pytest.mark.parametrize("static", [False, True])
-def test_cmake_builds_the_binary(fmu_dir: Path, tmp_path: Path, static: bool) -> None:
+@pytest.mark.parametrize("name", sampled("feedback"))
+def test_cmake_builds_the_binary(fmu_dir: Path, tmp_path: Path, name: str, static: bool) -> None:
     if not shutil.which("cmake"):
         pytest.skip("CMake is not installed")
-    fmu = fmu_dir / "feedback.fmu"
+    fmu = fmu_dir / f"{name}.fmu"
     folder = unpack(fmu, tmp_path / "fmu")
     options = ["-DFLEXHEX_STATIC=ON"] if static else []
     run(["cmake", "-S", "sources", "-B", "build", *options], folder)
     run(["cmake", "--build", "build"], folder)
     if static:
-        symbols = run(["nm", "--defined-only", "-g", "build/libfeedback.a"], folder)
-        assert " T feedback_fmi2DoStep" in symbols
+        symbols = run(["nm", "--defined-only", "-g", f"build/lib{name}.a"], folder)
+        assert f" T {name}_fmi2DoStep" in symbols
         return
-    theirs = course(plan_of(fmu, folder, folder / "build" / "feedback.so"), 200)
+    theirs = course(plan_of(fmu, folder, folder / "build" / f"{name}.so"), 200)
     assert theirs == course(plan_of(fmu, folder), 200)
 
 
-@pytest.mark.parametrize("name", ["feedback", pytest.param("plant", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", sampled("feedback"))
 def test_fmpy_compiles_the_binary(fmu_dir: Path, tmp_path: Path, name: str) -> None:
     if not shutil.which("cmake"):
         pytest.skip("FMPy needs CMake")

@@ -86,19 +86,21 @@ def missed(builder: Builder, name: str, effect: Array, gains: Array) -> Missed:
     return Missed(*(float(np.sqrt((signal**2).mean())) for signal in (e, innovation)))
 
 
-DRY = ("coulomb_friction", "stribeck_friction")
+DRY = {"coulomb_friction": 1.2e-6, "stribeck_friction": 1.8e-6}
+"""What may be left [rad]: 0.1 N m of dry torque at a reversal leaves 1.0 urad, twice that, which
+Stribeck's two parts are together, 1.4 urad."""
 
 
 @pytest.mark.parametrize("id", IDS)
 def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Builder) -> None:
     """0.04 urad is what the sampled feedforward leaves on the nominal plant, 0.29 mN m the
     current steps of the torque reading. Dry friction turns over within a milliradian of a
-    reversal, where wanted and real angle differ by a thousandth of it: 1 urad."""
+    reversal, where wanted and real angle differ by a thousandth of it: DRY."""
     real, known = Bank.real(builder.machine), Bank.known(builder.machine)
     effect, gains = only(real, id), only(known, id)
     there = missed(builder, f"{id}-hidden", effect, np.zeros_like(gains))
     gone = missed(builder, f"{id}-known", effect, gains)
-    assert gone.e < (1.2e-6 if id in DRY else 0.4e-6)
+    assert gone.e < DRY.get(id, 0.4e-6)
     assert gone.innovation < 0.5e-3
     assert there.e > 10 * gone.e
 

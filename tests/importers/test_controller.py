@@ -10,6 +10,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
 from fmugen.compile import compiler
@@ -182,3 +183,24 @@ def test_system_without_a_plant_is_refused(loop_ssp: Path, tmp_path: Path) -> No
     package = read_ssp(loop_ssp)
     with pytest.raises(InterfaceError, match=r"hexapod.ssp: has no component 'robot'"):
         container_of(package, ("reference", "robot"))
+
+
+def test_gains_may_change_while_the_controller_runs(slave: FMU2Slave) -> None:
+    """As in feedback.fmu itself; what its start prepares may not."""
+    fmu = initialised(slave)
+    gains = [fmu.names[f"feedback_kp[{k}]"] for k in range(1, 7)]
+    stepped(fmu, range(60))
+    assert abs(fmu.getReal([fmu.names["feedback_tau_fb[1]"]])[0]) > 1e-4
+    fmu.setReal(gains, [0.0] * 6)
+    stepped(fmu, range(60, 62))
+    assert fmu.getReal([fmu.names["feedback_tau_fb[1]"]])[0] == 0.0
+    with pytest.raises(FMICallException):
+        fmu.setReal([fmu.names["feedback_tau_max"]], [1.0])
+
+
+def test_inputs_are_described_as_their_sources(controller_ssp: Path) -> None:
+    """`r` is no angle of an actuator, though the first part that takes it calls it so."""
+    description = fmpy.read_model_description(str(controller_ssp.parent / "controller.fmu"))
+    texts = {v.name: v.description for v in description.modelVariables if v.causality == "input"}
+    assert texts["r[1]"] == "reference angles"
+    assert texts["theta[6]"] == "actuator angles as the encoders read them"

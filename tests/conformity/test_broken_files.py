@@ -1,0 +1,93 @@
+"""Files that are broken, foreign or of another kind: one line that says so, never a traceback."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from flexhex.check.fmu import check_fmu
+from fmus.common.errors import FlexhexError
+from ssp.fmu import read_fmu
+from tests.adapter import toys
+from tests.conformity.archives import XML, members, write
+
+NONSENSE = ("abc", "1e400", None)
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The test room's FMU."""
+    return toys.build(tmp_path_factory.mktemp("toy"))
+
+
+def test_nonsense_in_any_attribute_is_a_complaint(toy: Path, tmp_path: Path) -> None:
+    """Every attribute of every kind of element once; what is read for a run may refuse too."""
+    files, tried, blamed = members(toy), set(), 0
+    for k, element in enumerate(etree.fromstring(files[XML]).iter()):
+        for attribute in element.attrib:
+            if (element.tag, attribute) in tried:
+                continue
+            tried.add((element.tag, attribute))
+            for value in NONSENSE:
+                root = etree.fromstring(files[XML])
+                other = list(root.iter())[k]
+                if value is None:
+                    del other.attrib[attribute]
+                else:
+                    other.set(attribute, value)
+                data = {**files, XML: etree.tostring(root)}
+                path = write(tmp_path / "toy.fmu", data)
+                try:
+                    blamed += bool(check_fmu(path, run=False))
+                    read_fmu(path.read_bytes(), "toy.fmu")
+                except FlexhexError:
+                    blamed += 1
+    assert len(tried) > 40
+    assert blamed > len(tried), "most nonsense is noticed"
+
+
+def said(folder: Path, *words: str) -> str:
+    """What `flexhex` says in a folder; it must end with an error of one line."""
+    command = [sys.executable, "-m", "flexhex", *words]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    lines = [line for line in (done.stdout + done.stderr).splitlines() if "0:00" not in line]
+    assert done.returncode in (1, 2, 3), done.stderr
+    assert len(lines) == 1, lines
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("check cut.fmu", "cut.fmu: not a zip archive, or a truncated one"),
+        ("check folder.fmu", "folder.fmu: a folder, not a file"),
+        ("check nowhere.fmu", "nowhere.fmu: no such file"),
+        ("check toy.txt", "toy.txt: nothing to check in '.txt', wants .fmu, .ssp, .toml"),
+        ("check --results folder.fmu", "folder.fmu: cannot be read (Is a directory)"),
+        ("check --results some.ssp", "is missing (a system description? an FMU is wanted)"),
+        ("check without.ssp", "resources/plant.fmu is missing in the archive"),
+        ("simulate without.ssp", "resources/plant.fmu is missing in the archive"),
+        ("simulate toy.fmu", "toy.fmu: an FMU, not a system description (.ssp)"),
+        ("export toy.fmu --container", "toy.fmu: an FMU, not a system description (.ssp)"),
+        ("export some.ssp --variables -o toy.txt", "toy.txt: is a file, a folder is wanted"),
+        ("export some.ssp --variables -o toy.txt/in", "a part of this path is a file"),
+        ("export some.ssp --for maestro -d inf", "--duration inf: must be a number of seconds"),
+        ("export some.ssp --variables --platform win64", "--platform is for --container"),
+        ("export some.ssp --for Simulink", "no wiring for 'Simulink', there is one for: cofmupy"),
+    ],
+)
+def test_one_line_says_what_is_wrong(
+    toy: Path, hexapod_ssp: Path, tmp_path: Path, words: str, says: str
+) -> None:
+    files = members(hexapod_ssp)
+    (tmp_path / "some.ssp").write_bytes(hexapod_ssp.read_bytes())
+    write(tmp_path / "without.ssp", {k: v for k, v in files.items() if "plant.fmu" not in k})
+    (tmp_path / "toy.fmu").write_bytes(toy.read_bytes())
+    (tmp_path / "cut.fmu").write_bytes(toy.read_bytes()[:2000])
+    (tmp_path / "toy.txt").write_text("hello")
+    (tmp_path / "folder.fmu").mkdir()
+    assert says in said(tmp_path, *words.split())
