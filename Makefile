@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-GATEWAY := FLEXHEX_FMI_HEADERS="$$($(CURDIR)/$(BIN)/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
+GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
 .PHONY: help run quick missing build gateway machine test test-all golden fuzz check check-gateway format bench clean lock
 
