@@ -175,7 +175,7 @@ class Broken:
 
 BROKEN = (
     Broken("FMU gives NaN", Spoil("feedback", AT, "set", "tau[2]", float("nan")), "not_finite", AT),
-    Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT),
+    Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT + 1),
     Broken("FMU reports a fault", Spoil("N_E", AT // 2, "set", "fault", 4.0), "fmu_fault", AT + 1),
     Broken("FMU overruns", Spoil("feedback", AT, "sleep", value=1.5), "fmu_overrun", AT),
     Broken("estimator late", Spoil("K", 75, "sleep", value=2.5), "late_thread", 76 * 120 - 1,

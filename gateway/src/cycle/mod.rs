@@ -140,7 +140,8 @@ impl<'a, L: Link> Machine<'a, L> {
         self.sent = tau;
         let deadline = begin + self.patience_ns();
         let reply = *self.bus.exchange(deadline);
-        let round_trip = now_ns() - begin;
+        let arrived = now_ns();
+        let round_trip = arrived - begin;
         if let Some(phase) = reply.phase_ns {
             self.clock.steer(phase);
         }
@@ -164,6 +165,7 @@ impl<'a, L: Link> Machine<'a, L> {
             self.out.timing.round_trip.add(round_trip);
         }
         self.running(&reply, late_ns, round_trip);
+        self.out.timing.after_reply.add(now_ns() - arrived);
         false
     }
 

@@ -50,13 +50,15 @@ pub struct Clock {
     spin: Duration,
     lockstep: bool,
     next_ns: u64,
+    /// The phase in the drives' cycle was seen before.
+    steered: bool,
     /// Cycles that were left out because the one before took too long.
     pub skipped: u64,
 }
 
 impl Clock {
     pub fn new(cycle: Duration, spin: Duration, lockstep: bool) -> Self {
-        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, skipped: 0 }
+        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, steered: false, skipped: 0 }
     }
 
     /// Wait for the next cycle; gives its beginning and how late it is [ns].
@@ -76,11 +78,16 @@ impl Clock {
         (now, late)
     }
 
-    /// Pull the frame to the middle of the drives' cycle, by at most a thousandth of one.
+    /// Pull the frame to the middle of the drives' cycle: at once when its phase is seen first,
+    /// before there is power, by at most a thousandth of a cycle from then on.
     pub fn steer(&mut self, phase_ns: u64) {
         let cycle = self.cycle_ns as i64;
         let off = phase_ns as i64 - cycle / 2;
-        let step = (-off / 64).clamp(-cycle / 1000, cycle / 1000);
+        let step = match self.steered {
+            true => (-off / 64).clamp(-cycle / 1000, cycle / 1000),
+            false => -off.clamp(-cycle / 2, cycle / 2),
+        };
+        self.steered = true;
         self.next_ns = self.next_ns.saturating_add_signed(step);
     }
 }
@@ -105,7 +112,18 @@ mod tests {
     #[test]
     fn the_phase_is_pulled_to_the_middle_from_either_side() {
         let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
+        clock.steered = true;
         for (phase, wanted) in [(125_000, 0), (200_000, -250), (126_280, -20), (0, 250)] {
+            clock.next_ns = 1_000_000;
+            clock.steer(phase);
+            assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
+        }
+    }
+
+    #[test]
+    fn the_first_phase_is_put_in_the_middle_at_once() {
+        for (phase, wanted) in [(125_000, 0), (249_000, -124_000), (0, 125_000)] {
+            let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
             clock.next_ns = 1_000_000;
             clock.steer(phase);
             assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
