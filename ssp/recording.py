@@ -36,15 +36,23 @@ def load_recording(path: str | Path) -> Result:
         base = float(meta["base_step_s"])
         wanted = [word.rpartition(":") for word in meta["signals"].split()]
         plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
-        data = _held(data[data[:, names.index("phase")] == RUNNING])
+        data = data[data[:, names.index("phase")] == RUNNING]
+        data = _held(_at_its_time(data, data[:, names.index("time")] / base))
         return _result(plans, data, (names, units), base, meta)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
 
 
+def _at_its_time(data: Array, steps: Array) -> Array:
+    """Rows (cycles, columns), one for each base step; NaN where the clock left a cycle out."""
+    place = np.rint(steps - steps[0]).astype(int)
+    full = np.full((place[-1] + 1, data.shape[1]), np.nan)
+    full[place] = data
+    return full
+
+
 def _held(data: Array) -> Array:
-    """Rows (cycles, columns) with the last value in place of what a cycle without a reply did not
-    measure: it is what the controller took."""
+    """Rows (cycles, columns) with the last value in place of what was not measured or left out."""
     rows = np.arange(len(data))[:, None]
     last = np.maximum.accumulate(np.where(np.isnan(data), 0, rows), axis=0)
     return np.take_along_axis(data, last, axis=0)

@@ -78,14 +78,14 @@ impl Clock {
         (now, late)
     }
 
-    /// Pull the frame to the middle of the drives' cycle: at once when its phase is seen first,
-    /// before there is power, by at most a thousandth of a cycle from then on.
+    /// Pull the frame to a quarter of the drives' cycle, as it may come late but never early: at once
+    /// when its phase is seen first, before there is power, by at most a thousandth from then on.
     pub fn steer(&mut self, phase_ns: u64) {
         let cycle = self.cycle_ns as i64;
-        let off = phase_ns as i64 - cycle / 2;
+        let off = (phase_ns as i64 + cycle / 4).rem_euclid(cycle) - cycle / 2;
         let step = match self.steered {
             true => (-off / 64).clamp(-cycle / 1000, cycle / 1000),
-            false => -off.clamp(-cycle / 2, cycle / 2),
+            false => -off,
         };
         self.steered = true;
         self.next_ns = self.next_ns.saturating_add_signed(step);
@@ -110,10 +110,10 @@ mod tests {
     }
 
     #[test]
-    fn the_phase_is_pulled_to_the_middle_from_either_side() {
+    fn the_phase_is_pulled_to_a_quarter_from_either_side() {
         let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
         clock.steered = true;
-        for (phase, wanted) in [(125_000, 0), (200_000, -250), (126_280, -20), (0, 250)] {
+        for (phase, wanted) in [(62_500, 0), (137_500, -250), (63_780, -20), (0, 250), (249_000, 250)] {
             clock.next_ns = 1_000_000;
             clock.steer(phase);
             assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
@@ -121,8 +121,8 @@ mod tests {
     }
 
     #[test]
-    fn the_first_phase_is_put_in_the_middle_at_once() {
-        for (phase, wanted) in [(125_000, 0), (249_000, -124_000), (0, 125_000)] {
+    fn the_first_phase_is_put_there_at_once() {
+        for (phase, wanted) in [(62_500, 0), (186_500, -124_000), (0, 62_500), (188_500, 124_000)] {
             let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
             clock.next_ns = 1_000_000;
             clock.steer(phase);
