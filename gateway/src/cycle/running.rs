@@ -12,8 +12,8 @@ use crate::realtime::{now_ns, stop};
 use crate::safety::{Measured, Reason};
 use crate::wire::Link;
 
-/// Cycles that are made up for after a gap of the clock, a few us each; a longer one is left out.
-const MOST_MADE_UP: u64 = 64;
+/// Cycles that are made up for after a gap of the clock, some 10 us each: the drives wait 5 ms.
+const MOST_MADE_UP: u64 = 400;
 
 impl<L: Link> Machine<'_, L> {
     /// A cycle of the controller: judge what was measured, compute what comes next.
