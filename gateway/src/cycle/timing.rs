@@ -72,10 +72,17 @@ impl Clock {
         let now = now_ns();
         let late = now.saturating_sub(self.next_ns);
         // missed beginnings are left out: a burst of frames would only make it worse
-        let missed = late / self.cycle_ns;
+        let missed = self.missed(late);
         self.skipped += missed;
         self.next_ns += missed * self.cycle_ns;
         (now, late)
+    }
+
+    /// Beginnings that are missed when one is so late. A frame in the last quarter would come behind
+    /// the SYNC0 of the next cycle and read its angles: it is that cycle's.
+    fn missed(&self, late: u64) -> u64 {
+        let behind = if self.steered { self.cycle_ns / 4 } else { 0 };
+        (late + behind) / self.cycle_ns
     }
 
     /// Pull the frame to a quarter of the drives' cycle, as it may come late but never early: at once
@@ -118,6 +125,15 @@ mod tests {
             clock.steer(phase);
             assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
         }
+    }
+
+    #[test]
+    fn a_frame_behind_the_next_sync0_is_of_the_next_cycle() {
+        let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
+        let late = [0, 187_499, 187_500, 249_999, 250_000, 437_500];
+        assert_eq!(late.map(|late| clock.missed(late)), [0, 0, 0, 0, 1, 1]);
+        clock.steered = true;
+        assert_eq!(late.map(|late| clock.missed(late)), [0, 0, 1, 1, 1, 2]);
     }
 
     #[test]
