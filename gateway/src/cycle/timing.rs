@@ -58,7 +58,14 @@ pub struct Clock {
 
 impl Clock {
     pub fn new(cycle: Duration, spin: Duration, lockstep: bool) -> Self {
-        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, steered: false, skipped: 0 }
+        Clock {
+            cycle_ns: cycle.as_nanos() as u64,
+            spin,
+            lockstep,
+            next_ns: 0,
+            steered: false,
+            skipped: 0,
+        }
     }
 
     /// Wait for the next cycle; gives its beginning and how late it is [ns].
@@ -120,7 +127,9 @@ mod tests {
     fn the_phase_is_pulled_to_a_quarter_from_either_side() {
         let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
         clock.steered = true;
-        for (phase, wanted) in [(62_500, 0), (137_500, -250), (63_780, -20), (0, 250), (249_000, 250)] {
+        for (phase, wanted) in
+            [(62_500, 0), (137_500, -250), (63_780, -20), (0, 250), (249_000, 250)]
+        {
             clock.next_ns = 1_000_000;
             clock.steer(phase);
             assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
