@@ -9,7 +9,9 @@ use super::{Config, Limits, AXES};
 /// `changes`: `key=value` of single values, over what the file says.
 pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|why| format!("{name}: {why}"))?;
+    let text = std::fs::read_to_string(file).map_err(|why| {
+        format!("{name}: {why}: give a configuration, such as gateway/machines/akd.toml")
+    })?;
     let named = |all: String| {
         let lines: Vec<_> = all.lines().map(|m| format!("{name}: {m}")).collect();
         lines.join("\n")
@@ -26,7 +28,7 @@ fn changed(text: &str, changes: &[String]) -> Result<String, String> {
     if changes.is_empty() {
         return Ok(text.to_owned());
     }
-    let mut all: toml::Table = toml::from_str(text).map_err(|why| why.message().to_owned())?;
+    let mut all: toml::Table = toml::from_str(text).map_err(|why| super::words::of(text, &why))?;
     for change in changes {
         let wrong = |why: &str| format!("--set {change}: {why}");
         let (key, value) = change.split_once('=').ok_or_else(|| wrong("wants KEY=VALUE"))?;
@@ -46,10 +48,7 @@ fn changed(text: &str, changes: &[String]) -> Result<String, String> {
 
 /// The configuration in a text, or its mistakes, a line each.
 pub fn parse(text: &str) -> Result<Config, String> {
-    let config: Config = toml::from_str(text).map_err(|why| {
-        let before = &text[..why.span().map_or(0, |span| span.start)];
-        format!("line {}: {}", before.lines().count().max(1), why.message())
-    })?;
+    let config: Config = toml::from_str(text).map_err(|why| super::words::of(text, &why))?;
     let mistakes = check(&config);
     if mistakes.is_empty() {
         Ok(config)
@@ -63,6 +62,14 @@ fn check(config: &Config) -> Vec<String> {
     let mut found = Found::default();
     for (key, value, low, high, mend) in numbers(config) {
         found.within(key, value, low..=high, mend);
+    }
+    if let Some(cpu) = config.real_time.cpu {
+        found.within(
+            "real_time.cpu",
+            cpu as f64,
+            0.0..=1023.0,
+            "`nproc --all` tells how many there are",
+        );
     }
     interface(config, &mut found);
     super::check_profile::profile(&config.profile, &mut found);
