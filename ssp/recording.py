@@ -75,7 +75,7 @@ def load_recording(path: str | Path) -> Result:
         wanted = [word.rpartition(":") for word in found.meta["signals"].split()]
         plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
         running = found.rows[found["phase"] == RUNNING]
-        data = _held(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
+        data = _bridged(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
         return _result(plans, data, found)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
@@ -89,11 +89,14 @@ def _at_its_time(data: Array, steps: Array) -> Array:
     return full
 
 
-def _held(data: Array) -> Array:
-    """Rows (cycles, columns) with the last value in place of what was not measured or left out."""
-    rows = np.arange(len(data))[:, None]
-    last = np.maximum.accumulate(np.where(np.isnan(data), 0, rows), axis=0)
-    return np.take_along_axis(data, last, axis=0)
+def _bridged(data: Array) -> Array:
+    """Rows (cycles, columns) with a straight line where nothing was measured, or left out."""
+    rows = np.arange(len(data))
+    for column in data.T:
+        gap = np.isnan(column)
+        if gap.any() and not gap.all():
+            column[gap] = np.interp(rows[gap], rows[~gap], column[~gap])
+    return data
 
 
 def _pair(text: str) -> tuple[str, str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from flexhex.cases import SETTLE
 from flexhex.drive.recorded import (
     MICRO,
     PARTS,
@@ -122,7 +123,8 @@ def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float =
 
 def _tracking(found: Recording) -> Part:
     drawn = {"error": _drawn(found, "e", "Tracking error", "e [µrad]", MICRO)}
-    return Part("Tracking error [µrad]", "", ("axis", *ERRORS), _errors(found), drawn, timed=True)
+    text = f"Judged from {SETTLE:g} s on, where the run is longer."
+    return Part("Tracking error [µrad]", text, ("axis", *ERRORS), _errors(found), drawn, timed=True)
 
 
 def _motion(found: Recording) -> Part:

@@ -58,7 +58,7 @@ def show(found: Drives) -> None:
     out.print("\nLook closer:")
     out.print(f"  flexhex report {first}")
     out.print(f"  flexhex diagnose {first} {second}")
-    out.print(f"  flexhex compare {first} {folder / SIMULATED}.h5 --common")
+    out.print(f"  flexhex compare {first} {folder / SIMULATED}.h5 --common --rtol 0.01")
 
 
 def diagnosed(found: Drives) -> str:

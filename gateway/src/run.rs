@@ -158,7 +158,7 @@ fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -
 }
 
 /// What of the real-time wishes was not given, each with what to do. Lockstep needs none.
-fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
+pub fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
     let r = &config.real_time;
     let mut notes = Vec::new();
     if lockstep {
