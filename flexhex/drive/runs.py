@@ -19,6 +19,7 @@ from diagnosis.workflow import Options, diagnose
 from flexhex.cases import SETTLE
 from flexhex.compare.results import Comparison, Tolerance, compare
 from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, floor
+from fmus.common.errors import LogError
 from fmus.common.machine_file import read_toml
 from ssp.executor import run
 from ssp.read import read_ssp
@@ -42,12 +43,13 @@ Stage = Callable[[str], None]
 @dataclass(frozen=True)
 class Drives:
     """What came out. results: the runs' signals and the simulation's; comparisons: of lockstep and
-    the first pass with it; found: what both passes by the clock told; floor: cyclictest's [us]."""
+    the first pass with it; found: what both passes by the clock told, or why they cannot be read;
+    floor: cyclictest's [us]."""
 
     driven: dict[str, Driven]
     results: dict[str, Result]
     comparisons: dict[str, Comparison]
-    found: Diagnosis
+    found: Diagnosis | str
     floor: dict[str, float] | None
     written: tuple[Path, ...]
 
@@ -85,9 +87,17 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
     }
     stage("diagnosing both passes")
     passes = [driven[name].recording for name in PASSES]
-    found = diagnose(passes, (), machine_file, Options(confidence=0))
+    found = told(passes, machine_file)
     stage("measuring this computer's own floor")
     return Drives(driven, results, comparisons, found, floor(), tuple(written))
+
+
+def told(passes: list[Path], machine_file: Path) -> Diagnosis | str:
+    """What the passes tell of the machine; runs that are too short for it are no mistake here."""
+    try:
+        return diagnose(passes, (), machine_file, Options(confidence=0))
+    except LogError as error:
+        return str(error)
 
 
 def other_noise(ssp: Path, number: int) -> dict[str, float]:

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from diagnosis.verdict import Diagnosis
 from flexhex.diagnose.words import verdict
 from flexhex.drive.runs import (
     LOCKSTEP,
@@ -31,7 +32,7 @@ def data(found: Drives) -> dict[str, object]:
         "trips": {name: driven.trip for name, driven in found.driven.items() if driven.trip},
         "lockstep is the simulation": found.comparisons[LOCKSTEP].equal,
         "largest difference": {n: worst(found, n) for n in found.comparisons},
-        "diagnosis": found.found.data(),
+        "diagnosis": found.found if isinstance(found.found, str) else found.found.data(),
         "summary": {name: driven.summary for name, driven in found.driven.items()},
         "written": [str(path) for path in found.written],
     }
@@ -52,7 +53,7 @@ def show(found: Drives) -> None:
         out.print(f"[{'green' if good else 'yellow'}]{'✓' if good else '!'}[/] {name}: {text}")
     if found.floor is None:
         out.print("! cyclictest is not installed: apt-get install rt-tests")
-    out.print(f"\n[bold]Both passes diagnosed[/]: {diagnosed(found)}")
+    out.print(f"\n[bold]Both passes diagnosed[/]: {diagnosed(found.found)}")
     folder = found.written[0].parent
     first, second = (folder / f"{name}.csv" for name in PASSES)
     out.print("\nLook closer:")
@@ -61,12 +62,13 @@ def show(found: Drives) -> None:
     out.print(f"  flexhex compare {first} {folder / SIMULATED}.h5 --common --rtol 0.01")
 
 
-def diagnosed(found: Drives) -> str:
-    """The verdict; without a pair only why there is none."""
-    if np.isnan(found.found.gap.floor).all():
-        notes = [*found.found.notes, "too many cycles were left out"]
-        return f"nothing can be told, the two passes are no pair: {notes[0]}."
-    return verdict(found.found)
+def diagnosed(found: Diagnosis | str) -> str:
+    """The verdict; of runs that are no pair no list of suspects."""
+    if isinstance(found, str):
+        return f"not possible: {found}."
+    if found.verdict != "cannot tell" and np.isnan(found.gap.floor).all():
+        return "nothing can be told: the two passes do not repeat each other."
+    return verdict(found)
 
 
 def table(title: str, listed: list[dict[str, str]]) -> Table:

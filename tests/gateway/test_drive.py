@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from benchmarks.quantisation import torque_step, variants
-from flexhex.drive import cable, runs
+from diagnosis.verdict import Diagnosis, Gap
+from flexhex.drive import cable, runs, view
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
 from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
@@ -61,6 +62,17 @@ def test_second_pass_has_noise_of_its_own(
     monkeypatch.setattr(runs, "read_ssp", lambda _: SimpleNamespace(instance=lambda _: plant))
     assert runs.other_noise(Path("a.ssp"), 2) == wanted
     assert runs.other_noise(Path("a.ssp"), 1) == {}
+
+
+def test_passes_that_cannot_be_diagnosed_are_told_and_no_error(tmp_path: Path) -> None:
+    assert "none.csv: no such file" in (why := runs.told([tmp_path / "none.csv"], tmp_path / "m"))
+    assert isinstance(why, str)
+    assert view.diagnosed(why).startswith("not possible: ")
+    alone = Gap("N m", *(np.full(6, np.nan) for _ in range(7)), {})
+    found = Diagnosis("changed", (), (), alone)
+    assert view.diagnosed(found) == "nothing can be told: the two passes do not repeat each other."
+    found = Diagnosis("cannot tell", (), (), alone, notes=("too short",))
+    assert view.diagnosed(found).endswith("Too short.")
 
 
 def test_options_of_the_plant_are_taken_by_the_emulator(tmp_path: Path) -> None:
