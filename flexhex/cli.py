@@ -13,7 +13,7 @@ import typer
 from flexhex.commands import compare_command, study_command
 from flexhex.diagnose.command import diagnose_command
 from flexhex.diagnose.options import Greedy
-from flexhex.drive.command import drive_command
+from flexhex.drive.command import drive_command, report_command
 from flexhex.export.command import export_command
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 from fmus.common.errors import FlexhexError
@@ -199,6 +199,7 @@ app.command("compare")(compare_command)
 app.command("study")(study_command)
 app.command("export")(export_command)
 app.command("drive")(drive_command)
+app.command("report")(report_command)
 app.command("diagnose", cls=Greedy)(diagnose_command)
 
 

@@ -1,4 +1,4 @@
-"""Recordings of the gateway as results, so that they are compared with simulations.
+"""Recordings of the gateway: their columns, and as results to be compared with simulations.
 
 A recording is a measured log in CSV whose line `# signals: theta=plant.theta:1 ...` says which
 signal of the system each channel is, and every how many base steps it changes. Only the cycles
@@ -7,6 +7,8 @@ in which the controller ran (`phase` 1) are signals; enabling and stopping are n
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +19,33 @@ from ssp.results import Array, Group, Result, rate_name
 RUNNING = 1.0
 
 
-def load_recording(path: str | Path) -> Result:
-    """Read a recording. Raises LogError for a file that is none, or says too little."""
+@dataclass(frozen=True)
+class Recording:
+    """What a file holds. rows: (cycles, columns); meta: its `# key: value` lines."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: Array
+    meta: dict[str, str]
+
+    @cached_property
+    def base(self) -> float:
+        """Base step [s]."""
+        return float(self.meta["base_step_s"])
+
+    def places(self, channel: str) -> list[int]:
+        """Columns of `theta` are those of theta[1], theta[2] ...; ValueError without any."""
+        found = [k for k, name in enumerate(self.names) if name.partition("[")[0] == channel]
+        return found or [self.names.index(channel)]
+
+    def __getitem__(self, channel: str) -> Array:
+        """A channel: (cycles, n), or (cycles,) where it has one column."""
+        found = self.places(channel)
+        return self.rows[:, found] if len(found) > 1 else self.rows[:, found[0]]
+
+
+def read_recording(path: str | Path) -> Recording:
+    """Read the file. Raises LogError for one that is no recording, or a damaged one."""
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -30,24 +57,46 @@ def load_recording(path: str | Path) -> Result:
         raise LogError(
             f"{path}: no recording of the gateway: it has no lines `# signals:` and rows"
         )
-    names, units = rows[0].split(","), rows[1].split(",")
     try:
         data = np.loadtxt(rows[2:], delimiter=",", ndmin=2)
-        base = float(meta["base_step_s"])
-        wanted = [word.rpartition(":") for word in meta["signals"].split()]
+        found = Recording(tuple(rows[0].split(",")), tuple(rows[1].split(",")), data, meta)
+        found.places("phase"), found.places("time")
+        if not found.base > 0.0 or len(found.names) != data.shape[1]:
+            raise ValueError(f"{data.shape[1]} columns, {len(found.names)} names")
+    except ValueError as error:
+        raise LogError(f"{path}: a damaged recording ({error})") from None
+    return found
+
+
+def load_recording(path: str | Path) -> Result:
+    """A recording as a result. Raises LogError for a file that is none, or says too little."""
+    found = read_recording(path)
+    try:
+        wanted = [word.rpartition(":") for word in found.meta["signals"].split()]
         plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
-        data = _held(data[data[:, names.index("phase")] == RUNNING])
-        return _result(plans, data, (names, units), base, meta)
+        running = found.rows[found["phase"] == RUNNING]
+        data = _bridged(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
+        return _result(plans, data, found)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
 
 
-def _held(data: Array) -> Array:
-    """Rows (cycles, columns) with the last value in place of what a cycle without a reply did not
-    measure: it is what the controller took."""
-    rows = np.arange(len(data))[:, None]
-    last = np.maximum.accumulate(np.where(np.isnan(data), 0, rows), axis=0)
-    return np.take_along_axis(data, last, axis=0)
+def _at_its_time(data: Array, steps: Array) -> Array:
+    """Rows (cycles, columns), one for each base step; NaN where the clock left a cycle out."""
+    place = np.rint(steps - steps[0]).astype(int)
+    full = np.full((place[-1] + 1, data.shape[1]), np.nan)
+    full[place] = data
+    return full
+
+
+def _bridged(data: Array) -> Array:
+    """Rows (cycles, columns) with a straight line where nothing was measured, or left out."""
+    rows = np.arange(len(data))
+    for column in data.T:
+        gap = np.isnan(column)
+        if gap.any() and not gap.all():
+            column[gap] = np.interp(rows[gap], rows[~gap], column[~gap])
+    return data
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -56,22 +105,17 @@ def _pair(text: str) -> tuple[str, str]:
     return channel, signal
 
 
-def _result(
-    plans: list[tuple[str, str, int]],
-    data: Array,
-    head: tuple[list[str], list[str]],
-    base: float,
-    meta: dict[str, str],
-) -> Result:
-    names, units = head
+def _result(plans: list[tuple[str, str, int]], data: Array, found: Recording) -> Result:
     groups: dict[str, Group] = {}
     for channel, signal, period in plans:
-        found = [k for k, name in enumerate(names) if name.partition("[")[0] == channel]
-        found = found or [names.index(channel)]
-        values = data[::period, found] if len(found) > 1 else data[::period, found[0]]
-        key = rate_name(period, base)
-        old = groups.get(key, Group(period, base, {}))
+        places = found.places(channel)
+        values = data[::period, places] if len(places) > 1 else data[::period, places[0]]
+        key = rate_name(period, found.base)
+        old = groups.get(key, Group(period, found.base, {}))
         groups[key] = Group(
-            period, base, {**old.signals, signal: values}, {**old.units, signal: units[found[0]]}
+            period,
+            found.base,
+            {**old.signals, signal: values},
+            {**old.units, signal: found.units[places[0]]},
         )
-    return Result(groups, duration=len(data) * base, meta=meta)
+    return Result(groups, duration=len(data) * found.base, meta=found.meta)

@@ -8,10 +8,11 @@ import re
 import shutil
 import signal
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from fmus.common.errors import RunError, UsageError
@@ -57,18 +58,28 @@ def check_means() -> None:
         )
 
 
-def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
+def drive(
+    ssp: Path,
+    seconds: float,
+    recording: Path,
+    lockstep: bool,
+    meta: Mapping[str, object] = MappingProxyType({}),
+    plant: Mapping[str, float] = MappingProxyType({}),
+) -> Driven:
     """Run a .ssp on emulated drives for `seconds` [s], its own `plant` behind them.
 
+    meta: written at the head of the recording. plant: parameters of the plant over the system's.
     Raises RunError when either side refuses, hangs or dies; a trip is a result.
     """
     step = ["--lockstep"] if lockstep else []
     emulate = [PROGRAM, "emulate", "--interface", "bus0", "--system", ssp, "--json", *step]
+    emulate += ["--options", _options(recording.with_suffix(".drives.toml"), plant)]
     if not lockstep and shutil.which("chrt"):
         emulate = ["chrt", "--fifo", "70", *emulate]
     file = CONFIGURATION if lockstep else _patient(recording.with_suffix(".toml"))
     run = [PROGRAM, "run", file, "--interface", "bus1", "--ssp", ssp, "--enable", "--json"]
     run += ["--duration", seconds, "--record", recording, *step]
+    run += [word for key, value in meta.items() for word in ("--meta", f"{key}={value}")]
     with _cable() as (drives, gateway), _running(_at(drives, emulate)):
         try:
             done = subprocess.run(
@@ -82,6 +93,13 @@ def drive(ssp: Path, seconds: float, recording: Path, lockstep: bool) -> Driven:
         raise RunError(f"flexhex-gateway run: {refused}")
     trip = events.get("trip", {}).get("message", "")
     return Driven(events["summary"], trip, recording)
+
+
+def _options(path: Path, plant: Mapping[str, float]) -> Path:
+    """Writes what is emulated: the default drives, and parameters of the plant behind them."""
+    values = ", ".join(f'"plant.{name}" = {float(value)!r}' for name, value in plant.items())
+    path.write_text(f"[plant]\nparameters = {{ {values} }}\n", encoding="utf-8")
+    return path
 
 
 def _patient(path: Path) -> Path:

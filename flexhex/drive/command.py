@@ -1,4 +1,4 @@
-"""The command `drive`: the adaptive loop on emulated drives."""
+"""The commands `drive`, the adaptive loop on emulated drives, and `report`, of its recordings."""
 
 from __future__ import annotations
 
@@ -43,3 +43,20 @@ def drive_command(
         show(found)
     if not found.good:
         raise typer.Exit(1)
+
+
+def report_command(
+    recording: Annotated[Path, typer.Argument(help="recording of the gateway (CSV)")],
+    page: Annotated[Path, typer.Option(help="where the plots go")] = Path("out/recording.html"),
+    json: AsJson = False,
+) -> None:
+    """Tell how a recording of the gateway went: errors, times, states, what was missed, trip."""
+    from flexhex.drive.page import data, show, write_recording
+    from ssp.recording import read_recording
+
+    found = read_recording(recording)
+    written = write_recording(found, str(recording), page)
+    if json:
+        print(to_json.dumps(data(found) | {"page": str(written)}, indent=2))
+    else:
+        show(found, str(recording), written)

@@ -1,7 +1,8 @@
 """`flexhex drive`: the adaptive loop over EtherCAT frames, on emulated drives.
 
-The gateway runs it twice: in lockstep, where it must equal the simulation, and by the clock, where
-its times are measured. The recording of the second is compared and diagnosed like any log.
+The gateway runs it in lockstep, where it must equal the simulation, and twice by the clock, where
+its times are measured. The two passes are compared and diagnosed like any logs: what does not
+repeat between them is noise.
 """
 
 from __future__ import annotations
@@ -18,24 +19,37 @@ from diagnosis.workflow import Options, diagnose
 from flexhex.cases import SETTLE
 from flexhex.compare.results import Comparison, Tolerance, compare
 from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, floor
+from fmus.common.errors import LogError
 from fmus.common.machine_file import read_toml
 from ssp.executor import run
+from ssp.read import read_ssp
 from ssp.recording import load_recording
 from ssp.results import Result, provenance, save
 
 MICRO = 1e6
 NONE = "–"
+LOCKSTEP, SIMULATED = "lockstep", "simulated"
+PASSES = ("clock-1", "clock-2")
+TITLES = {
+    "clock-1": "by the clock, pass 1",
+    "clock-2": "by the clock, pass 2",
+    LOCKSTEP: "in lockstep",
+    SIMULATED: "simulated",
+}
+"""Runs by the names of their files, and what they are called."""
 Stage = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Drives:
-    """What came out. clock, lockstep, simulated: the runs' signals; floor: cyclictest's [us]."""
+    """What came out. results: the runs' signals and the simulation's; comparisons: of lockstep and
+    the first pass with it; found: what both passes by the clock told, or why they cannot be read;
+    floor: cyclictest's [us]."""
 
     driven: dict[str, Driven]
     results: dict[str, Result]
     comparisons: dict[str, Comparison]
-    found: dict[str, Diagnosis]
+    found: Diagnosis | str
     floor: dict[str, float] | None
     written: tuple[Path, ...]
 
@@ -43,36 +57,56 @@ class Drives:
     def good(self) -> bool:
         """Whether lockstep was the simulation, and nothing tripped."""
         tripped = any(driven.trip for driven in self.driven.values())
-        return self.comparisons["lockstep"].equal and not tripped
+        return self.comparisons[LOCKSTEP].equal and not tripped
 
 
 def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stage) -> Drives:
-    """Run `ssp` in lockstep, by the clock and simulated; write all to `out`.
+    """Run `ssp` in lockstep, twice by the clock and simulated; write all to `out`.
 
     Raises UsageError where it cannot run at all, RunError when a side refuses.
     """
     check_means()
     out.mkdir(parents=True, exist_ok=True)
     driven: dict[str, Driven] = {}
-    for name, title in (("lockstep", "in lockstep"), ("clock", "by the clock, 4 kHz")):
-        stage(f"driving {title}")
-        driven[name] = drive(ssp, seconds, out / f"{name}.csv", name == "lockstep")
+    for name in (LOCKSTEP, *PASSES):
+        stage(f"driving {TITLES[name]}")
+        number = PASSES.index(name) + 1 if name in PASSES else 1
+        meta = {"trajectory": ssp.stem, "pass": number}
+        plant = other_noise(ssp, number)
+        driven[name] = drive(ssp, seconds, out / f"{name}.csv", name == LOCKSTEP, meta, plant)
     stage("simulating the same")
     results = {name: load_recording(d.recording) for name, d in driven.items()}
-    wanted = [s for group in results["lockstep"].groups.values() for s in group.signals]
-    length = results["lockstep"].duration
-    results["simulated"] = run(ssp, length, signals=wanted, parameters=steps(), timing=False)
+    wanted = [s for group in results[LOCKSTEP].groups.values() for s in group.signals]
+    length = results[LOCKSTEP].duration
+    results[SIMULATED] = run(ssp, length, signals=wanted, parameters=steps(), timing=False)
     written = [save(r, out / f"{n}.h5", provenance(run=n)) for n, r in results.items()]
     exact, near = Tolerance(rtol=0.0), Tolerance(atol=1e-4)
     comparisons = {
-        "lockstep": compare(results["lockstep"], results["simulated"], exact, common=True),
-        "clock": compare(results["clock"], results["simulated"], near, common=True),
+        name: compare(results[name], results[SIMULATED], tolerance, common=True)
+        for name, tolerance in ((LOCKSTEP, exact), (PASSES[0], near))
     }
-    stage("diagnosing the recordings")
-    one = Options(confidence=0)
-    found = {n: diagnose([d.recording], (), machine_file, one) for n, d in driven.items()}
+    stage("diagnosing both passes")
+    passes = [driven[name].recording for name in PASSES]
+    found = told(passes, machine_file)
     stage("measuring this computer's own floor")
     return Drives(driven, results, comparisons, found, floor(), tuple(written))
+
+
+def told(passes: list[Path], machine_file: Path) -> Diagnosis | str:
+    """What the passes tell of the machine; runs that are too short for it are no mistake here."""
+    try:
+        return diagnose(passes, (), machine_file, Options(confidence=0))
+    except LogError as error:
+        return str(error)
+
+
+def other_noise(ssp: Path, number: int) -> dict[str, float]:
+    """Parameters of the plant for pass `number`: noise of its own, where the plant has any.
+
+    The first pass has the system's own, so that it can be compared with the simulation.
+    """
+    noisy = "seed" in read_ssp(ssp).instance("plant").fmu.variables
+    return {"seed": float(number)} if noisy and number > 1 else {}
 
 
 def steps() -> dict[str, float]:
@@ -93,24 +127,29 @@ def error(result: Result) -> tuple[float, float]:
 
 
 def errors(found: Drives) -> list[dict[str, str]]:
-    """RMS and largest tracking error [µrad], a column for each run."""
-    runs = {"by the clock": "clock", "in lockstep": "lockstep", "simulated": "simulated"}
+    """RMS and largest tracking error [µrad] of each run."""
+    told = {name: error(found.results[name]) for name in TITLES}
     return [
-        {"": title} | {run: f"{error(found.results[name])[k]:.2f}" for run, name in runs.items()}
-        for k, title in enumerate(("RMS", "largest"))
+        {"": TITLES[name], "RMS": f"{rms:.2f}", "largest": f"{most:.2f}"}
+        for name, (rms, most) in told.items()
     ]
 
 
 def times(found: Drives) -> list[dict[str, str]]:
-    """Quantiles of each part of a cycle by the clock [µs], and this computer's own floor."""
-    said = found.driven["clock"].summary
-    parts: list[tuple[str, dict[str, float] | None]] = [
-        ("wake-up", said.get("wake_up_us")),
-        ("wake-up of cyclictest", found.floor),
-        ("round trip of the frame", said.get("round_trip_us")),
-        ("computing", said.get("compute_us")),
+    """Quantiles of each part of a cycle by the clock [µs], of both passes, and of cyclictest."""
+    parts = {
+        "wake-up": "wake_up_us",
+        "round trip of the frame": "round_trip_us",
+        "computing": "compute_us",
+        "all after the reply": "after_reply_us",
+    }
+    said = [found.driven[name].summary for name in PASSES]
+    rows = [
+        {"": title} | {q: " ".join(f"{s[key][q]:.1f}" for s in said) for q in QUANTILES}
+        for title, key in parts.items()
     ]
-    return [
-        {"": title} | {q: f"{part[q]:.1f}" if part else NONE for q in ("p50", "p99", "max")}
-        for title, part in parts
-    ]
+    own = {q: f"{found.floor[q]:.1f}" if found.floor else NONE for q in QUANTILES}
+    return [rows[0], {"": "wake-up of cyclictest"} | own, *rows[1:]]
+
+
+QUANTILES = ("p50", "p99", "max")

@@ -84,6 +84,9 @@ fn without_power(args: &Check, teller: Teller) -> Result<(), (Exit, String)> {
     let controller = signals::open(&config, &system, true).map_err(bad)?;
     Signals::find(&config, &controller).map_err(bad)?;
     teller.mark(true, "every FMU loads and starts");
+    for note in crate::run::privileges(&config, false) {
+        teller.line("note", &note);
+    }
     let failed = |why| (Exit::Failed, why);
     let socket = Socket::open(&config.bus.interface).map_err(failed)?;
     teller.mark(true, &format!("interface {}", config.bus.interface));

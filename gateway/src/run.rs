@@ -30,7 +30,7 @@ pub struct Run {
     #[arg(long)]
     dry_run: bool,
     /// How long, in seconds.
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     duration: f64,
     /// One frame is one cycle of the plant; nobody waits for a clock (emulated drives only).
     #[arg(long)]
@@ -158,7 +158,7 @@ fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -
 }
 
 /// What of the real-time wishes was not given, each with what to do. Lockstep needs none.
-fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
+pub fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
     let r = &config.real_time;
     let mut notes = Vec::new();
     if lockstep {
@@ -201,5 +201,6 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         recording: args.record.clone(),
         before_trip: folder.join(format!("{stem}-trip.csv")),
         keep: (config.recorder.keep_s / system.base_step()).round() as usize,
+        reaction: (f64::from(config.safety.ramp_ms) * 1e-3 / system.base_step()) as usize + 400,
     })
 }

@@ -8,13 +8,16 @@ import shutil
 import signal
 import subprocess
 import time
+import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from benchmarks.quantisation import torque_step, variants
-from flexhex.drive import cable
+from diagnosis.verdict import Diagnosis, Gap
+from flexhex.drive import cable, runs, view
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
 from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
@@ -48,6 +51,36 @@ def test_steps_are_those_of_the_configured_drive() -> None:
     carried = variants()[2]
     assert carried.parameters() == wanted, "the benchmark of the steps asks for the same"
     assert torque_step("cia402") == 9.0 * 0.001
+
+
+@pytest.mark.parametrize(("known", "wanted"), [({"seed": None}, {"seed": 2.0}), ({}, {})])
+def test_second_pass_has_noise_of_its_own(
+    known: dict[str, None], wanted: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the plant has noise; the first pass keeps the simulation's."""
+    plant = SimpleNamespace(fmu=SimpleNamespace(variables=known))
+    monkeypatch.setattr(runs, "read_ssp", lambda _: SimpleNamespace(instance=lambda _: plant))
+    assert runs.other_noise(Path("a.ssp"), 2) == wanted
+    assert runs.other_noise(Path("a.ssp"), 1) == {}
+
+
+def test_passes_that_cannot_be_diagnosed_are_told_and_no_error(tmp_path: Path) -> None:
+    assert "none.csv: no such file" in (why := runs.told([tmp_path / "none.csv"], tmp_path / "m"))
+    assert isinstance(why, str)
+    assert view.diagnosed(why).startswith("not possible: ")
+    alone = Gap("N m", *(np.full(6, np.nan) for _ in range(7)), {})
+    found = Diagnosis("changed", (), (), alone)
+    assert view.diagnosed(found) == "nothing can be told: the two passes do not repeat each other."
+    found = Diagnosis("cannot tell", (), (), alone, notes=("too short",))
+    assert view.diagnosed(found).endswith("Too short.")
+
+
+def test_options_of_the_plant_are_taken_by_the_emulator(tmp_path: Path) -> None:
+    text = cable._options(tmp_path / "a.toml", {"seed": 2.0, "f": 3.5}).read_text()
+    assert tomllib.loads(text)["plant"]["parameters"] == {"plant.seed": 2.0, "plant.f": 3.5}
+    assert tomllib.loads(cable._options(tmp_path / "b.toml", {}).read_text()) == {
+        "plant": {"parameters": {}}
+    }
 
 
 def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:

@@ -64,8 +64,11 @@ def test_wrong_bus_is_refused_before_power(
 
 
 def test_good_bus_passes_the_check(hexapod_ssp: Path, tmp_path: Path) -> None:
-    ran = Bench(hexapod_ssp, tmp_path).run(command=CHECK)
+    changes = (("# cpu = 1 ", "cpu = 1023 #"),)
+    ran = Bench(hexapod_ssp, tmp_path).run(command=CHECK, changes=changes)
     assert ran.code == 0, ran.words
+    # what this computer cannot give is told, and is no reason to refuse
+    assert "not pinned to CPU 1023" in ran.words
     never_enabled(ran)
 
 

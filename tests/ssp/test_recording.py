@@ -39,10 +39,20 @@ def test_recording_gives_the_signals_at_their_rates(tmp_path: Path) -> None:
     assert result.group("plant.theta").units["plant.theta"] == "rad"
 
 
-def test_what_a_lost_reply_did_not_measure_is_what_was_held(tmp_path: Path) -> None:
+def test_what_a_lost_reply_did_not_measure_is_a_straight_line(tmp_path: Path) -> None:
     text = GOOD.replace("0.00025,5,6,", "0.00025,NaN,NaN,")
     result = load_recording(recording(tmp_path, text))
-    assert result["plant.theta"].tolist() == [[1, 2], [1, 2], [7, 8]]
+    assert result["plant.theta"].tolist() == [[1, 2], [4, 5], [7, 8]]
+
+
+def test_what_the_clock_left_out_keeps_its_place(tmp_path: Path) -> None:
+    """0.0005 is left out: what follows stays at its time, and so do the rates."""
+    text = GOOD.replace("0.0005,7,8,9,10,1,1", "0.00075,7,8,9,10,1,1").replace(
+        "0.00075,9,9,9,10,1,2", "0.001,9,9,11,12,1,1"
+    )
+    result = load_recording(recording(tmp_path, text))
+    assert result["plant.theta"].tolist() == [[1, 2], [5, 6], [6, 7], [7, 8], [9, 9]]
+    assert result["F.tau_ff"].tolist() == [[3, 4], [6, 7], [11, 12]]
 
 
 @pytest.mark.parametrize(

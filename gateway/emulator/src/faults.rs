@@ -100,8 +100,10 @@ impl Fault {
         if !(0.0..=1.0).contains(&self.probability) {
             return wrong(format!("probability = {}, allowed 0 to 1", self.probability));
         }
-        if self.position >= devices {
-            return wrong(format!("position = {}, allowed 0 to {}", self.position, devices - 1));
+        // a cable may be cut behind the last device too
+        let last = if self.kind == What::CableCut { devices } else { devices - 1 };
+        if self.position > last {
+            return wrong(format!("position = {}, allowed 0 to {last}", self.position));
         }
         if self.cycle == 0 {
             return wrong("cycle = 0 starts the plant and must be sound; allowed 1 and up".into());
@@ -180,6 +182,7 @@ mod tests {
         let text = |toml: &str| fault(toml).check(0, 6).unwrap_err().to_string();
         assert!(text("kind = 'frame_lost'\ncycle = 0").contains("allowed 1 and up"));
         assert!(text("kind = 'safe_op'\ncycle = 5\nposition = 6").contains("allowed 0 to 5"));
+        assert!(text("kind = 'cable_cut'\ncycle = 5\nposition = 7").contains("allowed 0 to 6"));
         assert!(text("kind = 'frame_lost'\ncycle = 5\nprobability = 2.0").contains("0 to 1"));
     }
 }

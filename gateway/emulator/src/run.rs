@@ -20,7 +20,7 @@ const MOST_FRAMES: usize = 16;
 /// Longest sleep, so that a signal between a look at STOP and the sleep is not missed for long.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 /// A clock that is later than this leaves steps out rather than catch up [base steps].
-const LONGEST_BACKLOG: u32 = 4000;
+const LONGEST_BACKLOG: i64 = 4000;
 
 extern "C" fn stop(_: libc::c_int) {
     STOP.store(true, Ordering::Relaxed);
@@ -93,7 +93,7 @@ pub fn run(options: Options) -> Result<(), Error> {
     if run.options.lockstep {
         run.lockstep()?;
     } else {
-        run.wall_clock(Duration::from_secs_f64(dt))?;
+        run.wall_clock((dt * 1e9).round() as i64)?;
     }
     run.machine.stop()?;
     run.print()
@@ -136,29 +136,31 @@ impl Run {
         self.print()
     }
 
-    /// The plant keeps the time: steps that this process came too late for are done before a frame
-    /// is answered, so that no reply shows an angle of long ago. A watchdog waits meanwhile for the
-    /// frames that do.
-    fn wall_clock(&mut self, dt: Duration) -> Result<(), Error> {
-        let mut next = Instant::now() + dt;
+    /// The plant keeps the time: it steps at SYNC0, so that it does not matter when in the cycle a
+    /// frame comes. Steps that this process came too late for are done before a frame is answered,
+    /// so that no reply shows an angle of long ago. A watchdog waits meanwhile for the frames that do.
+    fn wall_clock(&mut self, dt: i64) -> Result<(), Error> {
+        let mut next = self.wall() + dt;
         let mut looked = self.wall();
         while !self.done() {
-            let now = Instant::now();
+            let now = self.wall();
             if now >= next + dt * LONGEST_BACKLOG {
                 next = now;
             }
             while next <= now && !self.done() {
                 self.machine.advance(looked)?;
-                next += dt;
+                next = self.machine.nearest_sync0(next + dt);
             }
             self.print()?;
             let waits = self.machine.cycle().is_none();
             if self.frames()? == 0 {
-                let left = next.saturating_duration_since(Instant::now());
+                let left = Duration::from_nanos((next - self.wall()).max(0) as u64);
                 self.socket.wait(Some(left.min(LONGEST_SLEEP)));
             }
             if waits && self.machine.cycle().is_some() {
-                next = Instant::now() + dt;
+                // the first step is half a cycle after its frame, where there is no SYNC0
+                let middle = self.wall() + dt / 2;
+                next = self.machine.nearest_sync0(middle);
             }
             looked = self.wall();
         }

@@ -47,6 +47,9 @@ fn master<L: Link>(
         // longer than any cycle waits: a cycle is never sent twice, configuration may be
         pdu: Duration::from_millis(u64::from(config.bus.lockstep_timeout_ms.max(50)) * 2),
         mailbox_response: Duration::from_millis(config.bus.state_timeout_ms.into()),
+        // a device that answers late is no broken one, however busy this computer is
+        eeprom: Duration::from_millis(config.bus.state_timeout_ms.into()),
+        mailbox_echo: Duration::from_millis(config.bus.state_timeout_ms.into()),
         ..Timeouts::default()
     };
     let settings = MainDeviceConfig {

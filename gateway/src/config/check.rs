@@ -9,7 +9,9 @@ use super::{Config, Limits, AXES};
 /// `changes`: `key=value` of single values, over what the file says.
 pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|why| format!("{name}: {why}"))?;
+    let text = std::fs::read_to_string(file).map_err(|why| {
+        format!("{name}: {why}: give a configuration, such as gateway/machines/akd.toml")
+    })?;
     let named = |all: String| {
         let lines: Vec<_> = all.lines().map(|m| format!("{name}: {m}")).collect();
         lines.join("\n")
@@ -26,7 +28,7 @@ fn changed(text: &str, changes: &[String]) -> Result<String, String> {
     if changes.is_empty() {
         return Ok(text.to_owned());
     }
-    let mut all: toml::Table = toml::from_str(text).map_err(|why| why.message().to_owned())?;
+    let mut all: toml::Table = toml::from_str(text).map_err(|why| super::words::of(text, &why))?;
     for change in changes {
         let wrong = |why: &str| format!("--set {change}: {why}");
         let (key, value) = change.split_once('=').ok_or_else(|| wrong("wants KEY=VALUE"))?;
@@ -46,10 +48,7 @@ fn changed(text: &str, changes: &[String]) -> Result<String, String> {
 
 /// The configuration in a text, or its mistakes, a line each.
 pub fn parse(text: &str) -> Result<Config, String> {
-    let config: Config = toml::from_str(text).map_err(|why| {
-        let before = &text[..why.span().map_or(0, |span| span.start)];
-        format!("line {}: {}", before.lines().count().max(1), why.message())
-    })?;
+    let config: Config = toml::from_str(text).map_err(|why| super::words::of(text, &why))?;
     let mistakes = check(&config);
     if mistakes.is_empty() {
         Ok(config)
@@ -61,8 +60,18 @@ pub fn parse(text: &str) -> Result<Config, String> {
 /// Mistakes of a configuration, each `key = value, allowed range: how to mend it`.
 fn check(config: &Config) -> Vec<String> {
     let mut found = Found::default();
-    bus(config, &mut found);
-    real_time(config, &mut found);
+    for (key, value, low, high, mend) in numbers(config) {
+        found.within(key, value, low..=high, mend);
+    }
+    if let Some(cpu) = config.real_time.cpu {
+        found.within(
+            "real_time.cpu",
+            cpu as f64,
+            0.0..=1023.0,
+            "`nproc --all` tells how many there are",
+        );
+    }
+    interface(config, &mut found);
     super::check_profile::profile(&config.profile, &mut found);
     found.limits("limits", &config.limits);
     for (k, drive) in config.drive.iter().enumerate() {
@@ -70,7 +79,6 @@ fn check(config: &Config) -> Vec<String> {
             found.limits(&format!("drive[{k}].limits"), limits);
         }
     }
-    safety(config, &mut found);
     drives(config, &mut found);
     found.mistakes
 }
@@ -93,28 +101,9 @@ impl Found {
     }
 
     fn limits(&mut self, at: &str, l: &Limits) {
-        let key = |name: &str| format!("{at}.{name}");
-        self.within(&key("torque_N_m"), l.torque, 1e-3..=1e4, "the largest torque of this axis");
-        self.within(&key("speed_rad_per_s"), l.speed, 1e-3..=1e3, "the highest speed");
-        self.within(
-            &key("position_min_rad"),
-            l.position_min,
-            -10.0..=10.0,
-            "lower end of the angle",
-        );
-        self.within(
-            &key("position_max_rad"),
-            l.position_max,
-            -10.0..=10.0,
-            "upper end of the angle",
-        );
-        self.within(
-            &key("following_error_rad"),
-            l.following_error,
-            1e-6..=10.0,
-            "the largest error",
-        );
-        self.within(&key("jump_rad"), l.jump, 1e-6..=1.0, "the largest change in one cycle");
+        for (name, value, low, high, mend) in limits(l) {
+            self.within(&format!("{at}.{name}"), value, low..=high, mend);
+        }
         if l.position_min >= l.position_max {
             let (low, high) = (l.position_min, l.position_max);
             self.say(format!(
@@ -124,103 +113,64 @@ impl Found {
     }
 }
 
-fn bus(config: &Config, found: &mut Found) {
-    let b = &config.bus;
-    found.within(
-        "bus.reply_timeout_us",
-        b.reply_timeout_us.into(),
-        20.0..=10_000.0,
-        "well below the cycle time, so that the rest of the cycle has its time",
-    );
-    found.within(
-        "bus.lockstep_timeout_ms",
-        b.lockstep_timeout_ms.into(),
-        1.0..=10_000.0,
-        "real time that a lockstep cycle waits before it calls its frame lost",
-    );
-    found.within(
-        "bus.watchdog_ms",
-        b.watchdog_ms.into(),
-        1.0..=6000.0,
-        "a few cycles, below the drive's own watchdog",
-    );
-    found.within(
-        "bus.state_timeout_ms",
-        b.state_timeout_ms.into(),
-        10.0..=60_000.0,
-        "what the slowest drive takes to change its state",
-    );
-    found.within(
-        "bus.sync0_shift_us",
-        b.sync0_shift_us.into(),
-        0.0..=10_000.0,
-        "phase of SYNC0 within the cycle",
-    );
-    if b.interface.is_empty() || b.interface.len() > 15 {
+/// A number of the configuration: key, value, smallest and largest, how to mend it.
+type Row<'a> = (&'a str, f64, f64, f64, &'a str);
+
+/// Numbers that stand once in the file.
+#[rustfmt::skip]
+fn numbers(c: &Config) -> [Row<'_>; 16] {
+    let (b, r, s, w) = (&c.bus, &c.real_time, &c.safety, &c.recorder);
+    [
+        ("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0, 10_000.0,
+         "well below the cycle time, so that the rest of the cycle has its time"),
+        ("bus.lockstep_timeout_ms", b.lockstep_timeout_ms.into(), 1.0, 10_000.0,
+         "real time that a lockstep cycle waits before it calls its frame lost"),
+        ("bus.watchdog_ms", b.watchdog_ms.into(), 1.0, 6000.0,
+         "a few cycles, below the drive's own watchdog"),
+        ("bus.state_timeout_ms", b.state_timeout_ms.into(), 10.0, 60_000.0,
+         "what the slowest drive takes to change its state"),
+        ("bus.sync0_shift_us", b.sync0_shift_us.into(), 0.0, 10_000.0,
+         "phase of SYNC0 within the cycle"),
+        ("real_time.priority", r.priority.into(), 0.0, 99.0, "0 asks for no priority"),
+        ("real_time.spin_us", r.spin_us.into(), 0.0, 1000.0,
+         "spinning for whole cycles is throttled by the kernel"),
+        ("safety.lost_frame_limit", s.lost_frame_limit.into(), 1.0, 1000.0,
+         "cycles without a reply, one after the other"),
+        ("safety.working_counter_limit", s.working_counter_limit.into(), 1.0, 1000.0,
+         "cycles with a short working counter, one after the other"),
+        ("safety.speed_cycles", s.speed_cycles.into(), 1.0, 64.0, "cycles of the mean speed"),
+        ("safety.frozen_cycles", s.frozen_cycles.into(), 2.0, 4000.0,
+         "cycles with the same counts"),
+        ("safety.frozen_motion_rad", s.frozen_motion_rad, 1e-9, 1.0,
+         "motion of the reference in which an encoder must have moved"),
+        ("safety.overrun_us", s.overrun_us.into(), 1.0, 1_000_000.0, "how late a cycle may begin"),
+        ("safety.ramp_ms", s.ramp_ms.into(), 0.0, 10_000.0, "how long a ramp takes"),
+        ("recorder.keep_s", w.keep_s, 0.0, 60.0, "kept before a trip"),
+        ("recorder.buffer_cycles", w.buffer_cycles as f64, 64.0, 1e6,
+         "rows that wait for the writer, 4000 are a second"),
+    ]
+}
+
+/// Limits of an axis, by the names that they have in their table.
+#[rustfmt::skip]
+fn limits(l: &Limits) -> [Row<'_>; 6] {
+    [
+        ("torque_N_m", l.torque, 1e-3, 1e4, "the largest torque of this axis"),
+        ("speed_rad_per_s", l.speed, 1e-3, 1e3, "the highest speed"),
+        ("position_min_rad", l.position_min, -10.0, 10.0, "lower end of the angle"),
+        ("position_max_rad", l.position_max, -10.0, 10.0, "upper end of the angle"),
+        ("following_error_rad", l.following_error, 1e-6, 10.0, "the largest error"),
+        ("jump_rad", l.jump, 1e-6, 1.0, "the largest change in one cycle"),
+    ]
+}
+
+fn interface(config: &Config, found: &mut Found) {
+    let name = &config.bus.interface;
+    if name.is_empty() || name.len() > 15 {
         found.say(format!(
-            "bus.interface = {:?}, allowed 1 to 15 characters: `ip link` lists the names",
-            b.interface
+            "bus.interface = {name:?}, allowed 1 to 15 characters: `ip link` lists the names"
         ));
     }
-}
-
-fn real_time(config: &Config, found: &mut Found) {
-    let r = &config.real_time;
-    found.within("real_time.priority", r.priority.into(), 0.0..=99.0, "0 asks for no priority");
-    found.within(
-        "real_time.spin_us",
-        r.spin_us.into(),
-        0.0..=1000.0,
-        "spinning for whole cycles is throttled by the kernel",
-    );
-}
-
-fn safety(config: &Config, found: &mut Found) {
-    let s = &config.safety;
-    found.within(
-        "safety.lost_frame_limit",
-        s.lost_frame_limit.into(),
-        1.0..=1000.0,
-        "cycles without a reply, one after the other",
-    );
-    found.within(
-        "safety.working_counter_limit",
-        s.working_counter_limit.into(),
-        1.0..=1000.0,
-        "cycles with a short working counter, one after the other",
-    );
-    found.within(
-        "safety.speed_cycles",
-        s.speed_cycles.into(),
-        1.0..=64.0,
-        "cycles of the mean speed",
-    );
-    found.within(
-        "safety.frozen_cycles",
-        s.frozen_cycles.into(),
-        2.0..=4000.0,
-        "cycles with the same counts",
-    );
-    found.within(
-        "safety.frozen_motion_rad",
-        s.frozen_motion_rad,
-        1e-9..=1.0,
-        "motion of the reference in which an encoder must have moved",
-    );
-    found.within(
-        "safety.overrun_us",
-        s.overrun_us.into(),
-        1.0..=1_000_000.0,
-        "how late a cycle may begin",
-    );
-    found.within("safety.ramp_ms", s.ramp_ms.into(), 0.0..=10_000.0, "how long a ramp takes");
-    found.within("recorder.keep_s", config.recorder.keep_s, 0.0..=60.0, "kept before a trip");
-    found.within(
-        "recorder.buffer_cycles",
-        config.recorder.buffer_cycles as f64,
-        64.0..=1e6,
-        "rows that wait for the writer, 4000 are a second",
-    );
 }
 
 fn drives(config: &Config, found: &mut Found) {

@@ -5,6 +5,7 @@ mod check_profile;
 mod profile;
 #[cfg(test)]
 mod tests;
+mod words;
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

@@ -40,7 +40,6 @@ impl<L: Link> Machine<'_, L> {
         let complete = reply.working_counter == self.bus.complete();
         if complete && states.iter().all(|s| *s == State::OperationEnabled) {
             self.phase = Phase::Running;
-            self.skipped_at_0 = self.clock.skipped;
             self.skipped_before = self.clock.skipped;
             return true;
         }

@@ -1,6 +1,7 @@
 //! The frame loop: wait, exchange, judge, compute, record. It allocates nothing.
 
 mod arming;
+mod inputs;
 mod outcome;
 mod row;
 mod running;
@@ -80,9 +81,12 @@ pub struct Machine<'a, L: Link> {
     out: Outcome,
     sent: [f64; AXES],
     deaf: u32,
+    inputs: inputs::Inputs,
+    /// What the controller took in the cycle before.
+    taken: inputs::Values,
     skipped_before: u64,
-    /// Cycles left out before cycle 0, while the drives were being enabled.
-    skipped_at_0: u64,
+    /// Cycles since cycle 0 that the clock left out and the controller did not make up for.
+    missed: u64,
     stopped_for: u32,
 }
 
@@ -106,8 +110,10 @@ impl<'a, L: Link> Machine<'a, L> {
             out: out.outcome,
             sent: [0.0; AXES],
             deaf: 0,
+            inputs: inputs::Inputs::default(),
+            taken: inputs::Values::default(),
             skipped_before: 0,
-            skipped_at_0: 0,
+            missed: 0,
             stopped_for: 0,
             config,
             wanted,
@@ -138,9 +144,12 @@ impl<'a, L: Link> Machine<'a, L> {
         let (tau, words) = self.outputs();
         self.bus.write(&tau, &words);
         self.sent = tau;
-        let deadline = begin + self.patience_ns();
+        // a late cycle waits less: the next one is not to be late too
+        let patience = self.patience_ns();
+        let deadline = begin + patience - late_ns.min(patience / 2);
         let reply = *self.bus.exchange(deadline);
-        let round_trip = now_ns() - begin;
+        let arrived = now_ns();
+        let round_trip = arrived - begin;
         if let Some(phase) = reply.phase_ns {
             self.clock.steer(phase);
         }
@@ -164,6 +173,7 @@ impl<'a, L: Link> Machine<'a, L> {
             self.out.timing.round_trip.add(round_trip);
         }
         self.running(&reply, late_ns, round_trip);
+        self.out.timing.after_reply.add(now_ns() - arrived);
         false
     }
 

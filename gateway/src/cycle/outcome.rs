@@ -20,7 +20,10 @@ pub enum Ending {
 pub struct Timing {
     pub wake_up: Histogram,
     pub round_trip: Histogram,
+    /// All FMU calls of a cycle.
     pub compute: Histogram,
+    /// From the reply's arrival to the end of the cycle: computed, judged, recorded.
+    pub after_reply: Histogram,
 }
 
 /// What a run was.
@@ -54,6 +57,7 @@ impl Outcome {
                 wake_up: Histogram::new(),
                 round_trip: Histogram::new(),
                 compute: Histogram::new(),
+                after_reply: Histogram::new(),
             },
             skipped: 0,
             lost: 0,

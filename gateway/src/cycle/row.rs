@@ -14,7 +14,7 @@ impl<L: Link> Machine<'_, L> {
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let bus = self.controller.bus();
         let mut row = Cursor(&mut self.row, 0);
-        row.put(time_of(n, self.clock.skipped - self.skipped_at_0, self.safety.base_step()));
+        row.put(time_of(n, self.missed, self.safety.base_step()));
         row.all(&measured(reply.answered, &reply.theta));
         row.all(&measured(reply.answered, &reply.tau));
         row.all(&self.signals.r.map(|slot| bus[slot]));

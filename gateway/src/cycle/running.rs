@@ -2,6 +2,9 @@
 
 use std::sync::atomic::Ordering;
 
+use flexhex_system::Trip as Failure;
+
+use super::inputs::{between, Values};
 use super::{signals, Ending, Machine};
 use crate::bus::Reply;
 use crate::config::AXES;
@@ -9,17 +12,27 @@ use crate::realtime::{now_ns, stop};
 use crate::safety::{Measured, Reason};
 use crate::wire::Link;
 
+/// Cycles that are made up for after a gap of the clock, some 10 us each: the drives wait 5 ms.
+const MOST_MADE_UP: u64 = 400;
+
 impl<L: Link> Machine<'_, L> {
     /// A cycle of the controller: judge what was measured, compute what comes next.
     pub(super) fn running(&mut self, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
-        let n = self.controller.now();
         let skipped = self.clock.skipped - self.skipped_before;
         self.skipped_before = self.clock.skipped;
+        let values = self.inputs.of(reply, skipped);
+        let begin = now_ns();
+        let mut failure = self.make_up(&values, skipped).err();
+        let made_up = now_ns() - begin;
+        let n = self.controller.now();
         let (r, e) = (self.pick(self.signals.r), self.pick(self.signals.e));
         self.fill(n, reply, late_ns, round_trip_ns);
         let begin = now_ns();
-        let failure = self.controller.cycle(&reply.theta, &reply.tau).err();
-        let compute = now_ns() - begin;
+        if failure.is_none() {
+            failure = self.controller.cycle(&values.theta, &values.tau).err();
+        }
+        self.taken = values;
+        let compute = made_up + now_ns() - begin;
         self.out.timing.compute.add(compute);
         let controller = match &failure {
             Some(failure) => Some(signals::reason(failure)),
@@ -55,6 +68,18 @@ impl<L: Link> Machine<'_, L> {
         } else if n + 1 >= self.wanted.cycles {
             self.end(Ending::Done, Reason::Stopped);
         }
+    }
+
+    /// The cycles that the clock left out, so that the reference keeps to the time in which the
+    /// machine moved on. Their torques are never sent.
+    fn make_up(&mut self, to: &Values, skipped: u64) -> Result<(), Failure> {
+        let count = skipped.min(MOST_MADE_UP);
+        self.missed += skipped - count;
+        for k in 1..=count {
+            let values = between(&self.taken, to, k, count);
+            self.controller.cycle(&values.theta, &values.tau)?;
+        }
+        Ok(())
     }
 
     /// The first fault output that does not only tell.

@@ -82,7 +82,7 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
         on_thread: (priority > 1).then(|| {
             let below: flexhex_system::ThreadHook = std::sync::Arc::new(move |_: &str| {
                 // without the right it runs as any thread: the cycle's own note tells
-                let _ = crate::realtime::set_fifo((priority - 10).max(1));
+                let _ = crate::realtime::set_fifo((priority - 20).max(1));
             });
             below
         }),

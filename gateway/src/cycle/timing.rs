@@ -50,13 +50,22 @@ pub struct Clock {
     spin: Duration,
     lockstep: bool,
     next_ns: u64,
+    /// The phase in the drives' cycle was seen before.
+    steered: bool,
     /// Cycles that were left out because the one before took too long.
     pub skipped: u64,
 }
 
 impl Clock {
     pub fn new(cycle: Duration, spin: Duration, lockstep: bool) -> Self {
-        Clock { cycle_ns: cycle.as_nanos() as u64, spin, lockstep, next_ns: 0, skipped: 0 }
+        Clock {
+            cycle_ns: cycle.as_nanos() as u64,
+            spin,
+            lockstep,
+            next_ns: 0,
+            steered: false,
+            skipped: 0,
+        }
     }
 
     /// Wait for the next cycle; gives its beginning and how late it is [ns].
@@ -70,17 +79,29 @@ impl Clock {
         let now = now_ns();
         let late = now.saturating_sub(self.next_ns);
         // missed beginnings are left out: a burst of frames would only make it worse
-        let missed = late / self.cycle_ns;
+        let missed = self.missed(late);
         self.skipped += missed;
         self.next_ns += missed * self.cycle_ns;
         (now, late)
     }
 
-    /// Pull the frame to the middle of the drives' cycle, by at most a thousandth of one.
+    /// Beginnings that are missed when one is so late. A frame in the last quarter would come behind
+    /// the SYNC0 of the next cycle and read its angles: it is that cycle's.
+    fn missed(&self, late: u64) -> u64 {
+        let behind = if self.steered { self.cycle_ns / 4 } else { 0 };
+        (late + behind) / self.cycle_ns
+    }
+
+    /// Pull the frame to a quarter of the drives' cycle, as it may come late but never early: at once
+    /// when its phase is seen first, before there is power, by at most a thousandth from then on.
     pub fn steer(&mut self, phase_ns: u64) {
         let cycle = self.cycle_ns as i64;
-        let off = phase_ns as i64 - cycle / 2;
-        let step = (-off / 64).clamp(-cycle / 1000, cycle / 1000);
+        let off = (phase_ns as i64 + cycle / 4).rem_euclid(cycle) - cycle / 2;
+        let step = match self.steered {
+            true => (-off / 64).clamp(-cycle / 1000, cycle / 1000),
+            false => -off,
+        };
+        self.steered = true;
         self.next_ns = self.next_ns.saturating_add_signed(step);
     }
 }
@@ -103,9 +124,31 @@ mod tests {
     }
 
     #[test]
-    fn the_phase_is_pulled_to_the_middle_from_either_side() {
+    fn the_phase_is_pulled_to_a_quarter_from_either_side() {
         let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
-        for (phase, wanted) in [(125_000, 0), (200_000, -250), (126_280, -20), (0, 250)] {
+        clock.steered = true;
+        for (phase, wanted) in
+            [(62_500, 0), (137_500, -250), (63_780, -20), (0, 250), (249_000, 250)]
+        {
+            clock.next_ns = 1_000_000;
+            clock.steer(phase);
+            assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");
+        }
+    }
+
+    #[test]
+    fn a_frame_behind_the_next_sync0_is_of_the_next_cycle() {
+        let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
+        let late = [0, 187_499, 187_500, 249_999, 250_000, 437_500];
+        assert_eq!(late.map(|late| clock.missed(late)), [0, 0, 0, 0, 1, 1]);
+        clock.steered = true;
+        assert_eq!(late.map(|late| clock.missed(late)), [0, 0, 1, 1, 1, 2]);
+    }
+
+    #[test]
+    fn the_first_phase_is_put_there_at_once() {
+        for (phase, wanted) in [(62_500, 0), (186_500, -124_000), (0, 62_500), (188_500, 124_000)] {
+            let mut clock = Clock::new(Duration::from_micros(250), Duration::ZERO, false);
             clock.next_ns = 1_000_000;
             clock.steer(phase);
             assert_eq!(clock.next_ns as i64 - 1_000_000, wanted, "{phase}");

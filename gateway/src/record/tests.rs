@@ -59,6 +59,7 @@ fn plan(name: &str, keep: usize) -> Plan {
         recording: Some(folder.join("run.csv")),
         before_trip: folder.join("trip.csv"),
         keep,
+        reaction: 4,
     }
 }
 
@@ -85,7 +86,7 @@ fn recordings_read_back_to_the_last_bit() {
 }
 
 #[test]
-fn a_trip_keeps_the_newest_rows_and_its_reason() {
+fn a_trip_keeps_the_rows_before_it_the_reaction_and_the_reason() {
     let (mut sink, source) = ring(64, 3);
     let writer = Writer::start(plan("trip", 3), source).unwrap();
     for n in 0..10 {
@@ -98,7 +99,8 @@ fn a_trip_keeps_the_newest_rows_and_its_reason() {
     let text = std::fs::read_to_string(written.before_trip.unwrap()).unwrap();
     let lines: Vec<_> = text.lines().collect();
     assert_eq!(lines[1], "# trip: axis 2: speed");
-    assert_eq!(lines[4..], ["7,0,2", "8,0,2", "9,0,2"]);
+    let wanted = ["4,0,1", "5,0,1", "6,0,1", "7,0,2", "8,0,2", "9,0,2"];
+    assert_eq!(lines[4..], wanted, "three before it, however many after it");
 }
 
 #[test]

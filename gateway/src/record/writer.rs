@@ -1,7 +1,7 @@
 //! The thread that takes rows out of the ring and writes files.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
@@ -24,8 +24,9 @@ pub struct Plan {
     pub recording: Option<PathBuf>,
     /// The rows before a trip go here, and those of the reaction to it.
     pub before_trip: PathBuf,
-    /// How many of them.
+    /// How many of them there are before the trip, and at most from it on.
     pub keep: usize,
+    pub reaction: usize,
 }
 
 /// The last word to the writer: why the run ended, when it was a trip.
@@ -80,10 +81,12 @@ struct Sheet {
     plan: Plan,
     source: Source,
     file: Option<BufWriter<File>>,
-    /// The newest `keep` rows, as a ring.
+    /// The newest rows, as a ring.
     kept: Vec<f64>,
     row: Vec<f64>,
     rows: u64,
+    /// Rows before the reaction began.
+    before: u64,
     /// Column of the phase.
     phase: usize,
 }
@@ -92,33 +95,38 @@ impl Sheet {
     fn new(plan: Plan, source: Source, file: Option<BufWriter<File>>) -> Sheet {
         let width = source.width();
         Sheet {
-            kept: vec![0.0; plan.keep * width],
+            kept: vec![0.0; (plan.keep + plan.reaction) * width],
             row: vec![0.0; width],
             phase: plan.columns.names.iter().position(|n| n == PHASE).unwrap_or(0),
             plan,
             source,
             file,
             rows: 0,
+            before: 0,
         }
     }
 
     fn drain(&mut self) -> Result<(), String> {
         let width = self.row.len();
         while self.source.take(&mut self.row) {
-            if self.plan.keep > 0 {
-                let at = self.rows as usize % self.plan.keep * width;
-                self.kept[at..at + width].copy_from_slice(&self.row);
-            }
+            let at = self.place(self.rows);
+            self.kept[at..at + width].copy_from_slice(&self.row);
             self.rows += 1;
             // a reaction is no motion that a model is asked about
             if self.row[self.phase] > RUNNING {
                 continue;
             }
+            self.before = self.rows;
             if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
                 line(file, &self.row).map_err(|why| failed(path, &why))?;
             }
         }
         Ok(())
+    }
+
+    /// Where row n stands in the ring.
+    fn place(&self, n: u64) -> usize {
+        n as usize % (self.plan.keep + self.plan.reaction) * self.row.len()
     }
 
     fn close(mut self, trip: Option<&str>) -> Result<Written, String> {
@@ -138,10 +146,12 @@ impl Sheet {
     fn keep(&self, trip: &str) -> Result<PathBuf, String> {
         let path = self.plan.before_trip.clone();
         let mut file = create(&path, &self.plan, Some(trip))?;
-        let (width, keep) = (self.row.len(), self.plan.keep as u64);
-        for n in self.rows.saturating_sub(keep)..self.rows {
-            let at = (n % keep) as usize * width;
-            line(&mut file, &self.kept[at..at + width]).map_err(|why| failed(&path, &why))?;
+        let wanted = self.before.saturating_sub(self.plan.keep as u64);
+        let oldest = self.rows.saturating_sub((self.plan.keep + self.plan.reaction) as u64);
+        for n in wanted.max(oldest)..self.rows {
+            let at = self.place(n);
+            line(&mut file, &self.kept[at..at + self.row.len()])
+                .map_err(|why| failed(&path, &why))?;
         }
         file.flush().map_err(|why| failed(&path, &why))?;
         Ok(path)
@@ -179,5 +189,11 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
 }
 
 fn failed(path: &Path, why: &std::io::Error) -> String {
-    format!("{}: {why}: is there room, may it be written?", path.display())
+    let mend = match why.kind() {
+        ErrorKind::StorageFull => "make room, or record elsewhere",
+        ErrorKind::IsADirectory => "name a file in it",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "record elsewhere",
+        _ => "is the path right, may it be written?",
+    };
+    format!("{}: {why}: {mend}", path.display())
 }

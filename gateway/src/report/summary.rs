@@ -25,6 +25,7 @@ pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
             "wake_up_us": quantiles(&out.timing.wake_up),
             "round_trip_us": quantiles(&out.timing.round_trip),
             "compute_us": quantiles(&out.timing.compute),
+            "after_reply_us": quantiles(&out.timing.after_reply),
             "largest_error_rad": out.most_error,
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "recording": written.recording, "before_trip": written.before_trip,
@@ -34,15 +35,16 @@ pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
 
 fn figures(teller: &Teller, out: &Outcome) {
     teller.line("cycles", &format!("{}  ({} left out)", out.cycles, out.skipped));
-    teller.line("", "               p50       p99       max");
+    teller.line("", "                            p50       p99       max");
     for (what, h) in [
         ("wake-up", &out.timing.wake_up),
         ("round trip", &out.timing.round_trip),
         ("compute", &out.timing.compute),
+        ("all after the reply", &out.timing.after_reply),
     ] {
         let (half, most) = (h.quantile_us(0.5), h.quantile_us(0.99));
         let top = h.most_us();
-        teller.line("", &format!("{what:<10}{half:>8.1}  {most:>8.1}  {top:>8.1} us"));
+        teller.line("", &format!("{what:<19}{half:>8.1}  {most:>8.1}  {top:>8.1} us"));
     }
     let c = out.counts;
     teller.line(

@@ -1,7 +1,9 @@
 //! A raw socket for EtherCAT frames on one network interface.
 
 use std::ffi::CString;
-use std::io::Error;
+use std::io::{Error, ErrorKind};
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixListener};
 
 const ETHERTYPE: u16 = 0x88A4;
 
@@ -18,6 +20,8 @@ pub trait Link {
 /// AF_PACKET, not blocking.
 pub struct Socket {
     handle: libc::c_int,
+    /// Held so that no second gateway takes this port.
+    _mine: UnixListener,
 }
 
 impl Socket {
@@ -37,6 +41,12 @@ impl Socket {
                 "bus.interface = {interface:?}: there is no such network interface: `ip link` lists them"
             ));
         }
+        if !is_up(interface) {
+            return Err(format!(
+                "bus.interface = {interface:?}: is down: `ip link set {interface} up`"
+            ));
+        }
+        let mine = claimed(interface)?;
         let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
         // SAFETY: creates a descriptor, touches no memory of ours.
         let handle =
@@ -48,7 +58,7 @@ impl Socket {
                 Error::last_os_error()
             ));
         }
-        let socket = Socket { handle };
+        let socket = Socket { handle, _mine: mine };
         // SAFETY: an all-zero sockaddr_ll is valid; the fields that matter are set below.
         let mut address: libc::sockaddr_ll = unsafe { std::mem::zeroed() };
         address.sll_family = libc::AF_PACKET as u16;
@@ -63,6 +73,26 @@ impl Socket {
         }
         Ok(socket)
     }
+}
+
+/// Whether the interface was switched on; where that cannot be seen, it is taken for it.
+fn is_up(interface: &str) -> bool {
+    let file = std::path::Path::new("/sys/class/net").join(interface).join("flags");
+    let flags = std::fs::read_to_string(file).unwrap_or_default();
+    let flags = u32::from_str_radix(flags.trim().trim_start_matches("0x"), 16);
+    flags.map_or(true, |flags| flags & libc::IFF_UP as u32 != 0)
+}
+
+/// A name that belongs to one process of this network namespace at a time; it leaves no file.
+fn claimed(interface: &str) -> Result<UnixListener, String> {
+    let name = SocketAddr::from_abstract_name(format!("flexhex-gateway {interface}"));
+    let mine = name.and_then(|name| UnixListener::bind_addr(&name));
+    mine.map_err(|why| match why.kind() {
+        ErrorKind::AddrInUse => format!(
+            "bus.interface = {interface:?}: another flexhex-gateway uses this port: end it first"
+        ),
+        _ => format!("bus.interface = {interface:?}: {why}"),
+    })
 }
 
 impl Drop for Socket {

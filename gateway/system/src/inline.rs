@@ -1,11 +1,15 @@
 //! FMUs that step inside the cycle, on one bus.
+//!
+//! A component of a longer period takes its inputs at its tick and shows what came of them one
+//! period later. In which base step between it computes cannot be seen, so those of equal period
+//! take turns: no base step does the work of all.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::executor::Executor;
+use crate::executor::{Executor, Unit};
 use crate::layout::Layout;
 use crate::system::System;
 use crate::trip::Trip;
@@ -14,6 +18,8 @@ use crate::trip::Trip;
 struct Member {
     name: String,
     period: i64,
+    /// Base steps from its tick to that in which it computes, less than its period.
+    turn: i64,
     slots: Range<usize>,
 }
 
@@ -26,14 +32,14 @@ impl Inline {
     pub fn open(system: &System, members: &[&Component], layout: &Layout) -> Result<Inline, Error> {
         let units = members.iter().map(|m| layout.unit(system, m));
         let units = units.collect::<Result<Vec<_>, _>>()?;
-        let members = units
-            .iter()
-            .map(|unit| Member {
-                name: unit.name.clone(),
-                period: unit.period,
-                slots: unit.slot..unit.slot + unit.outputs.len(),
-            })
-            .collect();
+        let turns = turns(&units.iter().map(|unit| unit.period).collect::<Vec<_>>());
+        let member = |(unit, turn): (&Unit, i64)| Member {
+            name: unit.name.clone(),
+            period: unit.period,
+            turn,
+            slots: unit.slot..unit.slot + unit.outputs.len(),
+        };
+        let members = units.iter().zip(turns).map(member).collect();
         let executor = Executor::open(units, layout.names.len(), system.base_step())?;
         Ok(Inline { executor, members })
     }
@@ -46,14 +52,19 @@ impl Inline {
         self.executor.bus_mut()
     }
 
-    /// Everything due at n takes its inputs and steps to n + its period.
+    /// Everything due at n takes its inputs; everything whose turn it is steps, from its tick to
+    /// one period after it.
     pub fn step(&mut self, n: i64, limit: Option<Duration>) -> Result<(), Trip> {
         let mut begin = limit.map(|_| Instant::now());
         for (k, member) in self.members.iter().enumerate() {
-            if n % member.period != 0 {
+            if n % member.period == 0 && !self.executor.feed(k, n) {
+                return Err(Trip::refused(&member.name, n, self.executor.message()));
+            }
+            let tick = n - member.turn;
+            if tick % member.period != 0 {
                 continue;
             }
-            if !(self.executor.feed(k, n) && self.executor.advance(k, n)) {
+            if !self.executor.advance(k, tick) {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }
             if let (Some(limit), Some(started)) = (limit, begin) {
@@ -82,6 +93,12 @@ impl Inline {
     }
 }
 
+/// Turns of components with these periods: 0, 1, ... among those of equal period, then from 0 again.
+fn turns(periods: &[i64]) -> Vec<i64> {
+    let before = |k: usize| periods[..k].iter().filter(|p| **p == periods[k]).count() as i64;
+    (0..periods.len()).map(|k| before(k) % periods[k]).collect()
+}
+
 /// Outputs that a component shows at n: a Trip for the first that is NaN or infinite.
 pub(crate) fn check_finite(
     component: &str,
@@ -94,4 +111,14 @@ pub(crate) fn check_finite(
         return Ok(());
     };
     Err(Trip::not_finite(component, now, &layout.names[slot], bus[slot]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn components_of_equal_period_take_turns() {
+        assert_eq!(turns(&[1, 2, 2, 1, 120, 2, 2, 3]), [0, 0, 1, 0, 0, 0, 1, 0]);
+    }
 }

@@ -114,6 +114,15 @@ impl Esc {
         watchdog::period(self.get16(reg::WATCHDOG_DIVIDER), self.get16(reg::WATCHDOG_PROCESS))
     }
 
+    /// How long ago the newest SYNC0 was at this time of the world [ns]; None: there is none, or it
+    /// has another cycle.
+    pub fn since_sync0(&self, now: i64, cycle: i64) -> Option<i64> {
+        let active = self.get16(reg::SYNC_ACTIVATION) & 3 == 3;
+        let begun = i64::from_le_bytes(self.get(reg::SYNC0_START, 8).try_into().ok()?);
+        let fits = active && i64::from(self.get32(reg::SYNC0_CYCLE)) == cycle;
+        fits.then(|| self.clock.system(now).wrapping_sub(begun).rem_euclid(cycle))
+    }
+
     /// The MainDevice reads; false: nothing was read and the working counter stays.
     pub fn read(&mut self, address: u16, data: &mut [u8]) -> bool {
         if !self.inside(address, data.len()) || !self.allowed(Access::Read, address, data.len()) {

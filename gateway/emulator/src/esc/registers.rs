@@ -28,6 +28,7 @@ pub const TIME_DIFFERENCE: u16 = 0x092C;
 pub const SPEED_START: u16 = 0x0930;
 pub const FILTER_DEPTHS: u16 = 0x0934;
 pub const SYNC_ACTIVATION: u16 = 0x0981;
+pub const SYNC0_START: u16 = 0x0990;
 pub const SYNC0_CYCLE: u16 = 0x09A0;
 pub const RAM: Range<u16> = 0x1000..0x3000;
 

@@ -17,7 +17,10 @@ impl Machine {
             if !fault.acts(place, cycle) {
                 continue;
             }
-            let device = &mut self.devices[fault.position];
+            // a cut cable may be behind the last device
+            let Some(device) = self.devices.get_mut(fault.position) else {
+                continue;
+            };
             let drive = device.drive_mut();
             match fault.kind {
                 What::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
@@ -41,7 +44,9 @@ impl Machine {
     }
 
     fn end_fault(&mut self, fault: &Fault) {
-        let device = &mut self.devices[fault.position];
+        let Some(device) = self.devices.get_mut(fault.position) else {
+            return;
+        };
         match fault.kind {
             What::EncoderJump => device.drive_mut().encoder.jump = 0,
             What::EncoderFrozen => device.drive_mut().encoder.frozen = None,

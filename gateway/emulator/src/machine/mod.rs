@@ -85,6 +85,13 @@ impl Machine {
         self.cycle
     }
 
+    /// The SYNC0 of the first drive that is nearest to this time [ns]; the time itself without one.
+    pub fn nearest_sync0(&self, wall: i64) -> i64 {
+        let cycle = (self.dt * 1e9).round() as i64;
+        let since = self.devices.first().and_then(|d| d.esc.since_sync0(wall, cycle));
+        since.map_or(wall, |since| wall - since + if since > cycle / 2 { cycle } else { 0 })
+    }
+
     fn now(&self, wall: i64) -> (i64, i64) {
         if !self.lockstep {
             return (wall, wall);

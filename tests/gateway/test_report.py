@@ -1,0 +1,126 @@
+"""`flexhex report`: what a recording tells, and where it is none."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from flexhex.cli import app
+from flexhex.drive.recorded import changes, drive_state, errors, missed, quantiles, slower
+from fmus.common.errors import LogError
+from ssp.recording import Recording, read_recording
+
+CHANNELS = ("theta", "tau_meas", "e", "statusword", "error_code", "al_state")
+PLAIN = (
+    "phase",
+    "answered",
+    "working_counter",
+    "late_threads",
+    "wake_up",
+    "round_trip",
+    "compute",
+)
+ENABLED, FAULT, OP = 0x0637, 0x0238, 8
+
+
+def recorded(cycles: int = 20, lost: int = 3, left_out: int = 5) -> Recording:
+    """A run in which a reply was lost, a cycle was left out and drive 2 has a fault at the end."""
+    names = [f"{name}[{axis}]" for name in CHANNELS for axis in range(1, 7)]
+    names = ["time", *names, *PLAIN]
+    rows = np.zeros((cycles, len(names)))
+    found = Recording(
+        tuple(names), ("1",) * len(names), rows, {"base_step_s": "0.25", "signals": "-"}
+    )
+    n = np.arange(float(cycles))
+    rows[:, 0] = 0.25 * (n + (n >= left_out))
+    for name, value in (("statusword", ENABLED), ("al_state", OP)):
+        rows[:, found.places(name)] = value
+    for name, column in (("phase", 1), ("answered", 1), ("working_counter", 18), ("compute", n)):
+        rows[:, found.places(name)[0]] = column
+    rows[lost, found.places("answered")] = 0
+    rows[lost, found.places("theta")] = np.nan
+    rows[:, found.places("e")] = 1e-6 * np.outer(n, np.arange(1, 7))
+    rows[-1, found.places("statusword")[1]] = FAULT
+    rows[-1, found.places("error_code")[1]] = 0x7305
+    return found
+
+
+def write(found: Recording, file: Path) -> Path:
+    """The recording as the gateway writes it."""
+    head = [f"# {key}: {value}" for key, value in found.meta.items()]
+    lines = [",".join(found.names), ",".join(found.units)]
+    rows = [",".join("NaN" if np.isnan(v) else f"{v:.17g}" for v in row) for row in found.rows]
+    file.write_text("\n".join([*head, *lines, *rows]) + "\n")
+    return file
+
+
+def test_what_was_missed_is_counted() -> None:
+    gaps = missed(recorded())
+    assert (gaps.left_out, gaps.unanswered, gaps.short) == (1, 1, 0)
+    found = recorded()
+    found.rows[7, found.places("working_counter")] = 15
+    assert missed(found).short == 1
+
+
+def test_errors_are_judged_after_the_hold() -> None:
+    """Settled after 2 s: cycles 8 to 19 (one was left out), axis k has k µrad a cycle."""
+    told = errors(recorded())
+    n = np.arange(8.0, 20.0)
+    for axis, (rms, most, at) in enumerate(told, start=1):
+        assert rms == pytest.approx(axis * np.sqrt(np.mean(n**2)), rel=1e-9)
+        assert (most, at) == (pytest.approx(axis * 19.0, rel=1e-9), 5.0)
+
+
+def test_states_that_changed_are_told_with_their_axes() -> None:
+    told = changes(recorded())
+    assert told[:3] == [(0.0, "all", text) for text in ("OP", "no fault", "operation enabled")]
+    assert told[3:] == [(5.0, "2", "fault"), (5.0, "2", "fault 0x7305")]
+    assert drive_state(0x0250) == "switch on disabled"
+    assert drive_state(0x0231) == "ready to switch on"
+
+
+def test_times_are_quantiles_of_their_cycles() -> None:
+    assert quantiles(recorded())["compute"] == pytest.approx((9.5, 18.81, 18.981, 19.0))
+    time, share = slower(np.array([3.0, 1.0, 2.0, 0.0]))
+    assert time.tolist() == [1, 2, 3]
+    assert share == pytest.approx([1, 2 / 3, 1 / 3])
+
+
+def test_command_tells_and_draws(tmp_path: Path) -> None:
+    file = write(recorded(), tmp_path / "run.csv")
+    page = tmp_path / "run.html"
+    done = CliRunner().invoke(app, ["report", str(file), "--page", str(page)])
+    assert done.exit_code == 0, done.output
+    assert "without a trip" in done.output
+    assert "at [s]" in done.output
+    assert "operation enabled" in page.read_text()
+    done = CliRunner().invoke(app, ["report", str(file), "--page", str(page), "--json"])
+    assert json.loads(done.output)["missed"]["left_out"] == 1
+
+
+def test_file_of_a_trip_is_told_too(tmp_path: Path) -> None:
+    """Only the reaction: no cycle of the controller is in it."""
+    found = recorded()
+    found.rows[:, found.places("phase")] = 2
+    found.meta["trip"] = "jump: axis 2: angle jumped"
+    file = write(found, tmp_path / "run-trip.csv")
+    done = CliRunner().invoke(app, ["report", str(file), "--page", str(tmp_path / "a.html")])
+    assert done.exit_code == 0, done.output
+    assert "tripped: jump: axis 2: angle jumped" in done.output
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "wanted"),
+    [("# base_step_s: 0.25", "# base_step_s: 0", "damaged"), (",phase,", ",phases,", "damaged")],
+)
+def test_damaged_recording_is_refused(old: str, new: str, wanted: str, tmp_path: Path) -> None:
+    file = write(recorded(), tmp_path / "run.csv")
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    with pytest.raises(LogError, match=wanted):
+        read_recording(file)
