@@ -16,6 +16,7 @@ from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
 from diagnosis.rounds import Found, unexplained
 from diagnosis.scored import Scored
+from diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5
@@ -79,20 +80,16 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
         return Joint(bench, (), (), (), (), regression.q)
-    shaped = _shape_names(bench, parts)
+    shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
-    columns, tangents = _stack(bench, regression, parts)
-    gain = regression.gain(Columns(None, np.hstack([columns, tangents])))
-    deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
+    columns, tangents = stack(bench, regression, parts)
+    deviation, spread = deviations_of(bench, regression, parts, columns, tangents)
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
     _, beta = regression.fall(Columns(None, columns))
-    spread: list[dict[str, float]] = [{} for _ in parts]
-    for (k, name), value in zip(shaped, deviation[edges[-1] :], strict=True):
-        spread[k][name] = float(value)
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
     gains = tuple(np.split(beta, edges[:-1]))
-    deviations = tuple(np.split(deviation[: edges[-1]], edges[:-1]))
+    deviations = tuple(np.split(deviation, edges[:-1]))
     return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
 
 
@@ -112,7 +109,7 @@ def _stepped(
     shaped: Sequence[tuple[int, str]],
 ) -> list[Scored]:
     """All shapes after one Gauss-Newton step together, if that explains more."""
-    columns, tangents = _stack(bench, regression, parts)
+    columns, tangents = stack(bench, regression, parts)
     before, _ = regression.fall(Columns(None, columns))
     _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
     shapes = [dict(part.shape) for part in parts]
@@ -124,50 +121,9 @@ def _stepped(
         for part, shape in zip(parts, shapes, strict=True)
     ]
     after, _ = regression.fall(
-        Columns(None, np.hstack([_whole(regression, part.columns) for part in moved]))
+        Columns(None, np.hstack([whole(regression, part.columns) for part in moved]))
     )
     return moved if after > before else list(parts)
-
-
-def _shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]:
-    found = []
-    for k, part in enumerate(parts):
-        item = bench.effects.get(part.id)
-        if item is not None:
-            found += [(k, s.name) for s in item.searched]
-    return found
-
-
-def _whole(regression: Regression, columns: Columns) -> Array:
-    if columns.axis is None:
-        return columns.values
-    full = np.zeros((len(regression.y), columns.values.shape[1]))
-    full[regression.layout.rows(columns.axis)] = columns.values
-    return full
-
-
-def _stack(bench: Bench, regression: Regression, parts: Sequence[Scored]) -> tuple[Array, Array]:
-    """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
-    columns = [_whole(regression, part.columns) for part in parts]
-    stacked = np.hstack(columns)
-    _, beta = regression.fall(Columns(None, stacked))
-    gains = np.split(beta, np.cumsum([c.shape[1] for c in columns])[:-1])
-    tangents = [
-        _tangent(bench, regression, parts[k], name, gains[k])
-        for k, name in _shape_names(bench, parts)
-    ]
-    return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
-
-
-def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta: Array) -> Array:
-    shape = next(s for s in bench.effects[part.id].effect.shapes if s.name == name)
-    step = 1e-3 * (abs(part.shape[name]) + 1e-3 * (max(shape.grid) - min(shape.grid)))
-    sides = [
-        bench.columns(part.id, part.axis or 0, {**part.shape, name: part.shape[name] + sign * step})
-        for sign in (1.0, -1.0)
-    ]
-    change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
-    return _whole(regression, change) / (2 * step)
 
 
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:

@@ -182,7 +182,10 @@ def _verdict(
         return "set" if any(effect.rivals for effect in named) else "named"
     if not made.noise.repeats:
         notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
-        return "changed" if changed else "cannot tell"
+        strange = [change.parameter for change in changed if not _possible(change)]
+        if strange:
+            notes.append(f"{', '.join(strange)} would fit best with a value that cannot be")
+        return "changed" if changed and not strange else "cannot tell"
     if any(side.remains for side in sides):
         if all(coarse[axis] > 0.0 for side in sides for axis in side.remains):
             notes.append(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from diagnosis.calibrate import LOOSE
 from diagnosis.changed import FALL, changes
 from diagnosis.regression import Regression
 from diagnosis.verdict import Changed, Estimate
-from diagnosis.workflow import _possible
+from diagnosis.workflow import _possible, _verdict
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]
@@ -125,3 +127,18 @@ def test_change_is_possible_by_its_ratio_unless_it_is_about_zero(
 ) -> None:
     estimate = Estimate(value, (value - 0.0025, value + 0.0025), "kg")
     assert _possible(Changed("m", nominal, estimate)) is possible
+
+
+@pytest.mark.parametrize(
+    ("value", "verdict"), [(0.15, "changed"), (0.013, "cannot tell"), (None, "cannot tell")]
+)
+def test_run_made_once_tells_of_no_impossible_parameter(value: float | None, verdict: str) -> None:
+    """Measured: 10 s of the loop through the gateway asked for an eighth of an inertia."""
+    changed = []
+    if value is not None:
+        estimate = Estimate(value, (value - 0.001, value + 0.001), "kg m2")
+        changed.append(Changed("end_effector.J_zz", 0.106, estimate))
+    made: Any = SimpleNamespace(noise=SimpleNamespace(repeats=False))
+    notes: list[str] = []
+    assert _verdict(made, [], [], changed, notes, np.zeros(6)) == verdict
+    assert any("J_zz" in note for note in notes) is (value == 0.013)
