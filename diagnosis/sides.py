@@ -14,7 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.absorbed import absorbed
-from diagnosis.answer import CERTAIN, EXPLAINED, GAP, Joint, joint, lasting, repeat_rms
+from diagnosis.answer import (
+    CERTAIN,
+    EXPLAINED,
+    GAP,
+    Joint,
+    axis_rms,
+    joint,
+    lasting,
+    repeat_rms,
+)
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.candidates import Bench
 from diagnosis.compiled import compiled
@@ -32,6 +41,9 @@ DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
 REST = 0.05
 """Share of what repeats on an axis that effects of several kinds may leave together."""
+
+NOISIER = 1.02
+"""Growth of an axis' residual beyond which an effect is noise."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +80,7 @@ def side_of(
     pairs = zip(held.parts, held.beta, strict=True)
     worth = [part for part, beta in pairs if _size(bench, part, beta) >= least]
     held = held if len(worth) == len(held.parts) else only(held, worth)
+    held = _not_noisier(held, notes)
     poor = poor_axes(made, held.residual)
     if poor:
         held = kept_off(held, poor)
@@ -114,6 +127,21 @@ def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Fou
         replace(e, parts=tuple(p for p in e.parts if (p.id, p.axis) not in crowd)) for e in found
     ]
     return [effect for effect in kept if effect.parts]
+
+
+def _not_noisier(held: Joint, notes: list[str]) -> Joint:
+    """Keep effects off axes of which more is left with them than without: what they explain
+    between passes is less than the noise that they add to each."""
+    made = held.bench.made
+    before = axis_rms(made.blocks, made.residual(made.regression.q))
+    noisier = axis_rms(made.blocks, held.residual) > NOISIER * before
+    axes = sorted(
+        {part.axis for part in held.parts if part.axis is not None and noisier[part.axis]}
+    )
+    for i in axes:
+        names = ", ".join(dict.fromkeys(part.id for part in held.parts if part.axis == i))
+        notes.append(f"{names} on axis {i + 1} adds more noise than it explains and is not named")
+    return kept_off(held, axes) if axes else held
 
 
 def _size(bench: Bench, part: Scored, beta: Array) -> float:
