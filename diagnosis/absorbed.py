@@ -24,9 +24,13 @@ GAIN, WARM = "drive_gain", "thermal_drift"
 def absorbed(bench: Bench, found: Sequence[Found], closed: Sequence[int]) -> Found | None:
     """Axes whose torque is all too small or too large; None where parameters explain it as well.
 
-    found: effects known by now; closed: axes (from 0) that are not asked about.
+    found: effects known by now; closed: axes (from 0) that are not asked about. Nothing is asked
+    beside an effect that is like a motor constant: what that leaves on its axes, the masses shift
+    to the others.
     """
     if GAIN not in bench.effects or not bench.made.noise.repeats:
+        return None
+    if any(_kin(bench, effect.id) for effect in found):
         return None
     regression = bench.made.regression
     columns = [part.columns for effect in found for part in effect.parts]
@@ -43,6 +47,14 @@ def absorbed(bench: Bench, found: Sequence[Found], closed: Sequence[int]) -> Fou
     if not parts:
         return None
     return Found(GAIN, tuple(parts), (WARM,) if _warms(bench, found, parts) else ())
+
+
+def _kin(bench: Bench, id: str) -> bool:
+    """Whether an effect is confused with a motor constant by their own definitions."""
+    if id not in bench.effects:
+        return False
+    mine, its = bench.effects[GAIN].effect, bench.effects[id].effect
+    return id in mine.confused_with or GAIN in its.confused_with
 
 
 def _best(bench: Bench, regression: Regression, axes: Sequence[int]) -> Scored | None:

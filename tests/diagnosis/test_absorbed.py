@@ -19,6 +19,8 @@ from diagnosis.base import Known
 from diagnosis.calibrate import LOOSE
 from diagnosis.compiled import compiled
 from diagnosis.regression import Columns, Regression
+from diagnosis.rounds import Found
+from diagnosis.scored import Scored
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]
@@ -31,7 +33,7 @@ KNOWN = tuple(
     for i in range(N)
     for j in range(EACH)
 )
-EFFECTS = {c.effect.id: c for c in compiled(N) if c.effect.id in (GAIN, WARM)}
+EFFECTS = {c.effect.id: c for c in compiled(N) if c.effect.id in (GAIN, WARM, "cable_force")}
 SIZE = 12.0
 """Torque of a parameter relative to the noise of a row."""
 
@@ -68,7 +70,12 @@ def found(off: dict[str, float], gains: Sequence[float], seed: int = 0, **more: 
         return Columns(axis, tau if id == GAIN else tau * np.hstack([instant, instant**2]))
 
     bench: Any = SimpleNamespace(made=made, n=N, effects=EFFECTS, columns=columns)
-    return absorbed(bench, (), more.get("closed", ()))
+    nothing = Columns(0, np.random.default_rng(9).standard_normal((len(torque) // N, 1)))
+    others = [
+        Found(id, (Scored(id, 0, {}, None, nothing),), ())  # type: ignore[arg-type]
+        for id in more.get("others", ())
+    ]
+    return absorbed(bench, others, more.get("closed", ()))
 
 
 def test_wrong_motor_constant_is_named_on_its_axis() -> None:
@@ -105,6 +112,11 @@ def test_parameters_within_tolerances_are_none() -> None:
 
 def test_axis_that_is_closed_is_not_asked() -> None:
     assert found({}, (0.0, 0.06), closed=[1]) is None
+
+
+def test_nothing_is_asked_beside_an_effect_that_is_like_it() -> None:
+    assert found({}, (0.0, 0.06), others=[WARM]) is None
+    assert found({}, (0.0, 0.06), others=["cable_force"]).axes == (1,)
 
 
 def test_without_repeats_nothing_is_said() -> None:
