@@ -32,8 +32,9 @@ from diagnosis.verdict import Changed, Diagnosis, Gap, Named
 from fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
-RANGE = (0.4, 2.5)
-"""Smallest and largest change of a parameter that is believed, relative."""
+RANGE, LITTLE_KNOWN = (0.4, 2.5), (0.0, 20.0)
+"""Smallest and largest change of a parameter that is believed, relative: of what a drawing tells,
+and of damping, which it does not."""
 Progress = Callable[[str, int, int], None]
 USUAL, QUICK = Options(), Options(confidence=0)
 """What `flexhex diagnose` does, and the same without measuring its confidence."""
@@ -128,14 +129,15 @@ def _plausible(changed: Sequence[Changed], named: Sequence[Named]) -> list[Chang
 
 
 def _possible(change: Changed) -> bool:
-    """Whether a parameter could have such a value: not half or twice what it was.
+    """Whether a parameter could have such a value: not half or twice what it was, but for damping.
 
     What is less than its own uncertainty has no such measure: it may have either sign.
     """
     value, nominal = change.estimate.value, change.nominal
     low, high = change.estimate.ci95
     small = abs(nominal) <= max((high - low) / 2, 1e-9)
-    return small or (RANGE[0] < value / nominal < RANGE[1])
+    least, most = LITTLE_KNOWN if change.estimate.unit == "N m s/rad" else RANGE
+    return small or (least < value / nominal < most)
 
 
 def diagnose_files(

@@ -119,13 +119,20 @@ def test_axes_of_unknown_mass_have_no_change() -> None:
 
 
 @pytest.mark.parametrize(
-    ("nominal", "value", "possible"),
-    [(0.2, 0.3, True), (0.2, 0.05, False), (0.2, 0.6, False), (-0.002, 0.004, True)],
+    ("unit", "nominal", "value", "possible"),
+    [
+        ("kg", 0.2, 0.3, True),
+        ("kg", 0.2, 0.05, False),
+        ("kg", 0.2, 0.6, False),
+        ("kg", -0.002, 0.004, True),
+        ("N m s/rad", 0.2, 1.0, True),
+        ("N m s/rad", 0.2, -1.0, False),
+    ],
 )
-def test_change_is_possible_by_its_ratio_unless_it_is_about_zero(
-    nominal: float, value: float, possible: bool
+def test_change_is_possible_by_its_ratio_unless_about_zero_or_damping(
+    unit: str, nominal: float, value: float, possible: bool
 ) -> None:
-    estimate = Estimate(value, (value - 0.0025, value + 0.0025), "kg")
+    estimate = Estimate(value, (value - 0.0025, value + 0.0025), unit)
     assert _possible(Changed("m", nominal, estimate)) is possible
 
 
