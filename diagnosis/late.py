@@ -32,6 +32,8 @@ SECOND = 1.0
 INEXACT = 0.15
 """One standard deviation by which k2 of a real lag or delay may differ from that of an ideal one,
 relative to T^2/2."""
+STEPS = 4
+"""Steps in which the time of a late drive is found."""
 FITS, APART = 9.0, 16.0
 """Largest mean square deviation of the answer, and by how much more its rival deviates in all."""
 
@@ -56,14 +58,18 @@ class Late:
     text: str
 
     def of(self, command: Array, ts: float) -> Array:
-        """A command (samples,) every ts [s] as the drive follows it, exact for straight lines."""
+        """A command (samples,) every ts [s] as the drive follows it, exact for a cubic spline."""
+        clock = ts * np.arange(len(command))
+        spline = CubicSpline(clock, command)
         if self.id == DELAY:
-            clock = ts * np.arange(len(command))
-            return np.asarray(CubicSpline(clock, command)(np.maximum(clock - self.time, 0.0)))
-        left = np.exp(-ts / self.time)
-        gone = (1.0 - left) * self.time / ts
-        start = [gone * command[0]]
-        return np.asarray(lfilter([1.0 - gone, gone - left], [1.0, -left], command, zi=start)[0])
+            return np.asarray(spline(np.maximum(clock - self.time, 0.0)))
+        # y' = (u - y) / T over a step: what is left of y, and a moment for each power of u
+        left, moment = np.exp(-ts / self.time), -np.expm1(-ts / self.time)
+        fed = np.zeros(len(command) - 1)
+        for power in range(4):
+            fed += moment * ts**power * spline.c[3 - power]
+            moment = 1.0 - (power + 1) * self.time / ts * moment
+        return np.asarray(lfilter([1.0], [1.0, -left], np.append(command[0], fed)))
 
 
 class LateBench(Bench):
@@ -116,23 +122,48 @@ def lag_or_delay(
     others = [i for i in range(path.n) if i not in late]
     if not others:
         return {}
-    usual = _mean(bends(path, driven(runs, common), others))
-    found = [bends(path, driven(runs, common + late[i]), [i])[0] for i in axes]
-    times = np.array([late[i] + b.late - usual.late for i, b in zip(axes, found, strict=True)])
-    share = np.array([bend.k2 - usual.k2 for bend in found]) / (times**2 / 2)
-    chance = np.array([np.hypot(bend.deviation, usual.deviation) for bend in found])
-    spread = np.hypot(chance / (times**2 / 2), INEXACT)
-    lag, delay = float((((share - 1) / spread) ** 2).sum()), float(((share / spread) ** 2).sum())
-    best, other, name = (lag, delay, LAG) if lag < delay else (delay, lag, DELAY)
-    if best > FITS * len(axes) or other - best < APART or (times <= 0.0).any():
+    listed = blocks(path, driven(runs, common), path.spacing)
+    usual = _mean([bend(listed, i) for i in others])
+    lag, delay = ([_tried(listed, i, name, late[i], usual) for i in axes] for name in (LAG, DELAY))
+    wrong = {name: sum(t.off**2 for t in tried) for name, tried in ((LAG, lag), (DELAY, delay))}
+    name = min(wrong, key=lambda key: wrong[key])
+    best, other = wrong[name], max(wrong.values())
+    tried = lag if name == LAG else delay
+    if best > FITS * len(axes) or other - best < APART or any(t.time <= 0.0 for t in tried):
         return {}
+    spread = np.array([t.spread for t in lag])
+    share = np.array([1.0 + t.off * t.spread for t in lag])
     weight = spread**-2.0
-    mean, reach = weight @ share / weight.sum(), 1.96 * weight.sum() ** -0.5
+    mean = float(weight @ share / weight.sum())
+    reach = float(1.96 * weight.sum() ** -0.5)
     text = (
         f"late drives lose {mean:.2f} +- {reach:.2f} of the amplitude that a lag loses, where a"
         " delay loses none"
     )
-    return {axis: Late(name, float(t), text) for axis, t in zip(axes, times, strict=True)}
+    return {axis: Late(name, t.time, text) for axis, t in zip(axes, tried, strict=True)}
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A drive taken for a lag or a delay of `time` [s]: what it loses more than that, relative to
+    what a lag of that time loses, as a number `off` of standard deviations `spread`."""
+
+    time: float
+    off: float
+    spread: float
+
+
+def _tried(listed: Sequence[Block], axis: int, name: str, time: float, usual: Bend) -> _Tried:
+    """Its time in a few steps, with the exact form of what it is taken for."""
+    found = usual
+    for _ in range(STEPS):
+        if time <= 0.0:
+            return _Tried(0.0, np.inf, 1.0)
+        found = bend(listed, axis, Late(name, time, ""))
+        time += found.late - usual.late
+    whole = max(time, 1e-9) ** 2 / 2
+    spread = float(np.hypot(np.hypot(found.deviation, usual.deviation) / whole, INEXACT))
+    return _Tried(time, (found.k2 - usual.k2) / whole / spread, spread)
 
 
 def _mean(found: Sequence[Bend]) -> Bend:
@@ -148,16 +179,20 @@ def _mean(found: Sequence[Bend]) -> Bend:
 def bends(path: PathBase, runs: Sequence[Run], axes: Sequence[int]) -> list[Bend]:
     """Second order of each of these axes; runs: as `diagnosis.path.driven` gives them."""
     listed = blocks(path, runs, path.spacing)
-    return [_bend(listed, axis) for axis in axes]
+    return [bend(listed, axis) for axis in axes]
 
 
-def _bend(listed: Sequence[Block], axis: int) -> Bend:
-    """Least squares of the report on the command and its derivatives, errors by stretches."""
+def bend(listed: Sequence[Block], axis: int, late: Late | None = None) -> Bend:
+    """Least squares of the report on the command and its derivatives, errors by stretches.
+
+    late: what has been done to the command already.
+    """
     rows, report, stretch, count = [], [], [], 0
     for block in listed:
         motion, good = block.run.motion, block.usable
         assert isinstance(motion, Driven)
         u = motion.command[:, axis]
+        u = u if late is None else late.of(u, motion.ts)
         first = np.gradient(u, motion.ts)
         both = np.stack([u, np.ones_like(u), first, np.gradient(first, motion.ts)], axis=1)
         rows.append(block.smooth(both)[good])
@@ -174,6 +209,6 @@ def _bend(listed: Sequence[Block], axis: int) -> Bend:
     covariance = inverse @ by_stretch.T @ by_stretch @ inverse
     gain, _, slope, curve = c / size
     spread = np.sqrt(np.diag(covariance)) / size / abs(gain)
-    late = -slope / gain
-    values = (late, spread[2], curve / gain - late**2 / 2, spread[3])
+    time = -slope / gain
+    values = (time, spread[2], curve / gain - time**2 / 2, spread[3])
     return Bend(*(float(value) for value in values))

@@ -112,14 +112,14 @@ def test_dropped_samples_make_no_jumps() -> None:
 
 @pytest.mark.parametrize("name", [late.LAG, late.DELAY])
 def test_late_command_is_exact(name: str) -> None:
-    """Against the closed form; straight lines between samples leave (w ts)^2 / 12 of a sine."""
+    """Against the closed form; a cubic spline leaves about (w ts)^4 / 400 of a sine: 2e-6."""
     t = 1e-3 * np.arange(4000)
     u = sines(t, 1, 1, (0.0,), 0.0)
     lags, delay = ((2e-3,), 0.0) if name == late.LAG else ((0.0,), 2e-3)
     found = late.Late(name, 2e-3, "").of(u, 1e-3)
     settled = t > 0.05
     wanted = sines(t, 1, 1, lags, delay)
-    np.testing.assert_allclose(found[settled], wanted[settled], rtol=0, atol=2.1e-3 * 3.0)
+    np.testing.assert_allclose(found[settled], wanted[settled], rtol=0, atol=1e-5)
     assert np.abs(u - wanted)[settled].max() > 0.2
 
 
