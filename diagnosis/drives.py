@@ -50,18 +50,19 @@ def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> l
 
 
 def _late(side: Side, path: PathBase, runs: Sequence[Run], common: float) -> dict[int, Late]:
-    """Axes (from 0) whose drives are late in a way that could be told."""
-    held = side.held
-    times = {
-        part.axis: float(beta[0])
-        for part, beta in zip(held.parts, held.beta, strict=True)
-        if part.id in (LAG, DELAY) and part.axis is not None
-    }
-    found: dict[int, Late] = {}
-    for effect in held.effects:
-        if effect.id in (LAG, DELAY):
-            found |= lag_or_delay(path, runs, common, times, effect.axes)
-    return found
+    """Axes (from 0) whose drives are late in a way that could be told: all alike, or else those
+    of each effect that was found."""
+    known = [effect for effect in side.held.effects if effect.id in (LAG, DELAY)]
+    if not known:
+        return {}
+    found = enumerate(bends(path, driven(runs, common), range(path.n)))
+    least = NOTICED * library()[LAG].gains[0].typical
+    times = {i: b.late for i, b in found if b.late > max(least, APART * b.late_deviation)}
+    told = lag_or_delay(path, runs, common, times, list(times)) if times else {}
+    for axes in [] if told else [[i for i in effect.axes if i in times] for effect in known]:
+        if axes:
+            told |= lag_or_delay(path, runs, common, times, axes)
+    return told
 
 
 def common_lag(path: PathBase, runs: Sequence[Run]) -> float:

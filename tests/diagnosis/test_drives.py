@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,11 @@ from diagnosis import drives, late, workflow
 from diagnosis.base import Motion
 from diagnosis.blocks import Run, Signal
 from diagnosis.path import PathBase
+from diagnosis.rounds import Found
 from fmus.common.effects import library
 
 Array = NDArray[np.float64]
+AXIS_3: Any = SimpleNamespace(id=late.LAG, axis=2)
 N, TS, SECONDS, LOOP = 3, 5e-4, 12.0, 2e-4
 """Axes, sample time [s], length [s], lag of every current loop [s]."""
 
@@ -73,6 +76,22 @@ def test_lag_is_told_from_a_delay() -> None:
 
 def test_delay_is_told_from_a_lag() -> None:
     assert told(runs(delay=1.5e-3), 1.3e-3) == (late.DELAY, pytest.approx(1.5e-3, rel=0.05))
+
+
+def test_late_axis_that_the_search_left_out_is_no_measure_for_others() -> None:
+    """Of a drive so late that its first order explained too little only the others were named."""
+    made = [replace(run, tau=replace(run.tau, values=run.tau.values.copy())) for run in runs()]
+    slow = runs(lags=(6e-3,))
+    for run, other in zip(made, slow, strict=True):
+        run.tau.values[:, 1] = other.tau.values[:, 1]
+        t = run.tau.t0 + TS * np.arange(len(run.tau.values))
+        run.tau.values[:, 2] = sines(t, int(run.trajectory), 2, (LOOP, 2e-3), 0.0)
+    path = PathBase(N, 0.0105, 0.005, 1.0)
+    common = drives.common_lag(path, made)
+    side: Any = SimpleNamespace(held=SimpleNamespace(effects=[Found(late.LAG, (AXIS_3,), ())]))
+    found = drives._late(side, path, made, common)
+    assert {axis: one.id for axis, one in found.items()} == {1: late.LAG, 2: late.LAG}
+    assert found[1].time == pytest.approx(6e-3, rel=0.02)
 
 
 def test_what_is_half_a_lag_is_not_told() -> None:
