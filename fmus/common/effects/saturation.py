@@ -71,6 +71,7 @@ class TorqueSaturation(Effect):
 class SharpTorqueSaturation(TorqueSaturation):
     """A limit with a corner, which takes away most of what goes beyond it."""
 
+    behind = None
     gains = (replace(TorqueSaturation.gains[0], low=0.5),)
     shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(16.0,)))
 
