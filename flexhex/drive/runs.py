@@ -28,6 +28,7 @@ from ssp.results import Result, provenance, save
 
 MICRO = 1e6
 NONE = "–"
+QUANTILES = ("p50", "p99", "max")
 LOCKSTEP, SIMULATED = "lockstep", "simulated"
 PASSES = ("clock-1", "clock-2")
 TITLES = {
@@ -150,6 +151,3 @@ def times(found: Drives) -> list[dict[str, str]]:
     ]
     own = {q: f"{found.floor[q]:.1f}" if found.floor else NONE for q in QUANTILES}
     return [rows[0], {"": "wake-up of cyclictest"} | own, *rows[1:]]
-
-
-QUANTILES = ("p50", "p99", "max")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.common.errors import MachineError
+from fmus.common.interface import Variable
 from fmus.common.machine import Machine
 
 Array = NDArray[np.float64]
@@ -86,6 +87,18 @@ def coordinates(machine: Machine, rate: str = "") -> Each:
         "elements": tuple(f"{name}[{k + 1}]" for name in kinds for k in range(counts[name])),
         "units": tuple(base.get(name, "1") + rate for name in kinds for _ in range(counts[name])),
     }
+
+
+def coordinate_inputs(machine: Machine, title: str) -> tuple[Variable, ...]:
+    """Inputs x, xd, xdd of a room; title: what x~ is there."""
+    x0 = Frames.of(machine).x0
+    at, rate, rate2 = (coordinates(machine, unit) for unit in ("", "/s", "/s2"))
+    size = len(x0)
+    return (
+        Variable("x", "input", "1", title, size, x0, min=-10, max=10, **at),
+        Variable("xd", "input", "1/s", "its rates", size, min=-1e4, max=1e4, **rate),
+        Variable("xdd", "input", "1/s2", "its accelerations", size, min=-1e7, max=1e7, **rate2),
+    )
 
 
 def platform_condition(arms: Sequence[ArmFrame]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmus.common.effect_bank import Bank
-from fmus.common.geometry import Frames, coordinates
+from fmus.common.geometry import Frames, coordinate_inputs
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 from fmus.common.parameters import base_parameters, parameters
@@ -106,29 +106,7 @@ def interface(machine: Machine) -> Interface:
             **each,
         ),
         Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
-        Variable(
-            "x", "input", "1", "filtered x~", len(x0), x0, min=-10, max=10, **coordinates(machine)
-        ),
-        Variable(
-            "xd",
-            "input",
-            "1/s",
-            "its rates",
-            size=len(x0),
-            min=-1e4,
-            max=1e4,
-            **coordinates(machine, "/s"),
-        ),
-        Variable(
-            "xdd",
-            "input",
-            "1/s2",
-            "its accelerations",
-            size=len(x0),
-            min=-1e7,
-            max=1e7,
-            **coordinates(machine, "/s2"),
-        ),
+        *coordinate_inputs(machine, "filtered x~"),
         Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
         Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
         Variable(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fmus.common.effect_bank import Bank
-from fmus.common.geometry import Frames, coordinates
+from fmus.common.geometry import Frames, coordinate_inputs
 from fmus.common.interface import Interface, Variable
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
@@ -15,29 +15,7 @@ def interface(machine: Machine) -> Interface:
     names = tuple(par.name for par in listed)
     units = tuple(par.unit for par in listed)
     variables = (
-        Variable(
-            "x", "input", "1", "wanted x~", len(x0), x0, min=-10, max=10, **coordinates(machine)
-        ),
-        Variable(
-            "xd",
-            "input",
-            "1/s",
-            "its rates",
-            size=len(x0),
-            min=-1e4,
-            max=1e4,
-            **coordinates(machine, "/s"),
-        ),
-        Variable(
-            "xdd",
-            "input",
-            "1/s2",
-            "its accelerations",
-            size=len(x0),
-            min=-1e7,
-            max=1e7,
-            **coordinates(machine, "/s2"),
-        ),
+        *coordinate_inputs(machine, "wanted x~"),
         Variable("z", "input", "1", "Dahl states", size=n, min=-1, max=1),
         Variable(
             "p",
