@@ -199,8 +199,12 @@ def test_gateway_that_was_stopped_trips_when_it_goes_on(
         options=SILENT, seconds=100.0, during=when_running(stop_and_continue)
     )
     trip = ran.one("trip")
-    assert (ran.code, trip["reason"], trip["cycles_to_zero"]) == (1, "al_state", 1)
-    assert len(ran.happened("watchdog")) == 6
+    # one that was stopped within an FMU's step sees first that the step took too long
+    assert (ran.code, trip["reason"], trip["cycles_to_zero"]) in [
+        (1, "al_state", 1),
+        (1, "fmu_overrun", 2),
+    ]
+    assert len(ran.happened("watchdog")) == len(ran.happened("torque_zero")) == 6
     table.add(Row("gateway stopped and continued", "al_state", "zero", 0, None))
 
 
