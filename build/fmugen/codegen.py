@@ -5,10 +5,15 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from threading import RLock
 
 import casadi as ca
 
 from fmus.common.errors import BuildError
+
+SYMBOLIC = RLock()
+"""Held while CasADi makes, writes or frees expressions: they share nodes, and threads do not count
+them safely."""
 
 
 def symbol(function: ca.Function, room: str, identifier: str) -> str:

@@ -52,10 +52,12 @@ def build_fmu(
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
     texts[CONFIG] = sources.config(identifier)
-    texts[f"{room}.h"] = sources.header(interface, functions, room)
+    with codegen.SYMBOLIC:
+        texts[f"{room}.h"] = sources.header(interface, functions, room)
     texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
     if functions:
-        texts[f"{identifier}_casadi.c"] = codegen.casadi_source(functions, room, identifier)
+        with codegen.SYMBOLIC:
+            texts[f"{identifier}_casadi.c"] = codegen.casadi_source(functions, room, identifier)
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, "")
     guid = _guid(texts, model_description(interface, base_step, "", ()))
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
@@ -71,7 +73,8 @@ def build_fmu(
             files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
-    text = page(interface, functions, room, base_step, about)
+    with codegen.SYMBOLIC:
+        text = page(interface, functions, room, base_step, about)
     files["documentation/index.html"] = text.encode()
     files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fmus
+from fmugen.codegen import SYMBOLIC
 from fmugen.fmu import build_fmu
 from fmus.common.errors import InterfaceError
 from fmus.common.interface import Interface
@@ -62,8 +63,13 @@ def build_room(
     """Build `out_dir/<room>.fmu`; starts: parameter name -> value(s) baked in as defaults."""
     module: Any = importlib.import_module(f"fmus.{room}.equations")
     interface = room_interface(room, machine, starts)
-    functions, base = module.functions(machine), machine.timing.base
-    return build_fmu(interface, functions, step_file(room), out_dir, base, cache, platforms)
+    with SYMBOLIC:
+        functions, base = module.functions(machine), machine.timing.base
+    try:
+        return build_fmu(interface, functions, step_file(room), out_dir, base, cache, platforms)
+    finally:
+        with SYMBOLIC:
+            del functions
 
 
 def machine_interface(machine: Machine, truth: Path) -> Interface:
@@ -85,6 +91,11 @@ def build_machine(
     from fmus.plant import truth as real
 
     interface = with_starts(machine_interface(machine, truth), starts or {})
-    functions = real.functions(machine, real.load_truth(truth))
-    base = machine.timing.base
-    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)
+    with SYMBOLIC:
+        functions = real.functions(machine, real.load_truth(truth))
+    try:
+        base = machine.timing.base
+        return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)
+    finally:
+        with SYMBOLIC:
+            del functions
