@@ -14,8 +14,9 @@ from diagnosis.calibrate import LOOSE
 from diagnosis.candidates import Bench
 from diagnosis.changed import FALL, best_change, dispersion
 from diagnosis.regression import Regression
-from diagnosis.rounds import CLOSE, LEVEL, Found
-from diagnosis.scored import Scored, allowed
+from diagnosis.rivals import CLOSE
+from diagnosis.rounds import LEVEL
+from diagnosis.scored import Found, Scored, allowed
 
 GAIN, WARM = "drive_gain", "thermal_drift"
 """The effect that is asked for here, and what the same runs may not tell it from."""

@@ -14,8 +14,8 @@ from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Found, unexplained
-from diagnosis.scored import Scored
+from diagnosis.rounds import repeating
+from diagnosis.scored import Found, Scored
 from diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
@@ -93,6 +93,15 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
 
 
+def again(held: Joint, bench: Bench) -> Joint:
+    """The same effects fitted beside another base model, shapes from where they were."""
+    parts = [
+        replace(part, columns=bench.columns(part.id, part.axis or 0, part.shape))
+        for part in held.parts
+    ]
+    return joint(bench, _regrouped(held.effects, parts))
+
+
 def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:
     """The effects with their parts renewed."""
     updated, at = [], 0
@@ -129,35 +138,32 @@ def _stepped(
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
     """The joint fit of those effects that hold: they explain enough of what repeats."""
     kept = list(effects)
-    before = unexplained(bench.made, bench.made.regression)
     while True:
         made = joint(bench, kept)
-        after = _after(made)
-        weak = [
-            k for k, effect in enumerate(made.effects) if _share(effect, before, after) < EXPLAINED
-        ]
+        weak = [k for k, share in enumerate(shares(made)) if share < EXPLAINED]
         if not weak:
             return made
         kept = [effect for k, effect in enumerate(made.effects) if k not in weak]
 
 
-def _after(made: Joint) -> Array:
-    regression = made.bench.made.regression
+def shares(made: Joint) -> list[float]:
+    """Share of what repeats on its axes that is explained, for each effect.
+
+    By how much parameters need leave their tolerances no more counts as explained; by how much
+    they still do says nothing of these axes.
+    """
+    there, regression = made.bench.made, made.bench.made.regression
     columns = [part.columns for part in made.parts]
     fitted = regression.extended(columns) if columns else regression
-    return unexplained(made.bench.made, fitted)
-
-
-def _share(effect: Found, before: Array, after: Array) -> float:
-    axes = list(effect.axes) or list(range(len(before)))
-    return 1.0 - float(after[axes].sum()) / max(float(before[axes].sum()), 1e-300)
-
-
-def shares(made: Joint) -> list[float]:
-    """Share of what repeats on its axes that is explained, for each effect."""
-    before = unexplained(made.bench.made, made.bench.made.regression)
-    after = _after(made)
-    return [_share(effect, before, after) for effect in made.effects]
+    before, after = (repeating(there, r.residual) for r in (regression, fitted))
+    eased = max(regression.strain - fitted.strain, 0.0)
+    found = []
+    for effect in made.effects:
+        axes = list(effect.axes) or list(range(len(before)))
+        left = float(after[axes].sum())
+        explained = float(before[axes].sum()) - left + eased
+        found.append(explained / max(explained + left, 1e-300))
+    return found
 
 
 def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:

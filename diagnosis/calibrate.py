@@ -48,7 +48,7 @@ class Calibrated:
 
     y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
     is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample
-    (samples, n). between: products of rows are taken between passes.
+    (samples, n). between: what is asked for repeats; else it changes from pass to pass.
     """
 
     base: Base
@@ -109,7 +109,7 @@ class Calibrated:
         """Row of the next pass at the same instant, of the rows of one axis."""
         starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])
         partner = np.arange(starts[-1])
-        for ring in rings(self.blocks) if self.between else ():
+        for ring in rings(self.blocks):
             first = self.blocks[ring[0]]
             if not all(alike(first, self.blocks[k]) for k in ring[1:]):
                 continue
@@ -126,7 +126,11 @@ class Calibrated:
         n = self.base.n
         y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
         B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
-        return Regression(y[:, 0], B, prior, self.layout)
+        return Regression(y[:, 0], B, prior, self.layout, drifting=not self.between)
+
+    def forget(self) -> None:
+        """Let go of the rows: they take most of the memory, and are made again when asked for."""
+        vars(self).pop("regression", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""

@@ -59,6 +59,10 @@ class Bench:
             self._grids[name, axis] = found
         return self._grids[name, axis]
 
+    def forget(self) -> None:
+        """Let go of the columns that a search keeps: they take more memory than all else."""
+        self._grids.clear()
+
     def names(self, axis: int | None) -> list[str]:
         """Ids of the effects that an axis (None: the whole) may have."""
         if axis is None:
@@ -84,10 +88,7 @@ class Bench:
         if name not in self.effects:
             return [values[name] for values in self._whole]
         item = self.effects[name]
-        raw = [
-            self._raw(item, shape, inputs, block.run.motion.steady, axis)
-            for inputs, block in zip(self._inputs(axis, item.alone), self.made.blocks, strict=True)
-        ]
+        raw = self._raw(item, shape, axis)
         if item.effect.acts_on == "measurement":
             return [self._turned(k, axis, values) for k, values in enumerate(raw)]
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
@@ -101,23 +102,53 @@ class Bench:
             self._turn = axis, own, both
         return self._turn[1] if alone else self._turn[2]
 
-    def _raw(
-        self, item: Compiled, shape: Mapping[str, float], inputs: Array, steady: Array, axis: int
-    ) -> Array:
-        count = len(inputs)
+    def _raw(self, item: Compiled, shape: Mapping[str, float], axis: int) -> list[Array]:
+        """Columns (samples, k) of an effect on an axis along each block."""
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-        states = np.zeros((count, 1))
-        if item.along is not None:
-            followed = inputs
-            if item.by_way:
-                followed = inputs.copy()
-                followed[:, 0] = steady[:, axis]
-                if not item.alone:
-                    followed[:, N_SIGNAL::N_SIGNAL] = steady
-            start = np.array(ca.DM(item.effect.start(float(inputs[0, 0]), shape)), dtype=float)
-            states = item.along(start.ravel(), followed, fixed)
-        (values,) = item.columns(inputs, states, np.tile(fixed, (count, 1)))
-        return values
+        listed = self._inputs(axis, item.alone)
+        if item.along is None:
+            states = [np.zeros((len(inputs), 1)) for inputs in listed]
+        else:
+            states = self._states(item, shape, axis, fixed)
+        pairs = zip(listed, states, strict=True)
+        return [item.columns(x, z, np.tile(fixed, (len(x), 1)))[0] for x, z in pairs]
+
+    def _states(
+        self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array
+    ) -> list[Array]:
+        """States (samples, states) along each block, from rest or from run to run.
+
+        What happened before or between the runs that are known is taken to have been like the
+        next one.
+        """
+        assert item.along is not None
+        found: dict[int, Array] = {}
+        blocks, state, now = self.made.blocks, None, 0.0
+        for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
+            followed, run = self._followed(item, axis, k), blocks[k].run
+            if state is None or not self.across:
+                rest = item.effect.start(float(followed[0, 0]), shape)
+                state = np.array(ca.DM(rest), dtype=float).ravel()
+            if self.across:
+                length = run.motion.ts * len(followed)
+                for _ in range(round((run.start - now) / length)):
+                    state = item.along(state, followed, fixed)[-1]
+                now = run.start + length
+            found[k] = item.along(state, followed, fixed)
+            state = found[k][-1]
+        return [found[k] for k in range(len(blocks))]
+
+    def _followed(self, item: Compiled, axis: int, k: int) -> Array:
+        """Signals of a block that states follow: angles without their noise where ways count."""
+        inputs = self._inputs(axis, item.alone)[k]
+        if not item.by_way:
+            return inputs
+        steady = self.made.blocks[k].run.motion.steady
+        followed = inputs.copy()
+        followed[:, 0] = steady[:, axis]
+        if not item.alone:
+            followed[:, N_SIGNAL::N_SIGNAL] = steady
+        return followed
 
     @cached_property
     def _slow(self) -> list[tuple[Motion, csr_array]]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import Joint
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import NEAR
+from diagnosis.rivals import NEAR
 from diagnosis.verdict import Named
 
 Array = NDArray[np.float64]

@@ -69,9 +69,9 @@ def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
     """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
 
     The current loop and the logger make it; an axis that lags more has an effect, and several
-    may.
+    may. 0 where no command moves.
     """
-    found = bends(path, driven(runs, 0.0), range(path.n))
+    found = [b for b in bends(path, driven(runs, 0.0), range(path.n)) if b.late_deviation < np.inf]
     return quickest([b.late for b in found], [b.late_deviation**2 for b in found])
 
 
@@ -86,4 +86,4 @@ def quickest(lags: Sequence[float], variances: Sequence[float]) -> float:
         if weight and lags[i] - total / weight > APART * np.sqrt(variances[i] + 1.0 / weight):
             break
         total, weight = total + lags[i] / variances[i], weight + 1.0 / variances[i]
-    return total / weight
+    return total / weight if weight else 0.0

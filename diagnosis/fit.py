@@ -6,15 +6,20 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from diagnosis.answer import Joint, again
 from diagnosis.base import Base
 from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.candidates import known_torque
+from diagnosis.candidates import Bench, known_torque
 from diagnosis.noise import Noise, measured
 
+Array = NDArray[np.float64]
 STEPS = 2
 """Gauss-Newton steps."""
+STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
+"""Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
 
 
 def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
@@ -34,20 +39,43 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     noise = measured(blocks, made.residual(made.regression.q))
     for _ in range(STEPS):
         made = about(base, blocks, fitted, noise, given=given)
-        fitted = _moved(made)
+        fitted = _moved(made, made.regression.q)
     made = about(base, blocks, fitted, noise, given=given)
     noise = measured(blocks, made.residual(made.regression.q))
     return replace(made, noise=noise)
 
 
-def _moved(made: Calibrated) -> Fitted:
-    """The values after one Gauss-Newton step, kept within bounds."""
+def beside(held: Joint) -> Calibrated:
+    """The base model fitted anew beside effects: what they took from it, they give back.
+
+    A hysteresis fitted to its own torque and that of a friction has the width of neither.
+    """
+    made = held.bench.made
+    for _ in range(STEPS_BESIDE):
+        before = made.fitted
+        fitted = _moved(made, held.q, STRIDE)
+        made.forget()
+        plain = about(made.base, made.blocks, fitted, made.noise)
+        given = known_torque(plain)
+        made = about(made.base, made.blocks, fitted, made.noise, given=given) if given else plain
+        held = again(held, Bench(made, list(held.bench.effects.values())))
+        if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
+            break
+    return replace(made, noise=measured(made.blocks, held.residual))
+
+
+def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
+    """The values after one Gauss-Newton step, to the coefficients q, kept within bounds.
+
+    stride: largest step of a width, relative.
+    """
     base, now = made.base, made.fitted
-    step = made.regression.q * made.scale
+    step = q * made.scale
     n_p, n_c = len(base.linear), len(base.curved)
     nominal = np.array([k.nominal for k in base.widths])
     widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
     p = np.array([k.nominal for k in base.linear]) + step[:n_p]
     gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
     delay = float(np.clip(now.delay + step[n_p + n_c + len(nominal)], -0.005, 0.005))
+    widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
     return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay)

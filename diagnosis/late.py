@@ -34,6 +34,8 @@ INEXACT = 0.15
 relative to T^2/2."""
 STEPS = 4
 """Steps in which the time of a late drive is found."""
+RESTS = 1e-6
+"""Range of a command that does not move, relative to its size."""
 FITS, APART = 9.0, 16.0
 """Largest mean square deviation of the answer, and by how much more its rival deviates in all."""
 
@@ -41,7 +43,7 @@ FITS, APART = 9.0, 16.0
 @dataclass(frozen=True)
 class Bend:
     """What a drive makes of its command: late [s], the first order, and k2 [s2], the second one
-    beyond a delay's, with their standard deviations."""
+    beyond a delay's, with their standard deviations: infinite where the command rests."""
 
     late: float
     late_deviation: float
@@ -119,11 +121,12 @@ def lag_or_delay(
     runs: with their commands; common: lag [s] of the drives that are not late; late: how much
     later [s] each late axis is, about; axes: those of them that are asked for together.
     """
-    others = [i for i in range(path.n) if i not in late]
-    if not others:
-        return {}
     listed = blocks(path, driven(runs, common), path.spacing)
-    usual = _mean([bend(listed, i) for i in others])
+    others = [bend(listed, i) for i in range(path.n) if i not in late]
+    known = [found for found in others if np.isfinite(found.deviation)]
+    if not known:
+        return {}
+    usual = _mean(known)
     lag, delay = ([_tried(listed, i, name, late[i], usual) for i in axes] for name in (LAG, DELAY))
     wrong = {name: sum(t.off**2 for t in tried) for name, tried in ((LAG, lag), (DELAY, delay))}
     name = min(wrong, key=lambda key: wrong[key])
@@ -201,6 +204,8 @@ def bend(listed: Sequence[Block], axis: int, late: Late | None = None) -> Bend:
         count = int(places.max(initial=count)) + 1
         stretch.append(places)
     A, y, place = np.concatenate(rows), np.concatenate(report), np.concatenate(stretch)
+    if not len(A) or np.ptp(A[:, 0]) <= RESTS * np.abs(A[:, 0]).max():
+        return Bend(0.0, np.inf, 0.0, np.inf)
     size = np.sqrt((A**2).mean(axis=0))
     inverse = np.linalg.pinv((A / size).T @ (A / size))
     c = inverse @ ((A / size).T @ y)

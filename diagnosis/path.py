@@ -105,6 +105,8 @@ def _at(signal: Signal, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:
     """
     window, clock = 2 * motion.ts, motion.time
     weights, filled = hann_weights(clock, signal.t0, signal.ts, signal.valid, window)
+    if not filled.any():
+        return np.zeros((len(clock), signal.values.shape[1])), filled
     known = weights[filled] @ signal.values
     values = [np.interp(clock, clock[filled], own) for own in known.T]
     return np.stack(values, axis=1), filled

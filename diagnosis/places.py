@@ -15,8 +15,8 @@ import numpy as np
 
 from diagnosis.candidates import Bench
 from diagnosis.compiled import N_SIGNAL, Compiled, compiled, signals
-from diagnosis.rounds import NEAR, Found
-from diagnosis.scored import Scored, leaders
+from diagnosis.rivals import NEAR
+from diagnosis.scored import Found, Scored, leaders
 from fmus.common.effects import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
 
 BETTER = 1.25

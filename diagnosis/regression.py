@@ -53,7 +53,10 @@ class Regression:
     out of them. (A disturbance moves the joints too; within one pass the feedback's answer to
     it would be taken for dynamics of the machine.) The sum of squares that is fitted is thus
     the one that repeats. Without repeats a row is its own partner: ordinary least squares.
-    known: Gram matrices where they have been computed already.
+
+    drifting: candidates change from pass to pass, and are their own partners; the base model's
+    columns are not, as the noise in them is no drift. known: Gram matrices where they have been
+    computed already; partners: of the columns B likewise (R, nb).
     """
 
     y: Array
@@ -61,11 +64,21 @@ class Regression:
     prior: Array
     layout: Layout
     known: list[tuple[Array, Array]] | None = None
+    partners: Array | None = None
+    drifting: bool = False
 
     @cached_property
     def twin(self) -> Array:
         """B of the other pass (R, nb)."""
-        return self.layout.twin(self.B)
+        return self.layout.twin(self.B) if self.partners is None else self.partners
+
+    def _other(self, values: Array, axis: int | None = None) -> Array:
+        """Candidates or what is left, rows of an axis or all, of the other pass."""
+        return values if self.drifting else self.layout.twin(values, axis)
+
+    @property
+    def _mutual(self) -> bool:
+        return self.drifting or self.layout.mutual
 
     @cached_property
     def grams(self) -> list[tuple[Array, Array]]:
@@ -83,7 +96,7 @@ class Regression:
     def _between(self, twin: Array, own: Array, values: Array, mine: Array | slice) -> Array:
         """Products (k, ...) of columns with values (R, ...) of other passes, both ways round."""
         product = twin.T @ values[mine]
-        if not self.layout.mutual:
+        if not self._mutual:
             product = (product + own.T @ self.layout.twin(values)[mine]) / 2
         return np.asarray(product)
 
@@ -121,7 +134,7 @@ class Regression:
     def extended(self, columns: list[Columns]) -> Regression:
         """With further columns, free of any prior."""
         C = np.hstack([self._spread(c) for c in columns])
-        twin = self.layout.twin(C)
+        twin = self._other(C)
         grams = []
         for (G, b), fold in zip(self.grams, self.layout.folds, strict=True):
             mine = self.layout.fold == fold
@@ -131,7 +144,8 @@ class Regression:
             more = self._between(twin[mine], C[mine], self.y, mine)
             grams.append((whole, np.concatenate([b, more])))
         prior = np.concatenate([self.prior, np.zeros(C.shape[1])])
-        return Regression(self.y, np.hstack([self.B, C]), prior, self.layout, grams)
+        B, partners = np.hstack([self.B, C]), np.hstack([self.twin, twin])
+        return Regression(self.y, B, prior, self.layout, grams, partners, self.drifting)
 
     def _spread(self, columns: Columns) -> Array:
         if columns.axis is None:
@@ -142,9 +156,9 @@ class Regression:
 
     def products(self, axis: int | None, C: Array) -> tuple[Array, Array, Array]:
         """(C between passes, B^T C (nb, k), C^T residual (k,)) for columns on an axis."""
-        rows, twin = self.layout.rows(axis), self.layout.twin(C, axis)
+        rows, twin = self.layout.rows(axis), self._other(C, axis)
         cross, c = self.twin[rows].T @ C, twin.T @ self.residual[rows]
-        if not self.layout.mutual:
+        if not self._mutual:
             cross = (cross + self.B[rows].T @ twin) / 2
             c = (c + C.T @ self.layout.twin(self.residual, axis)) / 2
         return twin, cross, c
@@ -180,12 +194,12 @@ class Regression:
         inside, beta = self.fall(columns)
         twin, cross, _ = self.products(columns.axis, C)
         moved = self.solve(cross)
-        clean = -self.B @ moved
+        clean, other = -self.B @ moved, -self.twin @ moved
         clean[rows] += C
+        other[rows] += twin
         ideas = -np.sqrt(self.prior)[:, None] * moved
         own = twin.T @ C
         A = np.asarray(np.linalg.pinv(_safe(own - cross.T @ moved, own)))
-        other = self.layout.twin(clean)
         covariance, p = self._wald(clean, other, ideas, A, beta)
         outside, by_cluster = self._outside(clean, other, ideas, own)
         return Gain(inside, outside, by_cluster, p, beta, covariance)
@@ -239,7 +253,7 @@ class Regression:
             change[mine] = clean[mine] @ beta
         beta = np.linalg.solve(_safe(own, before), target)
         after = self.residual - change
-        fall = self.layout.twin(self.residual) * self.residual - self.layout.twin(after) * after
+        fall = self._other(self.residual) * self.residual - self._other(after) * after
         by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
         relief = float((strained**2).sum() - ((strained - ideas @ beta) ** 2).sum())
         found = np.append(by_cluster, relief)

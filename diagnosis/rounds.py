@@ -8,15 +8,17 @@ to. Effects that do nearly as well as the best one are its rivals.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
-from diagnosis.regression import Regression
-from diagnosis.scored import Scored, allowed, leaders
+from diagnosis.regression import Columns, Regression
+from diagnosis.rivals import rivals
+from diagnosis.scored import Found, Scored, allowed, leaders
+from diagnosis.stacked import whole
 
 Array = NDArray[np.float64]
 MOST, ROUNDS = 4, 8
@@ -30,31 +32,11 @@ SMALLEST = 0.0015
 """Smallest effect that is worth naming, RMS relative to the torque's."""
 LEAST_KIN = 0.5
 """The same of what is left, beside an effect with which the library confuses it."""
-NEAR, CLOSE = 0.9, 0.7
-"""A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
-EDGE = 0.01
-"""Relative distance from a bound within which a shape wants to leave it."""
-T_APART = 2.5
-"""t at which two effects' gains differ from second to second."""
 TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
 MINOR = 0.05
 """An axis joins an effect's others when it gains this share of the best one; what is left of it
 comes again in the next round."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """An effect with the axes on which it was found, and the effects that do nearly as well."""
-
-    id: str
-    parts: tuple[Scored, ...]
-    rivals: tuple[str, ...]
-
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """Axes from 0; nothing where it acts on the whole."""
-        return tuple(part.axis for part in self.parts if part.axis is not None)
 
 
 @dataclass(frozen=True)
@@ -108,21 +90,18 @@ def one_round(
     }
     tried = sorted(
         (Found(name, tuple(parts), ()) for name, parts in passing.items()),
-        key=_outside,
+        key=lambda found: found.outside,
         reverse=True,
     )
-    large = [
-        Found(found.id, kept, ())
-        for found in tried
-        if (kept := _major([p for p in found.parts if _large(bench, p, energy, first, known)]))
-    ]
+    large = []
+    for found in tried:
+        parts = [p for p in found.parts if _large(bench, regression, p, energy, first, known)]
+        if parts:
+            large.append(replace(found, parts=_major(parts)))
     chosen = None
     if large:
-        winner = min(_ties(large), key=lambda found: _choices(bench, found))
-        axes = {part.axis for part in winner.parts}
-        others = [f for f in tried if f.id != winner.id and axes & {p.axis for p in f.parts}]
-        names = tuple(f.id for f in others if _plausible(bench, winner, f) and _is_rival(winner, f))
-        chosen = Found(winner.id, winner.parts, names)
+        winner = min(_ties(regression, large), key=lambda found: _choices(bench, found))
+        chosen = Found(winner.id, winner.parts, rivals(bench, winner, tried))
     return Round(tuple(tried), shares, chosen)
 
 
@@ -133,33 +112,26 @@ def _major(parts: Sequence[Scored]) -> tuple[Scored, ...]:
     return tuple(part for part in parts if part.gain.outside >= MINOR * most)
 
 
-def _ties(large: Sequence[Found]) -> list[Found]:
+def _ties(regression: Regression, large: Sequence[Found]) -> list[Found]:
     """The first, and what on all axes together comes so near that chance may decide."""
-    return [found for found in large if _outside(found) >= TIE * _outside(large[0])]
+    gains = [_together(regression, found) for found in large]
+    pairs = zip(large, gains, strict=True)
+    return [found for found, gained in pairs if gained >= TIE * max(gains)]
+
+
+def _together(regression: Regression, found: Found) -> float:
+    """What the parts gain together: what several of them explain, as what one axis lacks shows on
+    all in the base model's fit, counts once."""
+    if len(found.parts) == 1:
+        return found.outside
+    columns = np.hstack([whole(regression, part.columns) for part in found.parts])
+    return regression.gain(Columns(None, columns)).outside
 
 
 def _choices(bench: Bench, found: Found) -> int:
     """Shapes that a search may choose from: the more, the better it fits by chance."""
     item = bench.effects.get(found.id)
     return len(item.shapes) if item else 1
-
-
-def _plausible(bench: Bench, winner: Found, other: Found) -> bool:
-    """Whether another effect may be a rival at all.
-
-    One that needs more freedom to explain less only imitates, like a slow harmonic that follows
-    any curved stiffness; so does one whose shape would have to leave its bounds.
-    """
-    mine, its = bench.effects.get(winner.id), bench.effects.get(other.id)
-    if mine is None or its is None or _outside(other) > _outside(winner):
-        return True
-    edge = any(
-        not s.low * (1 + EDGE) < part.shape[s.name] < s.high * (1 - EDGE)
-        for part in other.parts
-        for s in its.searched
-        if s.low > 0
-    )
-    return its.freedom <= mine.freedom and not edge
 
 
 def unexplained(made: Calibrated, regression: Regression) -> Array:
@@ -172,7 +144,7 @@ def repeating(made: Calibrated, residual: Array) -> Array:
 
     Without repeats the sum of all squares, an upper bound.
     """
-    products = made.layout.twin(residual) * residual
+    products = (made.layout.twin(residual) if made.between else residual) * residual
     total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
     return np.asarray(np.maximum(np.array(total), 0.0))
 
@@ -204,12 +176,13 @@ def _energy(energy: Array, parts: Sequence[Scored]) -> float:
     return float(energy.sum() if None in axes else sum(energy[a] for a in axes if a is not None))
 
 
-def _outside(found: Found) -> float:
-    return sum(part.gain.outside for part in found.parts)
-
-
 def _large(
-    bench: Bench, part: Scored, energy: Array, first: Array, known: Sequence[Scored]
+    bench: Bench,
+    regression: Regression,
+    part: Scored,
+    energy: Array,
+    first: Array,
+    known: Sequence[Scored],
 ) -> bool:
     """Whether an effect on an axis is large enough to be named.
 
@@ -219,15 +192,32 @@ def _large(
     made = bench.made
     axes = list(range(bench.n)) if part.axis is None else [part.axis]
     rows = len(made.regression.y) / bench.n * len(axes)
-    noise, torque = float(_unit(made)[axes].mean()), float(made.torque_rms[axes].mean())
-    gained = max(part.gain.outside, 0.0)
-    if np.sqrt(gained / rows) * noise < SMALLEST * torque:
+    least, gained = SMALLEST * float(made.torque_rms[axes].mean()), max(part.gain.outside, 0.0)
+    if not made.between:  # the noise itself is among what is left, and what is slow is whitened
+        return gained > 0 and _torque(bench, regression, part) > least
+    size = np.sqrt(gained / rows) * float(_unit(made)[axes].mean())
+    if size < least and part.axis is not None and gained > 0:
+        # what is slow is larger than it seems among whitened rows
+        size = _torque(bench, regression, part)
+    if size < least:
         return False
-    if not made.between:  # the noise itself is among what is left
-        return True
     least = LEAST_KIN if any(_kin(bench, part, other) for other in known) else LEAST_SHARE
     shares = least * energy[axes].sum(), LEAST_FIRST * first[axes].sum()
     return bool(gained > max(shares))
+
+
+def _torque(bench: Bench, regression: Regression, part: Scored) -> float:
+    """RMS [N m] of an effect on an axis, without what the base model takes on in its fit."""
+    made, axis, C = bench.made, part.axis or 0, part.columns
+    moved = regression.solve(regression.products(C.axis, C.values)[1]) @ part.gain.beta
+    taken = moved[: len(made.known)]
+    left = [
+        values[kept] @ part.gain.beta - B[kept, axis] @ taken
+        for values, B, kept in zip(
+            bench.thin(part.id, axis, part.shape), made.B, made.kept, strict=True
+        )
+    ]
+    return float(np.sqrt((np.concatenate(left) ** 2).mean()))
 
 
 def _kin(bench: Bench, part: Scored, other: Scored) -> bool:
@@ -236,22 +226,3 @@ def _kin(bench: Bench, part: Scored, other: Scored) -> bool:
     if mine is None or its is None or part.axis != other.axis or part.id == other.id:
         return False
     return other.id in mine.effect.confused_with or part.id in its.effect.confused_with
-
-
-def _is_rival(winner: Found, other: Found) -> bool:
-    """Whether another effect does nearly as well on the winner's axes."""
-    axes = {part.axis for part in winner.parts}
-    other = Found(other.id, tuple(p for p in other.parts if p.axis in axes), ())
-    gained, reached = _outside(winner), _outside(other)
-    if reached < CLOSE * gained:
-        return False
-    if reached >= NEAR * gained:
-        return True
-    apart = _clusters(winner) - _clusters(other)
-    apart = apart[apart != 0]
-    spread = apart.std(ddof=1) / np.sqrt(len(apart)) if len(apart) > 2 else np.inf
-    return bool(apart.mean() < T_APART * spread)
-
-
-def _clusters(found: Found) -> Array:
-    return np.asarray(sum(part.gain.by_cluster for part in found.parts))

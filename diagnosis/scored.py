@@ -36,6 +36,25 @@ class Scored:
     columns: Columns
 
 
+@dataclass(frozen=True)
+class Found:
+    """An effect with the axes on which it was found, and the effects that do nearly as well."""
+
+    id: str
+    parts: tuple[Scored, ...]
+    rivals: tuple[str, ...]
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Axes from 0; nothing where it acts on the whole."""
+        return tuple(part.axis for part in self.parts if part.axis is not None)
+
+    @property
+    def outside(self) -> float:
+        """What it gains on trajectories left out, all axes."""
+        return sum(part.gain.outside for part in self.parts)
+
+
 def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
     """Effects on an axis (None: on the whole) that come near the best one there."""
     names, at = bench.names(axis), axis or 0

@@ -1,7 +1,7 @@
 """The places where model and data meet: mechanism, drives, and what changes from run to run.
 
 Each is searched by the same rules, held against the locked runs and asked what it leaves. The
-drives have a file of their own, `drives.py`.
+drives have a file of their own, `drives.py`, and what changes from run to run, `drifts.py`.
 """
 
 from __future__ import annotations
@@ -26,19 +26,15 @@ from diagnosis.answer import (
 )
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.candidates import Bench
-from diagnosis.compiled import compiled
 from diagnosis.elsewhere import Elsewhere
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
 from diagnosis.places import without_places
-from diagnosis.rounds import Found, Round, one_round, search, unexplained
-from diagnosis.scored import Scored
+from diagnosis.rounds import Round, search
+from diagnosis.scored import Found, Scored
 from diagnosis.verdict import Named
-from fmus.common.effects import library
 
 Array = NDArray[np.float64]
-DRIFTS = ("thermal_drift", "offset_drift")
-"""Effects that go on from run to run."""
 REST = 0.05
 """Share of what repeats on an axis that effects of several kinds may leave together."""
 
@@ -88,7 +84,7 @@ def side_of(
     others = None
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
-        held = _transferred(_not_worse(held, others, notes), others, notes)
+        held = _transferred(not_worse(held, others, notes), others, notes)
     crowded = _approximated(held)
     if crowded:
         held = kept_off(held, crowded)
@@ -152,7 +148,7 @@ def _size(bench: Bench, part: Scored, beta: Array) -> float:
     return max(abs(float(b)) / g.typical for b, g in zip(beta, gains, strict=True))
 
 
-def _not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
+def not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
     """Withdraw effects, axis by axis, that make the locked runs worse."""
     kept = held.parts
     while kept:
@@ -224,27 +220,3 @@ def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
             f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
         )
     return tuple(int(i) for i in np.flatnonzero(gap))
-
-
-def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
-    """What changes from run to run, and so drops out between passes.
-
-    Not asked where something repeats that nothing explains: it would be taken for a drift.
-    """
-    made = replace(first.held.bench.made, between=False)
-    if not made.noise.repeats or first.remains:
-        return []
-    known = {name: library()[name] for name in DRIFTS}
-    bench = Bench(made, compiled(made.base.n, known), across=True)
-    regression = made.regression
-    if first.held.parts:
-        regression = regression.extended([part.columns for part in first.held.parts])
-    found = one_round(bench, regression, unexplained(made, regression))
-    if found.chosen is None:
-        return []
-    held, notes = joint(bench, [found.chosen]), list[str]()
-    others = None
-    if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing))
-        held = _not_worse(held, others, notes)
-    return [Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]

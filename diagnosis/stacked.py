@@ -36,10 +36,10 @@ def deviations_of(
     columns: Array,
     tangents: Array,
 ) -> tuple[Array, list[dict[str, float]]]:
-    """Standard deviations of all gains, and of the shapes of each part.
+    """Standard deviations of all gains, and of the shapes of each part: infinite for one that
+    the runs do not determine.
 
-    A shape that the runs do not determine is kept, the least certain one first: left free it
-    would take the gain with it.
+    Such a shape is kept, the least certain one first: left free it would take the gain with it.
     """
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
@@ -53,6 +53,8 @@ def deviations_of(
             break
         free[np.argmax(unsure)] = False
     spread: list[dict[str, float]] = [{} for _ in parts]
+    for k, name in shaped:
+        spread[k][name] = np.inf
     known = [place for place, is_free in zip(shaped, free, strict=True) if is_free]
     for (k, name), value in zip(known, deviation[count:], strict=True):
         spread[k][name] = float(value)
@@ -67,14 +69,14 @@ def _reach(bench: Bench, part: Scored, name: str) -> float:
 
 
 def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta: Array) -> Array:
+    """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
     shape = next(s for s in bench.effects[part.id].effect.shapes if s.name == name)
-    step = 1e-3 * (abs(part.shape[name]) + 1e-3 * (max(shape.grid) - min(shape.grid)))
-    sides = [
-        bench.columns(part.id, part.axis or 0, {**part.shape, name: part.shape[name] + sign * step})
-        for sign in (1.0, -1.0)
-    ]
+    value = part.shape[name]
+    step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
+    ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
+    sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]
     change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
-    return whole(regression, change) / (2 * step)
+    return whole(regression, change) / (ends[0] - ends[1])
 
 
 def shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]:

@@ -10,31 +10,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import (
-    Joint,
-    axis_rms,
-    repeat_rms,
-)
+from diagnosis.answer import joint
+from diagnosis.blocks import Run
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.changed import changes
-from diagnosis.compiled import compiled
+from diagnosis.compiled import Compiled, compiled
 from diagnosis.confusion import confusion
+from diagnosis.drifts import drifts_of, without
 from diagnosis.drives import drives_of
-from diagnosis.elsewhere import Elsewhere
+from diagnosis.fit import beside
+from diagnosis.gaps import Before, before_of, gap_of
 from diagnosis.guard import poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of
-from diagnosis.noise import measured
 from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
-from diagnosis.sides import Side, drifts_of, side_of
-from diagnosis.verdict import Changed, Diagnosis, Gap, Named
+from diagnosis.sides import Side, side_of
+from diagnosis.verdict import Changed, Diagnosis, Named
 from fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
 RANGE, LITTLE_KNOWN = (0.4, 2.5), (0.0, 20.0)
 """Smallest and largest change of a parameter that is believed, relative: of what a drawing tells,
 and of damping, which it does not."""
+SEARCHES, BENT = 3, 0.05
+"""Searches of the mechanism at most; relative change of a width that asks for another one."""
 Progress = Callable[[str, int, int], None]
 USUAL, QUICK = Options(), Options(confidence=0)
 """What `flexhex diagnose` does, and the same without measuring its confidence."""
@@ -74,13 +74,23 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     """The answer for a base model that fits the runs well enough."""
     n, judged = made.base.n, asked.judged
     known = compiled(n, _sought(asked), made.base.holds)
-    sides = [side_of(Bench(made, known), judged, lambda text: progress(text, 2, 5))]
+    before, settled = _mechanism(made, known, judged, lambda text: progress(text, 2, 5))
+    made, sides = settled.held.bench.made, [settled]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
         return asked.cannot_tell("; ".join(sides[0].notes))
     progress("commanded against reported torque", 3, 5)
     sides += drives_of(made, asked.runs, judged)
-    sides += drifts_of(sides[0], judged)
+    drifts = drifts_of(settled, judged)
+    if drifts and settled.held.parts:
+        steady = without(settled.held, drifts[0].held)
+        made.forget()
+        del settled, drifts, sides[0]
+        made = steady
+        settled = side_of(Bench(made, known), judged, lambda text: progress(text, 3, 5))
+        sides.insert(0, settled)
+        drifts = drifts_of(settled, judged)
+    sides += drifts
     named = [effect for side in sides for effect in side.named]
     main = next((side for side in sides if side.matters), sides[0])
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
@@ -101,13 +111,39 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
         verdict,
         tuple(named),
         () if verdict in ("unknown", "cannot tell") else tuple(changed),
-        _gap(main.held, main.others),
+        gap_of(before if main is settled else before_of(main), main),
         tried_of(main.rounds),
         maps(main.held),
         tuple(notes),
         asked.findings,
         *asked.names,
     )
+
+
+def _mechanism(
+    made: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+) -> tuple[Before, Side]:
+    """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
+
+    What is missing bends the fit of the widths, and a bent fit asks for effects that are not
+    there; so the search begins anew beside the base model that its own answer leaves.
+    """
+    found = side_of(Bench(made, known), judged, say)
+    before = before_of(found)
+    for _ in range(SEARCHES - 1):
+        chosen = [r.chosen for r in found.rounds if r.chosen]
+        held = found.held if found.held.parts else joint(found.held.bench, chosen)
+        if not held.parts:
+            break
+        # the columns and rows of one search at a time: they take most of the memory
+        found.held.bench.forget()
+        settled = beside(held)
+        if np.abs(np.log(settled.fitted.widths / made.fitted.widths)).max(initial=0.0) < BENT:
+            break
+        del found, held
+        made = settled
+        found = side_of(Bench(made, known), judged, say)
+    return before, found
 
 
 def _sought(asked: Asked) -> dict[str, Effect]:
@@ -148,28 +184,6 @@ def diagnose_files(
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
     return diagnose(paths, locked, machine_file, options).data()
-
-
-def _gap(held: Joint, others: Elsewhere | None) -> Gap:
-    made = held.bench.made
-    plain, bare = made.regression.q, np.zeros(len(made.known))
-    before, _ = repeat_rms(made, made.residual(plain))
-    after, _ = repeat_rms(made, held.residual)
-    floor = np.full(made.base.n, np.nan)
-    if made.noise.repeats:
-        floor = measured(made.blocks, held.residual).floor
-    judged: dict[str, Array] = {}
-    if others is not None:
-        left = others.residual(held.parts, held.beta, held.q)
-        own = measured(others.blocks, left)
-        judged = {
-            "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
-            "before": axis_rms(others.blocks, others.residual((), (), plain)),
-            "after": axis_rms(others.blocks, left),
-        } | ({"floor": own.floor} if own.repeats else {})
-    listed = (made.residual(bare), made.residual(plain), held.residual)
-    one, two, three = (axis_rms(made.blocks, values) for values in listed)
-    return Gap("N m", made.torque_rms, one, two, three, floor, before, after, judged)
 
 
 def _verdict(

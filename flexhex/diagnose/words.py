@@ -70,7 +70,9 @@ def measured(e: Estimate) -> str:
     unit = "" if e.unit in ("1", "") else f" {e.unit}"
     low, high = e.ci95
     half = 0.5 * (high - low)
-    if not math.isfinite(half) or half <= 0:
+    if math.isinf(half):
+        return f"{number(e.value)}{unit} (not determined)"
+    if not half > 0:
         return number(e.value) + unit
     lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
     place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")

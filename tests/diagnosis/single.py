@@ -1,4 +1,4 @@
-"""A single axis as nature has it: inertia, gravity, spring, LuGre friction, noise. NumPy only.
+"""A single axis as nature has it: inertia, gravity, spring, LuGre friction, noise. NumPy, SciPy.
 
 Nothing of the house is used but the channel names of a log.
 """
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 Array = NDArray[np.float64]
 TS, SECONDS = 1e-3, 12.0
@@ -44,8 +45,26 @@ def lugre(t: Array, rate: Array, friction: float) -> Array:
     return friction * bent
 
 
-def write(path: Path, seed: int, number: int, friction: float, noise: float = 0.01) -> Path:
-    """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m]."""
+def wandering(count: int, corner: float, rng: np.random.Generator) -> Array:
+    """Noise (count,) of unit RMS below a corner [Hz]."""
+    kept = np.exp(-2 * np.pi * corner * TS)
+    pushed = np.sqrt(1 - kept**2) * rng.standard_normal(count)
+    return np.asarray(lfilter([1.0], [1.0, -kept], pushed))
+
+
+def write(
+    path: Path,
+    seed: int,
+    number: int,
+    friction: float,
+    noise: float = 0.01,
+    extra: Array | float = 0.0,
+    run: int = 0,
+) -> Path:
+    """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m].
+
+    extra: any other torque [N m]; run: its place in the order of all runs, 0 for none.
+    """
     t = np.arange(round(SECONDS / TS)) * TS
     theta, rate, acceleration = moved(t, seed)
     tau = J * acceleration + DAMPING * rate + WEIGHT * np.sin(theta) + SPRING * theta + 0.05
@@ -53,8 +72,15 @@ def write(path: Path, seed: int, number: int, friction: float, noise: float = 0.
         tau = tau + lugre(t, rate, friction)
     rng = np.random.default_rng([seed, number])
     seen = np.round((theta + 2e-6 * rng.standard_normal(len(t))) / 1e-6) * 1e-6
-    tau = tau + noise * rng.standard_normal(len(t))
-    head = [f"# trajectory: {seed}", f"# pass: {number}", "time,theta[1],tau_meas[1]", "s,rad,N m"]
+    tau = tau + noise * rng.standard_normal(len(t)) + extra
+    place = [f"# run: {run}"] if run else []
+    head = [
+        f"# trajectory: {seed}",
+        f"# pass: {number}",
+        *place,
+        "time,theta[1],tau_meas[1]",
+        "s,rad,N m",
+    ]
     rows = [f"{a:.6f},{b:.7f},{c:.6f}" for a, b, c in zip(t, seen, tau, strict=True)]
     path.write_text("\n".join([*head, *rows, ""]))
     return path

@@ -19,8 +19,7 @@ from diagnosis.base import Known
 from diagnosis.calibrate import LOOSE
 from diagnosis.compiled import compiled
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Found
-from diagnosis.scored import Scored
+from diagnosis.scored import Found, Scored
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]

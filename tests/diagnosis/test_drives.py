@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from diagnosis import drives, late, workflow
 from diagnosis.base import Motion
 from diagnosis.blocks import Run, Signal
-from diagnosis.path import PathBase
-from diagnosis.rounds import Found
+from diagnosis.path import PathBase, driven
+from diagnosis.scored import Found
 from fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -92,6 +92,38 @@ def test_late_axis_that_the_search_left_out_is_no_measure_for_others() -> None:
     found = drives._late(side, path, made, common)
     assert {axis: one.id for axis, one in found.items()} == {1: late.LAG, 2: late.LAG}
     assert found[1].time == pytest.approx(6e-3, rel=0.02)
+
+
+@pytest.mark.parametrize("still", [(2,), (0, 2)])
+def test_drive_that_is_asked_for_nothing_says_nothing(still: tuple[int, ...]) -> None:
+    made = runs(lags=(1.5e-3,))
+    for run in made:
+        assert run.command is not None
+        run.command.values[:, still] = 0.0
+        run.tau.values[:, still] = np.round(run.tau.values[:, still] * 1e-3, 3)
+    path = PathBase(N, 0.0105, 0.005, 1.0)
+    common = drives.common_lag(path, made)
+    moving = [i for i in range(N) if i not in still]
+    assert common == pytest.approx(LOOP if 0 in moving else LOOP + 1.5e-3, rel=0.05)
+    found = late.lag_or_delay(path, made, LOOP, {1: 1.5e-3}, [1])
+    assert {axis: one.id for axis, one in found.items()} == ({1: late.LAG} if 0 in moving else {})
+
+
+def test_no_drive_that_moves_has_no_lag() -> None:
+    made = runs()
+    for run in made:
+        assert run.command is not None
+        run.command.values[:] = 0.0
+    assert drives.common_lag(PathBase(N, 0.0105, 0.005, 1.0), made) == 0.0
+
+
+def test_run_without_a_known_command_is_all_unknown() -> None:
+    run = runs()[0]
+    assert run.command is not None
+    lost = replace(run.command, valid=np.zeros_like(run.command.valid))
+    (found,) = driven([replace(run, command=lost)], 0.0)
+    assert not found.valid.any()
+    assert np.isfinite(found.tau.values).all()
 
 
 def test_what_is_half_a_lag_is_not_told() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 import diagnosis.places as places
 from diagnosis.compiled import compiled
-from diagnosis.rounds import Found
+from diagnosis.scored import Found
 from fmus.common.effects import Signals, library
 
 EFFECTS = {c.effect.id: c for c in compiled(2)}

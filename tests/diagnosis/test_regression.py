@@ -222,3 +222,26 @@ def test_effect_is_credited_with_the_strain_that_it_spares() -> None:
     relief = float(found.by_cluster[-1])
     assert relief == pytest.approx(made.strain, rel=0.1)
     assert relief > 100
+
+
+def test_drift_is_found_beside_base_columns_with_noise() -> None:
+    """A column of its own in every pass; noise in the base model's columns takes nothing of it,
+    nor of the base model's parameters, as it would by ordinary least squares (20 %)."""
+    rows = layout()
+    rng = np.random.default_rng(8)
+    exact = regression(rows, nb=1)
+    true = float(exact.q[0]) + 2.0
+    noisy = exact.B + 0.5 * rng.standard_normal(exact.B.shape)
+    drift = rng.standard_normal((len(exact.y), 1)) + 0.5 * exact.B
+    made = replace(exact, y=exact.y + 2.0 * exact.B[:, 0] + 0.3 * drift[:, 0], B=noisy)
+    gain = replace(made, drifting=True).gain(Columns(None, drift))
+    spread = float(np.sqrt(gain.covariance[0, 0]))
+    assert gain.beta[0] == pytest.approx(0.3, abs=4 * spread)
+    assert gain.p < 1e-6
+    assert gain.outside > 0
+    both = replace(made, drifting=True).extended([Columns(None, drift)])
+    assert both.q[0] == pytest.approx(true, rel=0.1)
+    assert both.q[1] == pytest.approx(0.3, abs=4 * spread)
+    np.testing.assert_array_equal(both.twin[:, 1], drift[:, 0])
+    # between passes such a column does not repeat
+    assert replace(made, drifting=False).falls(None, drift - 0.5 * exact.B, 1)[0] == 0.0

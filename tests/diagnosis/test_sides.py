@@ -39,7 +39,7 @@ def withdrawn(
     listed = [SimpleNamespace(id=id, axis=axis) for id, axis in parts.items()]
     notes: list[str] = []
     held: Any = SimpleNamespace(parts=listed)
-    kept = sides._not_worse(held, Locked(left), notes)  # type: ignore[arg-type]
+    kept = sides.not_worse(held, Locked(left), notes)  # type: ignore[arg-type]
     return "".join(part.id for part in kept.parts), notes
 
 

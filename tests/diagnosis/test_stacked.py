@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.stacked import deviations_of
+from diagnosis.regression import Columns
+from diagnosis.stacked import deviations_of, stack
 from fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
 
@@ -36,5 +37,25 @@ def test_shape_that_shows_has_an_interval() -> None:
 
 def test_shape_that_does_not_show_leaves_the_gain_its_interval() -> None:
     gain, shape = spreads(1e-2)
-    assert shape == {}
+    assert shape == {"w": np.inf}
     assert gain == pytest.approx(1 / np.sqrt(2400), rel=0.3)
+
+
+@pytest.mark.parametrize("value", [0.1, 2.0, 10.0])
+def test_shape_is_never_asked_for_beyond_its_bounds(value: float) -> None:
+    """At a bound the change with a shape is one-sided; beyond it a column may be no number."""
+    (own,) = signals(ROWS, 1, 11).T
+
+    def columns(name: str, axis: int, shape: dict[str, float]) -> Columns:
+        assert SHAPE.low <= shape["w"] <= SHAPE.high
+        return Columns(0, shape["w"] ** 2 * own[:, None])
+
+    item = SimpleNamespace(searched=[SHAPE], effect=SimpleNamespace(shapes=[SHAPE]))
+    bench: Any = SimpleNamespace(effects={"a": item}, columns=columns)
+    made = regression(ROWS)
+    part: Any = SimpleNamespace(
+        id="a", axis=0, shape={"w": value}, columns=Columns(0, own[:, None])
+    )
+    _, tangents = stack(bench, made, [part])
+    _, gain = made.fall(Columns(None, own[:, None]))
+    np.testing.assert_allclose(tangents[:, 0], 2 * value * gain[0] * own, rtol=2e-3)

@@ -22,7 +22,7 @@ BIG = {
     "drive_lag": {"T_lag": 0.0008},
     "torque_constant_saturation": {"s": 0.02, "tau_k": 0.2},
     "torque_saturation": {"clip": 0.3, "tau_lim": 0.5},
-    "offset_drift": {"o_r": 0.02, "o_t": 0.1, "T": 2.0},
+    "offset_drift": {"o_r": 0.07, "T": 2.0},
     "thermal_drift": {"g_t": 0.05, "g_w": 0.01, "T": 2.0},
     "flexible_mode": {"J_2": 0.005},
     "quadratic_drag": {"D_2": 0.3},

@@ -146,6 +146,8 @@ def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
     shape |= {"T": 0.5} if "T" in shape else {}
     # a reversal within a sample is a corner that a narrower angle would show
     shape |= {"s_0": 5e-3} if "s_0" in shape else {}
+    # at a rate that this motion does not rush through, so that its peak is one
+    shape |= {"v_s": 0.2} if "v_s" in shape else {}
     before, now = ca.SX.sym("before", 6), ca.SX.sym("now", 6)
     state = ca.SX.sym("state", len(effect.states))
     then, there = axis(ca.vertsplit(before)), axis(ca.vertsplit(now))

@@ -6,9 +6,14 @@ their intervals come from `python -m benchmarks.hidden_effects` over some hundre
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from benchmarks.hidden_effects import judge
+from benchmarks.hidden_effects import case_of, diagnose, generate, judge
+from tests.conftest import MACHINE_FILE
 from tests.hidden.draw import slots
 from tests.hidden.score import Score
 from tests.hidden.tables import SEEN
@@ -41,6 +46,19 @@ def test_large_effect_is_found(id: str) -> None:
     found = verdict("single", id, 0.03)
     assert found.observable[0] > SEEN, "the case does not test what it says"
     assert found.outcome in ("alone", "set"), found
+
+
+def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> None:
+    """Fitted without the friction the model's hysteresis is half as wide as it should be; beside
+    that the friction seemed more than twice as large, and a second hysteresis was named."""
+    case = case_of(("seed", seed_of("single", "coulomb_friction", 0.03)))
+    made = generate(case, tmp_path / "logs", tmp_path / "sealed")
+    found = diagnose(made.paths, made.locked, MACHINE_FILE)
+    (hidden,) = json.loads(made.sealed.read_text(encoding="utf-8"))["hidden"]
+    (effect,) = found["effects"]
+    assert (effect["id"], effect["axes"]) == (hidden["id"], hidden["axes"])
+    values = {name: e["value"] for name, e in effect["parameters"].items() if "F_c" in name}
+    np.testing.assert_allclose(list(values.values()), hidden["gain"], rtol=0.15)
 
 
 def test_effect_outside_the_list_gets_no_name() -> None:

@@ -43,13 +43,13 @@ class ThermalDrift(Effect):
 
 
 class OffsetDrift(Effect):
-    """o_r t + o_t (1 - exp(-t / T)): a torque that creeps in."""
+    """o_r T (1 - exp(-t / T)): a torque that creeps in, and comes to rest after some T.
+
+    The gain is the creep at first: what a run tells when it is shorter than T.
+    """
 
     id, title, acts_on = "offset_drift", "drift of the offset", "torque"
-    gains = (
-        Gain("o_r", "N m/s", 1e-4, -0.1, 0.1, "steady creep"),
-        Gain("o_t", "N m", 0.01, -5.0, 5.0, "offset after a long time"),
-    )
+    gains = (Gain("o_r", "N m/s", 1e-3, -0.5, 0.5, "creep at first"),)
     shapes = (TIME,)
     excites = "a run as long as the time constant"
     confused_with = ("thermal_drift",)
@@ -57,7 +57,7 @@ class OffsetDrift(Effect):
     spec = LONG
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return ca.vertcat(s.time, 1 - ca.exp(-s.time / shape["T"]))
+        return shape["T"] * (1 - ca.exp(-s.time / shape["T"]))
 
 
 EFFECTS = (ThermalDrift(), OffsetDrift())

@@ -114,6 +114,7 @@ class Effect:
               the motor constant, which turns the report into torque, has no say
     behind    what of such an effect can stand behind the report where the command is known too;
               None: all of it
+    extends   id of the effect that it is without its gains after the first
     most      how many of it, with other shapes, one axis can have
     """
 
@@ -131,6 +132,7 @@ class Effect:
     feedforward: str = ""
     reported: bool = False
     behind: Effect | None = None
+    extends: str = ""
     most: int = 1
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

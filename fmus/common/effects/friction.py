@@ -18,13 +18,15 @@ PRESLIDING = Shape(
     grid=(4e-4, 1e-3, 2.5e-3, 5e-3),
     description="angle within which the torque turns over after a reversal",
 )
+STILL = 1e-12
+"""Sum of rates [rad/s] at which nothing moves."""
 SLOW = Experiment("triangle", {"speed": 0.05, "amplitude": 0.19})
 
 
 class DryFriction(Effect):
     """Dry friction with presliding: z follows the motion within an angle s_0, as Dahl has it."""
 
-    states = (State("z_0", "1"),)
+    states: tuple[State, ...] = (State("z_0", "1"),)
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return (s.thetad - ca.fabs(s.thetad) * state) / shape["s_0"]
@@ -53,10 +55,12 @@ class CoulombFriction(DryFriction):
 
 
 class StribeckFriction(DryFriction):
-    """(F_c + F_s exp(-(thetad / v_s)^2)) z_0: friction that is larger when slow.
+    """F_c z_0 + F_s z_s: friction that is larger when slow, z_s follows exp(-(thetad / v_s)^2) z_0.
 
     A contact with a breakaway torque has a friction torque too, so both are one effect; without
-    F_s it is Coulomb's.
+    F_s it is Coulomb's. Contacts remember: z_s follows within the angle s_0, like z_0. To first
+    order in F_s / F_c that is the bristle z' = (thetad - |thetad| z / g) / s_0 with
+    g = 1 + (F_s / F_c) exp(-(thetad / v_s)^2), LuGre's.
     """
 
     id, title, acts_on = "stribeck_friction", "Stribeck friction", "torque"
@@ -68,13 +72,37 @@ class StribeckFriction(DryFriction):
         Shape("v_s", "rad/s", 1e-3, 0.3, 0.05, (0.01, 0.03, 0.1), "Stribeck rate"),
         PRESLIDING,
     )
+    states = (State("z_0", "1"), State("z_s", "1"))
     excites = "very slow motion beside fast motion"
     confused_with = ("coulomb_friction", "second_hysteresis")
+    extends = "coulomb_friction"
     experiment = "triangles below and above the Stribeck rate"
     spec = Experiment("triangle", {"speed": 0.02, "amplitude": 0.1})
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return ca.vertcat(state, ca.exp(-((s.thetad / shape["v_s"]) ** 2)) * state)
+        return state
+
+    def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        way = ca.fabs(s.thetad) / shape["s_0"]
+        return ca.vertcat(
+            s.thetad / shape["s_0"] - way * state[0], way * (_slow(s, shape) * state[0] - state[1])
+        )
+
+    def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
+        """Exact for a step of one sign and one peak: its mean along the way (Simpson)."""
+        delta = now.theta - before.theta
+        sign, way = ca.sign(delta), ca.fabs(delta) / shape["s_0"]
+        seen, left = ((before, 1), (before.towards(now, 0.5), 4), (now, 1)), ca.exp(-way)
+        weights = [weight * ca.fabs(s.thetad) for s, weight in seen]
+        total = sum(w * _slow(s, shape) for w, (s, _) in zip(weights, seen, strict=True))
+        peak = total / ca.fmax(sum(weights), STILL)
+        z_s = (state[1] + peak * (state[0] - sign) * way) * left + peak * sign * (1 - left)
+        return ca.vertcat(actuator.dahl(state[0], delta, shape["s_0"]), z_s)
+
+
+def _slow(s: Signals, shape: Shapes) -> Expr:
+    """How slow it moves, from 1 at rest to 0."""
+    return ca.exp(-((s.thetad / shape["v_s"]) ** 2))
 
 
 class QuadraticDrag(Effect):

@@ -1,0 +1,105 @@
+"""What changes from run to run: it goes on where a run ends, and drops out between passes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.absorbed import GAIN
+from diagnosis.answer import Joint, joint, torque_of
+from diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
+from diagnosis.calibrate import Calibrated, about
+from diagnosis.candidates import Bench, known_torque
+from diagnosis.compiled import compiled
+from diagnosis.elsewhere import Elsewhere
+from diagnosis.naming import named_of
+from diagnosis.noise import measured
+from diagnosis.rounds import Round, one_round, unexplained
+from diagnosis.sides import Side, not_worse
+from fmus.common.effects import library
+
+Array = NDArray[np.float64]
+DRIFTS = ("thermal_drift", "offset_drift")
+"""Effects that go on from run to run."""
+SLOWER = 8.0
+"""So much longer than usual torque and columns are smoothed for them."""
+
+
+def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
+    """What changes from run to run, and so drops out between passes.
+
+    Not asked where something repeats that nothing explains: it would be taken for a drift.
+    """
+    made = first.held.bench.made
+    if not made.noise.repeats or first.remains:
+        return []
+    made = _slowly(first.held)
+    drift = _drifting(made)
+    if drift is None:
+        return []
+    plain = [effect for effect in first.held.effects if effect.id != GAIN]
+    if len(plain) < len(first.held.effects):
+        # a motor that warms up has on average another constant: first the drift, then the rest
+        drift = _drifting(_slowly(joint(first.held.bench, plain))) or drift
+    found, held = drift
+    others, notes = None, list[str]()
+    if judged:
+        others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing))
+        held = not_worse(held, others, notes)
+    return [Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
+
+
+def without(held: Joint, drift: Joint) -> Calibrated:
+    """The calibrated base model of a fit, with a drift taken off its runs.
+
+    Of a drift that slows down some repeats, as if the mechanism lacked it.
+    """
+    made = held.bench.made
+    bench = Bench(made, list(drift.bench.effects.values()), across=True)
+    torque = torque_of(bench, drift.parts, drift.beta)
+    left = [r - t for r, t in zip(held.residual, torque, strict=True)]
+    y = tuple(y - t for y, t in zip(made.y, torque, strict=True))
+    return replace(made, y=y, noise=measured(made.blocks, left))
+
+
+def _slowly(held: Joint) -> Calibrated:
+    """What a fit leaves, smoothed for what is slow: noise of the angles, which a longer window
+    takes away, would make a drift that goes with the torque too small."""
+    old = held.bench.made
+    span = min(float(block.at[-1] - block.at[0]) for block in old.blocks)
+    factor = max(1.0, min(SLOWER, span / (LEAST * old.base.spacing)))
+    base = copy(old.base)
+    base.window, base.spacing = factor * base.window, factor * base.spacing
+    listed = blocks(base, [block.run for block in old.blocks], factor * old.spacing, JUDGED)
+    plain = about(base, listed, old.fitted, old.noise)
+    given = known_torque(plain)
+    made = about(base, listed, old.fitted, old.noise, given=given) if given else plain
+    bench = Bench(made, list(held.bench.effects.values()))
+    explained = torque_of(bench, held.parts, held.beta)
+    y = tuple(y - e for y, e in zip(made.y, explained, strict=True))
+    made = replace(made, y=y, between=False)
+    return replace(made, noise=measured(listed, _level(listed, made.residual(held.q))))
+
+
+def _level(listed: Sequence[Block], residual: Sequence[Array]) -> list[Array]:
+    """Residuals (m, n) [N m] of each block without what a straight line through it explains: else
+    the drift, by which passes differ, would be a part of the noise."""
+    found = []
+    for block, values in zip(listed, residual, strict=True):
+        clock = np.stack([np.ones(len(block.at)), block.at - block.at[0]], axis=1)
+        good = block.usable
+        line = np.linalg.lstsq(clock[good], values[good], rcond=None)[0]
+        found.append(values - clock @ line)
+    return found
+
+
+def _drifting(made: Calibrated) -> tuple[Round, Joint] | None:
+    """What changes from run to run in residuals of the base model."""
+    known = {name: library()[name] for name in DRIFTS}
+    bench = Bench(made, compiled(made.base.n, known), across=True)
+    found = one_round(bench, made.regression, unexplained(made, made.regression))
+    return (found, joint(bench, [found.chosen])) if found.chosen else None

@@ -1,0 +1,63 @@
+"""The gap before and after, per axis: on the runs of the fit and on the locked ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.answer import axis_rms, repeat_rms
+from diagnosis.noise import measured
+from diagnosis.sides import Side
+from diagnosis.verdict import Gap
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Before:
+    """What the base model alone leaves (n,) [N m]: torque, for comparison; nominal, with the
+    parameters of the file; fitted; repeat, of that; judged, both on the locked runs."""
+
+    torque: Array
+    nominal: Array
+    fitted: Array
+    repeat: Array
+    judged: Mapping[str, Array]
+
+
+def before_of(side: Side) -> Before:
+    """Of the base model that a side was searched beside."""
+    made, others = side.held.bench.made, side.others
+    plain, bare = made.regression.q, np.zeros(len(made.known))
+    judged: dict[str, Array] = {}
+    if others is not None:
+        judged = {
+            "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
+            "before": axis_rms(others.blocks, others.residual((), (), plain)),
+        }
+    nominal, fitted = (axis_rms(made.blocks, made.residual(q)) for q in (bare, plain))
+    repeat, _ = repeat_rms(made, made.residual(plain))
+    return Before(made.torque_rms, nominal, fitted, repeat, judged)
+
+
+def gap_of(before: Before, side: Side) -> Gap:
+    """Before, and after what a side found."""
+    held, made = side.held, side.held.bench.made
+    repeat, _ = repeat_rms(made, held.residual)
+    floor = np.full(made.base.n, np.nan)
+    if made.noise.repeats:
+        floor = measured(made.blocks, held.residual).floor
+    judged = dict(before.judged)
+    if side.others is not None:
+        others = side.others
+        left = others.residual(held.parts, held.beta, held.q)
+        own = measured(others.blocks, left)
+        judged["after"] = axis_rms(others.blocks, left)
+        if own.repeats:
+            judged["floor"] = own.floor
+    after = axis_rms(made.blocks, held.residual)
+    usual = before.torque, before.nominal, before.fitted, after
+    return Gap("N m", *usual, floor, before.repeat, repeat, judged)

@@ -1,0 +1,51 @@
+"""A torque that creeps from run to run is named with its rate; slow noise is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+from tests.diagnosis.single import SECONDS, TS, wandering, write
+
+OPTIONS = Options(base="axis", confidence=0)
+RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+"""Motion and pass of each run, in the order of time; the last motion is judged on."""
+CREEP, TIME = 1e-3, 25.0
+"""Of a torque that creeps in: at first [N m/s], until it rests [s]."""
+COUNT = round(SECONDS / TS)
+
+
+def said(folder: Path, extra: list[NDArray[np.float64]]) -> Diagnosis:
+    """The answer for runs with a torque more, one after the other."""
+    paths = [
+        write(folder / f"{k}.csv", *run, 0.0, extra=torque, run=k)
+        for k, (run, torque) in enumerate(zip(RUNS, extra, strict=True), start=1)
+    ]
+    return diagnose(paths[:4], paths[4:], options=OPTIONS)
+
+
+def creeping() -> list[NDArray[np.float64]]:
+    clock = TS * np.arange(len(RUNS) * COUNT)
+    return np.split(CREEP * TIME * (1 - np.exp(-clock / TIME)), len(RUNS))
+
+
+def test_creeping_offset_is_named_with_its_rate(tmp_path: Path) -> None:
+    """1 % of the torque; whitened it is not a tenth of that."""
+    (drift,) = said(tmp_path, creeping()).effects
+    assert drift.id == "offset_drift"
+    rate, time = (drift.parameters[name] for name in ("o_r", "T"))
+    assert rate.ci95[0] < CREEP < rate.ci95[1]
+    assert rate.value == pytest.approx(CREEP, rel=0.25)
+    assert time.value == pytest.approx(TIME, rel=0.3)
+
+
+@pytest.mark.parametrize("corner", [0.05, 0.5, 5.0])
+def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
+    rng = np.random.default_rng(11)
+    found = said(tmp_path, [0.02 * wandering(COUNT, corner, rng) for _ in RUNS])
+    assert found.effects == ()
