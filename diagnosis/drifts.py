@@ -37,18 +37,18 @@ def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
     made = first.held.bench.made
     if not made.noise.repeats or first.remains:
         return []
-    made = _slowly(first.held)
+    made = _slowly(first.held, first.others)
     drift = _drifting(made)
     if drift is None:
         return []
     plain = [effect for effect in first.held.effects if effect.id != GAIN]
     if len(plain) < len(first.held.effects):
         # a motor that warms up has on average another constant: first the drift, then the rest
-        drift = _drifting(_slowly(joint(first.held.bench, plain))) or drift
+        drift = _drifting(_slowly(joint(first.held.bench, plain), first.others)) or drift
     found, held = drift
     others, notes = None, list[str]()
     if judged:
-        others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing))
+        others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
         held = not_worse(held, others, notes)
     return [Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
 
@@ -66,12 +66,16 @@ def without(held: Joint, drift: Joint) -> Calibrated:
     return replace(made, y=y, noise=measured(made.blocks, left))
 
 
-def _slowly(held: Joint) -> Calibrated:
+def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:
     """What a fit leaves, smoothed for what is slow: noise of the angles, which a longer window
-    takes away, would make a drift that goes with the torque too small."""
+    takes away, would make a drift that goes with the torque too small.
+
+    others: locked runs, of which enough must be left too.
+    """
     old = held.bench.made
-    span = min(float(block.at[-1] - block.at[0]) for block in old.blocks)
-    factor = max(1.0, min(SLOWER, span / (LEAST * old.base.spacing)))
+    spans = [_seconds(block) / LEAST for block in old.blocks]
+    spans += [_seconds(block) / (2 * JUDGED) for block in others.blocks] if others else []
+    factor = max(1.0, min(SLOWER, min(spans) / old.base.spacing))
     base = copy(old.base)
     base.window, base.spacing = factor * base.window, factor * base.spacing
     listed = blocks(base, [block.run for block in old.blocks], factor * old.spacing, JUDGED)
@@ -83,6 +87,10 @@ def _slowly(held: Joint) -> Calibrated:
     y = tuple(y - e for y, e in zip(made.y, explained, strict=True))
     made = replace(made, y=y, between=False)
     return replace(made, noise=measured(listed, _level(listed, made.residual(held.q))))
+
+
+def _seconds(block: Block) -> float:
+    return float(block.at[-1] - block.at[0])
 
 
 def _level(listed: Sequence[Block], residual: Sequence[Array]) -> list[Array]:

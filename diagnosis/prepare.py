@@ -16,7 +16,7 @@ from diagnosis.blocks import Run, blocks, spacing_for
 from diagnosis.calibrate import Calibrated
 from diagnosis.fit import calibrate
 from diagnosis.guard import POOR, poor_axes, strange_axes
-from diagnosis.runs import runs_of
+from diagnosis.runs import runs_of, starts_of
 from diagnosis.verdict import Diagnosis, Gap
 from diagnosis.window import smoother
 from fmus.common.errors import LogError
@@ -82,7 +82,8 @@ def asked_of(
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0])
-    runs, judged = runs_of(groups, base.n), runs_of(apart, base.n)
+    starts = starts_of([*ours, *theirs])
+    runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     asked = Asked(base.n, runs, judged, findings, names, np.zeros(base.n))
     return base, asked, _trouble(ours, runs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -20,21 +20,27 @@ SHARE = 0.25
 """Length, relative to the longest, below which a piece of a broken log is left out."""
 FEWEST = 8
 """Samples below which a stretch between two breaks is left out."""
+SKIPPED = 100
+"""Runs at most that are taken to lie between two; numbers further apart are labels."""
 FASTEST = 1e-3
 """Model columns are evaluated no more often than this [s]; torques keep their own rate."""
 
 
-def runs_of(groups: Sequence[RunGroup], n: int) -> list[Run]:
+def runs_of(
+    groups: Sequence[RunGroup], n: int, starts: Mapping[str, float] | None = None
+) -> list[Run]:
     """Runs of n axes; a log with breaks becomes several, each part of it a trajectory.
 
+    starts: when each log began [s], by its name (`starts_of`); default: of these logs alone.
     Raises LogError for another number of axes.
     """
     listed = [(group.trajectory, log) for group in groups for log in group.logs]
+    began = starts_of([log for _, log in listed]) if starts is None else starts
     found: list[Run] = []
     for trajectory in dict.fromkeys(name for name, _ in listed):
         pieces = [
-            _long(_pieces(log, trajectory, n, place))
-            for place, (name, log) in enumerate(listed, start=1)
+            _long(_pieces(log, trajectory, n, began[log.name]))
+            for name, log in listed
             if name == trajectory
         ]
         found += _parts(trajectory, pieces)
@@ -75,14 +81,14 @@ def _overlap(a: Run, b: Run) -> float:
     return (min(ends) - max(starts)) / min(seconds)
 
 
-def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
+def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
     angles, torques = log["theta"], log["tau_meas"]
     for name, channel in (("theta", angles), ("tau_meas", torques)):
         if channel.width != n:
             raise LogError(f"{log.name}: {name} has {channel.width} axes, the model has {n}")
     found = []
-    for start, end in _whole_stretches(angles):
-        part = _cut(angles, start, end)
+    for first, end in _whole_stretches(angles):
+        part = _cut(angles, first, end)
         step = max(1, round(FASTEST / part.ts))
         thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
         if len(thin.values) < FEWEST:
@@ -97,7 +103,7 @@ def _pieces(log: Log, trajectory: str, n: int, place: int) -> list[Run]:
                 _signal(torques, thin),
                 _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
                 log.shift,
-                _start(log, place),
+                start,
                 payload_of(log),
                 log.meta,
             )
@@ -132,14 +138,27 @@ def motion_of(theta: Signal, rates: Channel | None) -> Motion:
     return Motion(start, ts, th[2:-2], first, second, noise=noise, derived=derived)
 
 
-def _start(log: Log, place: int) -> float:
-    """When a run began [s]: one after the other, by their number or else as they were named."""
+def starts_of(logs: Sequence[Log]) -> dict[str, float]:
+    """When each log began [s], by its name: one after the other, by the run's number or, unless
+    all have one of their own, as they were named; a run that is missing was as long as the one
+    after it."""
+    numbers = [number for number in map(_number, logs) if number is not None]
+    if len(set(numbers)) < len(logs):
+        numbers = list(range(1, len(logs) + 1))
+    starts, now, following = dict[str, float](), 0.0, 1
+    for number, log in sorted(zip(numbers, logs, strict=True), key=lambda pair: pair[0]):
+        channel, skipped = log["theta"], max(0, number - following)
+        length = channel.ts * len(channel.values)
+        starts[log.name] = now + (skipped if skipped <= SKIPPED else 0) * length
+        now, following = starts[log.name] + length, number + 1
+    return starts
+
+
+def _number(log: Log) -> int | None:
     try:
-        number = int(log.meta["run"])
+        return int(log.meta["run"])
     except (KeyError, ValueError):
-        number = place
-    channel = log["theta"]
-    return (number - 1) * channel.ts * len(channel.values)
+        return None
 
 
 def _thick(valid: NDArray[np.bool_]) -> NDArray[np.bool_]:

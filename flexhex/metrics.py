@@ -6,6 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from fmugen.codegen import SYMBOLIC
 from numpy.typing import NDArray
 
 from diagnosis.motion import MotionModel
@@ -80,7 +81,8 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
 
 def end_effector_error(machine: Machine, theta: Array, e: Array) -> Array:
     """Error of E (samples, 6): position [m], rotation [rad], both in the world frame."""
-    model = MotionModel(machine)
+    with SYMBOLIC:
+        model = MotionModel(machine)
     x = model.close(theta)
     moved, _ = model.rates(x, e, np.zeros_like(e))
     lam, lamd = x[:, -4:], moved[:, -4:]

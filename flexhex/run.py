@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from fmugen.codegen import SYMBOLIC
 from numpy.typing import NDArray
 
 from diagnosis.identify import Fit, fit
@@ -229,8 +228,7 @@ def simulate_all(
 
 def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> Outcome:
     """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
-    with SYMBOLIC:
-        description = builder.case(case)
+    description = builder.case(case)
     advance = progress.case(case)
     wanted = REPEATED if case.name == "repeatability" else SIGNALS
     result = run(description, case.duration, signals=wanted, progress=advance)

@@ -12,8 +12,8 @@ import casadi as ca
 from fmus.common.errors import BuildError
 
 SYMBOLIC = RLock()
-"""Held while CasADi makes, writes or frees expressions: they share nodes, and threads do not count
-them safely."""
+"""Held while CasADi makes or writes expressions: it does not promise that threads may do so side
+by side (its issue 1355), and in one run of many its `cse` failed."""
 
 
 def symbol(function: ca.Function, room: str, identifier: str) -> str:

@@ -44,7 +44,8 @@ def with_starts(interface: Interface, starts: Starts) -> Interface:
 def room_interface(room: str, machine: Machine, starts: Starts | None = None) -> Interface:
     """Interface of a room for a machine, with start values replaced."""
     module: Any = importlib.import_module(f"fmus.{room}.interface")
-    return with_starts(module.interface(machine), starts or {})
+    with SYMBOLIC:
+        return with_starts(module.interface(machine), starts or {})
 
 
 def step_file(room: str) -> Path:
@@ -65,18 +66,15 @@ def build_room(
     interface = room_interface(room, machine, starts)
     with SYMBOLIC:
         functions, base = module.functions(machine), machine.timing.base
-    try:
-        return build_fmu(interface, functions, step_file(room), out_dir, base, cache, platforms)
-    finally:
-        with SYMBOLIC:
-            del functions
+    return build_fmu(interface, functions, step_file(room), out_dir, base, cache, platforms)
 
 
 def machine_interface(machine: Machine, truth: Path) -> Interface:
     """Interface of machine.fmu; MachineError for a wrong truth file."""
     from fmus.plant import truth as real
 
-    return real.interface(machine, real.load_truth(truth))
+    with SYMBOLIC:
+        return real.interface(machine, real.load_truth(truth))
 
 
 def build_machine(
@@ -93,9 +91,5 @@ def build_machine(
     interface = with_starts(machine_interface(machine, truth), starts or {})
     with SYMBOLIC:
         functions = real.functions(machine, real.load_truth(truth))
-    try:
-        base = machine.timing.base
-        return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)
-    finally:
-        with SYMBOLIC:
-            del functions
+    base = machine.timing.base
+    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)

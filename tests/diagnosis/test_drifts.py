@@ -29,9 +29,11 @@ def said(folder: Path, extra: list[NDArray[np.float64]]) -> Diagnosis:
     return diagnose(paths[:4], paths[4:], options=OPTIONS)
 
 
-def creeping() -> list[NDArray[np.float64]]:
-    clock = TS * np.arange(len(RUNS) * COUNT)
-    return np.split(CREEP * TIME * (1 - np.exp(-clock / TIME)), len(RUNS))
+def creeping(locked: int = COUNT) -> list[NDArray[np.float64]]:
+    """Of each run, one after the other; the last two end after so many samples."""
+    starts = [*(k * COUNT for k in range(5)), 4 * COUNT + locked]
+    clocks = [TS * (start + np.arange(COUNT)) for start in starts]
+    return [CREEP * TIME * (1 - np.exp(-clock / TIME)) for clock in clocks]
 
 
 def test_creeping_offset_is_named_with_its_rate(tmp_path: Path) -> None:
@@ -49,3 +51,17 @@ def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     rng = np.random.default_rng(11)
     found = said(tmp_path, [0.02 * wandering(COUNT, corner, rng) for _ in RUNS])
     assert found.effects == ()
+
+
+def test_drift_is_judged_on_short_locked_runs(tmp_path: Path) -> None:
+    """Enough for the mechanism, too little of what is smoothed as far as the other runs allow."""
+    short = COUNT // 3
+    paths = [
+        write(tmp_path / f"{k}.csv", *run, 0.0, extra=torque, run=k)
+        for k, (run, torque) in enumerate(zip(RUNS, creeping(short), strict=True), start=1)
+    ]
+    for path in paths[4:]:
+        lines = path.read_text().splitlines(keepends=True)
+        path.write_text("".join(lines[: short + len(lines) - COUNT]))
+    found = diagnose(paths[:4], paths[4:], options=OPTIONS)
+    assert [effect.id for effect in found.effects] == ["offset_drift"]

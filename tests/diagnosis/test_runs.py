@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from diagnosis.blocks import Run
 from diagnosis.logs import Channel, Log, RunGroup
-from diagnosis.runs import runs_of
+from diagnosis.runs import runs_of, starts_of
 
 TS = 1e-3
 
@@ -46,3 +48,29 @@ def test_piece_that_no_other_pass_has_stands_alone() -> None:
 
 def test_scrap_behind_a_break_is_left_out() -> None:
     assert parts(log("x", ((8500, 0.5),)), log("y")) == {"a": ["x", "y"]}
+
+
+def starts(*runs: tuple[int, str | None]) -> list[float]:
+    """When logs of so many seconds, with these numbers, began [s]."""
+    listed = [
+        replace(log(str(k), samples=1000 * seconds), meta={"run": run} if run else {})
+        for k, (seconds, run) in enumerate(runs)
+    ]
+    return [round(start, 6) for start in starts_of(listed).values()]
+
+
+def test_runs_begin_where_those_before_them_end() -> None:
+    assert starts((9, "1"), (9, "2"), (4, "3"), (4, "4")) == [0, 9, 18, 22]
+
+
+def test_missing_runs_were_as_long_as_the_next_one() -> None:
+    assert starts((9, "2"), (4, "5")) == [9, 26]
+
+
+def test_numbers_far_apart_are_labels() -> None:
+    assert starts((9, "20261121"), (4, "20261122")) == [0, 9]
+
+
+def test_without_numbers_runs_follow_as_they_were_named() -> None:
+    assert starts((9, None), (4, "1")) == [0, 9]
+    assert starts((9, "1"), (4, "1")) == [0, 9]
