@@ -20,7 +20,7 @@ from diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5
-"""Least share of what repeats on its axes that a named effect must explain, with the others."""
+"""Least share of what repeats on its axes, beside the others, that a named effect must explain."""
 CERTAIN = 6.0
 """Deviations above which a repeating residual is no chance."""
 GAP = 0.002
@@ -136,33 +136,39 @@ def _stepped(
 
 
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
-    """The joint fit of those effects that hold: they explain enough of what repeats."""
+    """The joint fit of those effects that hold: without the one that explains the least of what
+    repeats, as long as that is not enough."""
     kept = list(effects)
     while True:
         made = joint(bench, kept)
-        weak = [k for k, share in enumerate(shares(made)) if share < EXPLAINED]
-        if not weak:
+        found = shares(made)
+        if not found or min(found) >= EXPLAINED:
             return made
-        kept = [effect for k, effect in enumerate(made.effects) if k not in weak]
+        weakest = int(np.argmin(found))
+        kept = [effect for k, effect in enumerate(made.effects) if k != weakest]
 
 
 def shares(made: Joint) -> list[float]:
-    """Share of what repeats on its axes that is explained, for each effect.
+    """Share of what repeats on its axes beside the other effects that each effect explains.
 
     By how much parameters need leave their tolerances no more counts as explained; by how much
     they still do says nothing of these axes.
     """
     there, regression = made.bench.made, made.bench.made.regression
-    columns = [part.columns for part in made.parts]
-    fitted = regression.extended(columns) if columns else regression
-    before, after = (repeating(there, r.residual) for r in (regression, fitted))
-    eased = max(regression.strain - fitted.strain, 0.0)
+
+    def left(effects: Sequence[Found]) -> tuple[Array, float]:
+        columns = [part.columns for effect in effects for part in effect.parts]
+        fitted = regression.extended(columns) if columns else regression
+        return repeating(there, fitted.residual), fitted.strain
+
+    after, strained = left(made.effects)
     found = []
     for effect in made.effects:
-        axes = list(effect.axes) or list(range(len(before)))
-        left = float(after[axes].sum())
-        explained = float(before[axes].sum()) - left + eased
-        found.append(explained / max(explained + left, 1e-300))
+        axes = list(effect.axes) or list(range(there.base.n))
+        before, strain = left([other for other in made.effects if other is not effect])
+        rest = float(after[axes].sum())
+        explained = float(before[axes].sum()) - rest + max(strain - strained, 0.0)
+        found.append(explained / max(explained + rest, 1e-300))
     return found
 
 
