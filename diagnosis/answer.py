@@ -74,6 +74,13 @@ def torque_of(bench: Bench, parts: Sequence[Scored], beta: Sequence[Array]) -> l
     return total
 
 
+def steady(made: Calibrated, drift: Joint) -> Calibrated:
+    """Runs with a drift from run to run taken off their torque."""
+    bench = Bench(made, list(drift.bench.effects.values()), across=True)
+    torque = torque_of(bench, drift.parts, drift.beta)
+    return replace(made, y=tuple(y - t for y, t in zip(made.y, torque, strict=True)))
+
+
 def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     """Fit base model and effects together, shapes by one Gauss-Newton step."""
     regression = bench.made.regression

@@ -20,6 +20,9 @@ from diagnosis.smoothing import hann_weights
 Array = NDArray[np.float64]
 SLOW = 2e-3
 """Effects that ask the whole mechanism anew are evaluated this often [s]."""
+USUAL_TORQUE = 0.8
+"""RMS [N m] of an axis that the library's shapes in N m are for; others have them in proportion,
+by powers of two."""
 TURN = 1e-5
 """Angle by which an axis is turned to see what an error of its encoder does [rad]."""
 
@@ -73,7 +76,15 @@ class Bench:
         if name not in self.effects:
             return [{}]
         item = self.effects[name]
-        return [s for s in item.shapes if item.effect.meets(axis + 1, self.n, s)]
+        listed = [self.sized(name, axis, shape) for shape in item.shapes]
+        return [shape for shape in listed if item.effect.meets(axis + 1, self.n, shape)]
+
+    def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
+        """A shape of the library for the torques of an axis."""
+        torques = {s.name for s in self.effects[name].effect.shapes if s.unit == "N m"}
+        rms = max(float(self.made.torque_rms[axis]), np.finfo(float).tiny)
+        times = 2.0 ** round(np.log2(rms / USUAL_TORQUE))
+        return {n: v * times if n in torques else v for n, v in shape.items()}
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.absorbed import GAIN
-from diagnosis.answer import Joint, joint, torque_of
+from diagnosis.answer import Joint, joint, steady, torque_of
 from diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
 from diagnosis.calibrate import Calibrated, about
 from diagnosis.candidates import Bench, known_torque
@@ -58,12 +58,10 @@ def without(held: Joint, drift: Joint) -> Calibrated:
 
     Of a drift that slows down some repeats, as if the mechanism lacked it.
     """
-    made = held.bench.made
-    bench = Bench(made, list(drift.bench.effects.values()), across=True)
-    torque = torque_of(bench, drift.parts, drift.beta)
-    left = [r - t for r, t in zip(held.residual, torque, strict=True)]
-    y = tuple(y - t for y, t in zip(made.y, torque, strict=True))
-    return replace(made, y=y, noise=measured(made.blocks, left))
+    made = steady(held.bench.made, drift)
+    off = [old - y for old, y in zip(held.bench.made.y, made.y, strict=True)]
+    left = [r - t for r, t in zip(held.residual, off, strict=True)]
+    return replace(made, noise=measured(made.blocks, left))
 
 
 def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:

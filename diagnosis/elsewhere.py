@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import axis_rms
+from diagnosis.answer import Joint, axis_rms, steady
 from diagnosis.blocks import Block
 from diagnosis.calibrate import about
 from diagnosis.candidates import Bench, known_torque
@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 class Elsewhere:
     """A fit seen on runs that it was not made from; columns there are computed once."""
 
-    def __init__(self, bench: Bench, blocks: Sequence[Block]) -> None:
+    def __init__(self, bench: Bench, blocks: Sequence[Block], drift: Joint | None = None) -> None:
+        """drift: what changes from run to run, taken off these too."""
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
         names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
@@ -28,6 +29,8 @@ class Elsewhere:
         self.there = plain
         if given:
             self.there = about(ours.base, blocks, ours.fitted, ours.noise, names, given)
+        if drift is not None:
+            self.there = steady(self.there, drift)
         self._bench = bench.beside(self.there)
         self._thin: dict[int, list[Array]] = {}
 

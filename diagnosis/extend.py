@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +108,7 @@ def _entries(named: Named, known: list[Entry]) -> tuple[list[Entry], list[str]]:
     effect, refused = library()[named.id], []
     by_shape: dict[tuple[float, ...], dict[int, Part]] = {}
     for axis, estimates in named.parts:
-        part = Part(axis, estimates)
+        part = Part(axis, {**estimates, **_bounded(effect, estimates)})
         trouble = _trouble(effect, part)
         if trouble:
             refused.append(trouble)
@@ -117,6 +117,17 @@ def _entries(named: Named, known: list[Entry]) -> tuple[list[Entry], list[str]]:
             beside[axis] = beside[axis].plus(part, effect) if axis in beside else part
     made = [_entry(named, effect, sorted(p.values(), key=_axis)) for p in by_shape.values()]
     return made, refused
+
+
+def _bounded(effect: Effect, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """Gains that noise alone has pushed beyond their bounds, at the bound."""
+    found = {}
+    for gain in effect.gains:
+        estimate = estimates[gain.name]
+        value = min(max(estimate.value, gain.low), gain.high)
+        if estimate.ci95[0] <= value <= estimate.ci95[1]:
+            found[gain.name] = replace(estimate, value=value)
+    return found
 
 
 def _axis(part: Part) -> int:

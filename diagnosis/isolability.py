@@ -133,7 +133,9 @@ def _supposed(known: Known) -> float:
 def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     """Columns of an effect of typical shape and size, one column, and its torque RMS [N m]."""
     item = bench.effects.get(name)
-    shape = {s.name: s.start for s in item.effect.shapes} if item else {}
+    shape = {}
+    if item:
+        shape = bench.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
     if "source" in shape:
         shape["source"] = float((axis + 1) % bench.n + 1)
     columns = bench.columns(name, axis, shape)

@@ -143,7 +143,10 @@ def _climbed(
 ) -> tuple[dict[str, float], Columns, float]:
     """Uphill from a point of the grid, with half the distance to its neighbours each time."""
     shape, columns, fall = start
-    steps = {s.name: sorted(abs(g - shape[s.name]) for g in s.grid)[1] for s in searched}
+    tried = [other for other, _ in bench.grid(*place)]
+    steps = {
+        s.name: sorted({abs(other[s.name] - shape[s.name]) for other in tried})[1] for s in searched
+    }
     for level in range(1, REFINE + 1):
         for s in searched:
             centre = shape[s.name]

@@ -60,11 +60,16 @@ class Side:
 
 
 def side_of(
-    bench: Bench, judged: Sequence[Run], say: Callable[[str], None], least: float = 0.0
+    bench: Bench,
+    judged: Sequence[Run],
+    say: Callable[[str], None],
+    least: float = 0.0,
+    drift: Joint | None = None,
 ) -> Side:
     """Search, hold against the locked runs, and see what remains.
 
-    least: smallest lag or delay that is worth a word, relative to the typical one.
+    least: smallest lag or delay that is worth a word, relative to the typical one; drift: what
+    was taken off the runs before.
     """
     made = bench.made
     rounds = search(bench, say)
@@ -83,7 +88,7 @@ def side_of(
         notes.append(sentence(poor))
     others = None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED))
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
         held = _transferred(not_worse(held, others, notes), others, notes)
     crowded = _approximated(held)
     if crowded:

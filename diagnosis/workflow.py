@@ -83,11 +83,13 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     sides += drives_of(made, asked.runs, judged)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:
-        steady = without(settled.held, drifts[0].held)
+        drift, steady = drifts[0].held, without(settled.held, drifts[0].held)
         made.forget()
         del settled, drifts, sides[0]
         made = steady
-        settled = side_of(Bench(made, known), judged, lambda text: progress(text, 3, 5))
+        settled = side_of(
+            Bench(made, known), judged, lambda text: progress(text, 3, 5), drift=drift
+        )
         sides.insert(0, settled)
         drifts = drifts_of(settled, judged)
     sides += drifts

@@ -29,6 +29,12 @@ def moved(t: Array, seed: int) -> tuple[Array, Array, Array]:
     return theta, rate, acceleration
 
 
+def wanted(t: Array, seed: int) -> Array:
+    """Torque (samples,) [N m] that a motion takes without friction."""
+    theta, rate, acceleration = moved(t, seed)
+    return J * acceleration + DAMPING * rate + WEIGHT * np.sin(theta) + SPRING * theta + 0.05
+
+
 def lugre(t: Array, rate: Array, friction: float) -> Array:
     """Friction torque (samples,) [N m] of bristles that bend and slip.
 
@@ -60,19 +66,21 @@ def write(
     noise: float = 0.01,
     extra: Array | float = 0.0,
     run: int = 0,
+    scale: float = 1.0,
 ) -> Path:
     """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m].
 
-    extra: any other torque [N m]; run: its place in the order of all runs, 0 for none.
+    extra: any other torque [N m]; run: its place in the order of all runs, 0 for none; scale: by
+    which all torques are larger.
     """
     t = np.arange(round(SECONDS / TS)) * TS
-    theta, rate, acceleration = moved(t, seed)
-    tau = J * acceleration + DAMPING * rate + WEIGHT * np.sin(theta) + SPRING * theta + 0.05
+    theta, rate, _ = moved(t, seed)
+    tau = wanted(t, seed)
     if friction:
         tau = tau + lugre(t, rate, friction)
     rng = np.random.default_rng([seed, number])
     seen = np.round((theta + 2e-6 * rng.standard_normal(len(t))) / 1e-6) * 1e-6
-    tau = tau + noise * rng.standard_normal(len(t)) + extra
+    tau = scale * (tau + noise * rng.standard_normal(len(t)) + extra)
     place = [f"# run: {run}"] if run else []
     head = [
         f"# trajectory: {seed}",
@@ -81,6 +89,6 @@ def write(
         "time,theta[1],tau_meas[1]",
         "s,rad,N m",
     ]
-    rows = [f"{a:.6f},{b:.7f},{c:.6f}" for a, b, c in zip(t, seen, tau, strict=True)]
+    rows = [f"{a:.6f},{b:.7f},{c:.7g}" for a, b, c in zip(t, seen, tau, strict=True)]
     path.write_text("\n".join([*head, *rows, ""]))
     return path

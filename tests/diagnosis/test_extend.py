@@ -125,7 +125,7 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
         changed("d[1]", 0.012, -0.01, "N m s/rad"),
         changed("end_effector.J_xx", 0.06, 5.0, "kg m2"),
     )
-    lag = named("drive_lag", ((3, {"T_lag": estimate(-0.01, "s")}),))
+    lag = named("drive_lag", ((3, {"T_lag": estimate(-0.02, "s")}),))
     made = extend(MACHINE_FILE, diagnosis((lag,), changes), tmp_path / "new.toml")
     assert len(made.left_out) == 5
     for text, part in zip(
@@ -161,3 +161,20 @@ def test_effect_found_again_with_its_shape_grows(tmp_path: Path) -> None:
         ((3,), ((0.125,), (0.0,))),
     ]
     assert load_machine(first).effects[0].gains == ((0.5,), (0.25,))
+
+
+def test_gain_that_noise_pushed_below_zero_is_zero(tmp_path: Path) -> None:
+    parts = {
+        "F_c": Estimate(0.03, (0.02, 0.04), "N m"),
+        "F_s": Estimate(-0.002, (-0.006, 0.002), "N m"),
+        "v_s": Estimate(0.05, (0.01, 0.09), "rad/s"),
+        "s_0": Estimate(0.001, (0.0, 0.002), "rad"),
+    }
+    found = diagnosis((named("stribeck_friction", ((3, parts),)),))
+    done = extend(MACHINE_FILE, found, tmp_path / "new.toml")
+    assert not done.left_out
+    assert load_machine(done.path).effects[0].gains == ((0.03,), (0.0,))
+    # one that is surely negative is none that the file could hold
+    parts["F_s"] = Estimate(-0.02, (-0.024, -0.016), "N m")
+    done = extend(MACHINE_FILE, found, tmp_path / "new.toml")
+    assert "stribeck_friction on axis 3" in done.left_out[0]

@@ -17,7 +17,7 @@ class CrossCoupling(Effect):
     """
 
     id, title, acts_on = "cross_coupling", "coupling with another axis", "torque"
-    gains = (Gain("C", "N m", 0.005, -10.0, 10.0, "torque per SI unit of the source's motion"),)
+    gains = (Gain("C", "N m", 0.005, -1e5, 1e5, "torque per SI unit of the source's motion"),)
     shapes = (
         Shape("source", "1", 1.0, 6.0, 1.0, (1.0, 2.0, 3.0, 4.0, 5.0, 6.0), "axis", whole=True),
         Shape("kind", "1", 0.0, 3.0, 3.0, (0.0, 1.0, 2.0, 3.0), "0..3, see there", whole=True),

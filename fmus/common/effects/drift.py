@@ -15,13 +15,14 @@ LONG = Experiment("random", {"duration": 50.0, "passes": 12.0})
 class ThermalDrift(Effect):
     """(g_t (1 - exp(-t / T)) + g_w w) tau: warm magnets give less torque per current.
 
-    g_t counts the time since the start of the run; g_w the losses, w' = (tau^2 - w) / T.
+    g_t counts the time since the start of the run; g_w the losses, w' = (tau^2 - w) / T. Neither
+    is negative: no magnet gets stronger when it warms up.
     """
 
     id, title, acts_on = "thermal_drift", "thermal drift of the motor constant", "drive"
     gains = (
-        Gain("g_t", "1", 0.01, -0.5, 0.5, "relative loss after a long time"),
-        Gain("g_w", "1/N2 m2", 1e-3, -0.05, 0.05, "relative loss per mean square of the torque"),
+        Gain("g_t", "1", 0.01, 0.0, 0.5, "relative loss after a long time"),
+        Gain("g_w", "1/N2 m2", 1e-3, 0.0, 1e6, "relative loss per mean square of the torque"),
     )
     shapes = (TIME,)
     states = (State("w", "N2 m2"),)
@@ -49,7 +50,7 @@ class OffsetDrift(Effect):
     """
 
     id, title, acts_on = "offset_drift", "drift of the offset", "torque"
-    gains = (Gain("o_r", "N m/s", 1e-3, -0.5, 0.5, "creep at first"),)
+    gains = (Gain("o_r", "N m/s", 1e-3, -1e3, 1e3, "creep at first"),)
     shapes = (TIME,)
     excites = "a run as long as the time constant"
     confused_with = ("thermal_drift",)

@@ -43,7 +43,7 @@ class CoulombFriction(DryFriction):
     """
 
     id, title, acts_on = "coulomb_friction", "Coulomb friction", "torque"
-    gains = (Gain("F_c", "N m", 0.02, 0.0, 5.0, "friction torque"),)
+    gains = (Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque"),)
     shapes = (PRESLIDING,)
     excites = "reversals of the motion at several angles; constant speeds between them"
     confused_with = ("stribeck_friction", "second_hysteresis")
@@ -65,8 +65,8 @@ class StribeckFriction(DryFriction):
 
     id, title, acts_on = "stribeck_friction", "Stribeck friction", "torque"
     gains = (
-        Gain("F_c", "N m", 0.02, 0.0, 5.0, "friction torque when fast"),
-        Gain("F_s", "N m", 0.02, 0.0, 5.0, "breakaway torque beyond it"),
+        Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque when fast"),
+        Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it"),
     )
     shapes = (
         Shape("v_s", "rad/s", 1e-3, 0.3, 0.05, (0.01, 0.03, 0.1), "Stribeck rate"),
@@ -109,7 +109,7 @@ class QuadraticDrag(Effect):
     """D_2 thetad |thetad|: drag of the air or of a churning fluid."""
 
     id, title, acts_on = "quadratic_drag", "quadratic drag", "torque"
-    gains = (Gain("D_2", "N m s2/rad2", 0.005, 0.0, 10.0, "drag"),)
+    gains = (Gain("D_2", "N m s2/rad2", 0.005, 0.0, 1e5, "drag"),)
     excites = "fast moves of different speeds"
     confused_with = ("coulomb_friction", "torque_constant_saturation")
     experiment = "random setpoints, the faster the better"

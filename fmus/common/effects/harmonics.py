@@ -14,8 +14,8 @@ class CoggingHarmonic(Effect):
 
     id, title, acts_on = "cogging_harmonic", "cogging harmonic", "torque"
     gains = (
-        Gain("a", "N m", 0.004, -2.0, 2.0, "cosine amplitude"),
-        Gain("b", "N m", 0.004, -2.0, 2.0, "sine amplitude"),
+        Gain("a", "N m", 0.004, -1e4, 1e4, "cosine amplitude"),
+        Gain("b", "N m", 0.004, -1e4, 1e4, "sine amplitude"),
     )
     shapes = (
         Shape(

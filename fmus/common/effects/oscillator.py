@@ -20,7 +20,7 @@ class FlexibleMode(Effect):
     """
 
     id, title, acts_on = "flexible_mode", "flexible mode", "torque"
-    gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1.0, "inertia that swings"),)
+    gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1e4, "inertia that swings"),)
     shapes = (
         Shape("f", "Hz", 1.0, 500.0, 20.0, FREQUENCIES, "mode"),
         Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.02, 0.06, 0.2), "damping ratio"),

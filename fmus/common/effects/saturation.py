@@ -25,9 +25,9 @@ class TorqueConstantSaturation(Effect):
     """
 
     id, title, acts_on = "torque_constant_saturation", "saturation of the torque constant", "drive"
-    gains = (Gain("s", "1/N m", 0.005, 0.0, 0.1, "relative loss per torque beyond tau_k"),)
+    gains = (Gain("s", "1/N m", 0.005, 0.0, 1e4, "relative loss per torque beyond tau_k"),)
     shapes = (
-        Shape("tau_k", "N m", 0.0, 50.0, 2.0, (0.0, 1.0, 2.0, 4.0, 8.0), "where it begins"),
+        Shape("tau_k", "N m", 0.0, 1e5, 2.0, (0.0, 1.0, 2.0, 4.0, 8.0), "where it begins"),
         SHARP,
     )
     excites = "high and low torques at the same angles: brisk moves, another payload"
@@ -53,7 +53,7 @@ class TorqueSaturation(Effect):
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
     gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
     shapes = (
-        Shape("tau_lim", "N m", 0.1, 100.0, 5.0, GRID, "limit"),
+        Shape("tau_lim", "N m", 1e-4, 1e5, 5.0, GRID, "limit"),
         SHARP,
     )
     reported = True

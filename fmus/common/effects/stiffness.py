@@ -13,7 +13,7 @@ class QuadraticStiffness(Effect):
     """k_2 theta^2."""
 
     id, title, acts_on = "quadratic_stiffness", "quadratic stiffness", "torque"
-    gains = (Gain("k_2", "N m/rad2", 0.2, -100.0, 100.0, "torque per square of the angle"),)
+    gains = (Gain("k_2", "N m/rad2", 0.2, -1e6, 1e6, "torque per square of the angle"),)
     excites = "the whole stroke"
     confused_with = ("cable_force", "cogging_harmonic", "gravity_tilt")
     experiment = "slow triangle through as much of the stroke as possible"
@@ -27,7 +27,7 @@ class CubicStiffness(Effect):
     """k_3 theta^3."""
 
     id, title, acts_on = "cubic_stiffness", "cubic stiffness", "torque"
-    gains = (Gain("k_3", "N m/rad3", 1.0, -500.0, 500.0, "torque per cube of the angle"),)
+    gains = (Gain("k_3", "N m/rad3", 1.0, -1e7, 1e7, "torque per cube of the angle"),)
     excites = "the whole stroke"
     confused_with = ("cable_force", "cogging_harmonic")
     experiment = "slow triangle through as much of the stroke as possible"
@@ -41,7 +41,7 @@ class CableForce(Effect):
     """k_c side max(0, side (theta - theta_0)): a cable pulls back beyond theta_0."""
 
     id, title, acts_on = "cable_force", "cable force", "torque"
-    gains = (Gain("k_c", "N m/rad", 0.1, -50.0, 50.0, "stiffness where it is tight"),)
+    gains = (Gain("k_c", "N m/rad", 0.1, -1e6, 1e6, "stiffness where it is tight"),)
     shapes = (
         Shape("theta_0", "rad", -1.5, 1.5, 0.05, (-0.1, -0.05, 0.0, 0.05, 0.1), "where it begins"),
         Shape("side", "1", -1.0, 1.0, 1.0, (-1.0, 1.0), "1: above theta_0, -1: below", whole=True),

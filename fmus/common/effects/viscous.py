@@ -11,7 +11,7 @@ class ViscousFriction(Effect):
     """d_v thetad: bearings in oil, gears, back-emf of a shorted motor."""
 
     id, title, acts_on = "viscous_friction", "viscous friction", "torque"
-    gains = (Gain("d_v", "N m s/rad", 0.02, 0.0, 100.0, "viscous friction"),)
+    gains = (Gain("d_v", "N m s/rad", 0.02, 0.0, 1e5, "viscous friction"),)
     excites = "moves of different speeds"
     confused_with = ("quadratic_drag", "coulomb_friction")
     experiment = "random setpoints of different speeds, standstill between them"
