@@ -53,6 +53,7 @@ def test_gain_of_an_effect_is_as_unbiased_as_the_base() -> None:
     found = made.gain(Columns(0, seen))
     assert found.beta == pytest.approx([1.5], abs=0.06)
     assert abs(found.beta[0] - 1.5) < 3 * np.sqrt(found.covariance[0, 0])
+    assert found.outside == pytest.approx(found.inside, rel=0.02)
     within = replace(made, layout=alone(rows)).gain(Columns(0, seen))
     assert within.beta == pytest.approx([1.2], abs=0.06)
 
