@@ -9,11 +9,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
 from diagnosis.base import Motion
 from diagnosis.calibrate import Calibrated
 from diagnosis.compiled import N_SIGNAL, Compiled, compiled
+from diagnosis.motion import hann
+from diagnosis.play import angle_noise
 from diagnosis.regression import Columns
 from diagnosis.smoothing import hann_weights
 
@@ -23,6 +26,8 @@ SLOW = 2e-3
 USUAL_TORQUE = 0.8
 """RMS [N m] of an axis that the library's shapes in N m are for; others have them in proportion,
 by powers of two."""
+LOUD = 0.05
+"""Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
 TURN = 1e-5
 """Angle by which an axis is turned to see what an error of its encoder does [rad]."""
 
@@ -49,10 +54,20 @@ class Bench:
             motion = block.run.motion
             clock = motion.time - motion.t0 + (block.run.start if self.across else 0.0)
             time = np.broadcast_to(clock[:, None], tau.shape)
-            taud = np.gradient(tau, motion.ts, axis=0)
-            listed = (motion.theta, motion.thetad, motion.thetadd, tau, taud, time)
+            torque = self._quiet(tau, motion.ts)
+            taud = np.gradient(torque, motion.ts, axis=0)
+            listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
             found.append(np.stack(listed, axis=2))
         return found
+
+    def _quiet(self, tau: Array, ts: float) -> Array:
+        """Torque of the fit (samples, n) [N m], smoothed on axes where noise of the accelerations
+        is a good part of it: what gives way at high torque would give way to that."""
+        points = 2 * round(self.made.base.window / ts / 2)
+        loud = angle_noise(tau) > LOUD * self.made.torque_rms
+        if points < 4 or not loud.any():
+            return tau
+        return np.where(loud, convolve1d(tau, hann(points), axis=0, mode="nearest"), tau)
 
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""

@@ -15,7 +15,7 @@ OPTIONS = Options(base="axis", confidence=0)
 RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """Motion and pass; the last motion is judged on."""
 CLOCK = np.arange(round(SECONDS / TS)) * TS
-SATURATES = 0.1
+SATURATES = 0.02
 """Relative loss of the torque constant per N m that the drive reports."""
 
 
@@ -40,10 +40,10 @@ def test_friction_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
     assert effect.parameters["F_c"].value == pytest.approx(0.12 * scale, rel=0.05)
 
 
-def test_saturation_is_sought_where_the_torques_are(tmp_path: Path) -> None:
-    """1024: whatever is tried is in proportion, but for the digits of the file."""
-    one, large = (said(tmp_path / str(s), s, saturates=SATURATES) for s in (1.0, 1024.0))
-    (tried,), (other,) = one.candidates, large.candidates
-    assert tried.id == other.id == "torque_constant_saturation"
-    assert other.gain == pytest.approx(tried.gain, rel=0.02)
-    assert other.shape["tau_k"] == pytest.approx(1024 * tried.shape["tau_k"])
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
+def test_saturation_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
+    """Noise of the angles makes accelerations of half the torque here, unless it is smoothed."""
+    (effect,) = said(tmp_path / "runs", scale, saturates=SATURATES).effects
+    assert {effect.id, *effect.rivals} == {"torque_constant_saturation", "torque_saturation"}
+    lost = effect.parameters["s"].value * scale
+    assert lost == pytest.approx(SATURATES, rel=0.1)
