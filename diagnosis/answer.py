@@ -15,7 +15,7 @@ from diagnosis.candidates import Bench
 from diagnosis.noise import pairs, whiten
 from diagnosis.regression import Columns, Regression
 from diagnosis.rounds import repeating
-from diagnosis.scored import Found, Scored
+from diagnosis.scored import Found, Scored, possible
 from diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
@@ -143,16 +143,51 @@ def _stepped(
 
 
 def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
-    """The joint fit of those effects that hold: without the one that explains the least of what
-    repeats, as long as that is not enough."""
+    """The joint fit of those effects that hold.
+
+    Left out, one after the other: what gets a gain that it cannot have beside the others, and what
+    explains the least of what repeats, as long as that is not enough.
+    """
     kept = list(effects)
     while True:
-        made = joint(bench, kept)
+        listed = _outermost(bench, kept)
+        made = joint(bench, [effect for _, effect in listed])
         found = shares(made)
-        if not found or min(found) >= EXPLAINED:
+        impossible = _impossible(made)
+        if impossible:
+            at, axis = impossible[0]
+            place = listed[at][0]
+            kept[place] = replace(
+                kept[place], parts=tuple(p for p in kept[place].parts if p.axis != axis)
+            )
+        elif found and min(found) < EXPLAINED:
+            kept.pop(listed[int(np.argmin(found))][0])
+        else:
             return made
-        weakest = int(np.argmin(found))
-        kept = [effect for k, effect in enumerate(made.effects) if k != weakest]
+
+
+def _outermost(bench: Bench, effects: Sequence[Found]) -> list[tuple[int, Found]]:
+    """Effects with their places, without the parts that another one on the same axis extends: it
+    has them in it."""
+    parts = [part for effect in effects for part in effect.parts if part.id in bench.effects]
+    inner = {(bench.effects[part.id].effect.extends, part.axis) for part in parts}
+    found = []
+    for place, effect in enumerate(effects):
+        outer = tuple(p for p in effect.parts if (p.id, p.axis) not in inner)
+        if outer:
+            found.append((place, replace(effect, parts=outer)))
+    return found
+
+
+def _impossible(made: Joint) -> list[tuple[int, int | None]]:
+    """Place of an effect and axis of its part where a gain is beyond its bounds, for sure."""
+    owners = [(k, part) for k, effect in enumerate(made.effects) for part in effect.parts]
+    triples = zip(owners, made.beta, made.deviation, strict=True)
+    return [
+        (k, part.axis)
+        for (k, part), beta, deviation in triples
+        if not possible(made.bench, part.id, beta, deviation)
+    ]
 
 
 def shares(made: Joint) -> list[float]:

@@ -100,11 +100,16 @@ def _scored(
 
 def allowed(bench: Bench, scored: Scored) -> bool:
     """Whether the gains may have these signs and sizes: no friction pushes."""
-    item = bench.effects.get(scored.id)
+    deviation = np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
+    return possible(bench, scored.id, scored.gain.beta, deviation)
+
+
+def possible(bench: Bench, name: str, beta: Array, deviation: Array) -> bool:
+    """Whether gains of an effect are within its bounds, or may be: two deviations."""
+    item = bench.effects.get(name)
     if item is None:
         return True
-    spread = 2 * np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
-    bounds = zip(item.effect.gains, scored.gain.beta, spread, strict=True)
+    bounds = zip(item.effect.gains, beta, 2 * deviation, strict=True)
     return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
 
 

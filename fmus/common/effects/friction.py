@@ -12,10 +12,10 @@ from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Sh
 PRESLIDING = Shape(
     "s_0",
     "rad",
-    low=4e-4,
+    low=1e-5,
     high=6e-3,
     start=1e-3,
-    grid=(4e-4, 1e-3, 2.5e-3, 5e-3),
+    grid=(1e-4, 4e-4, 1e-3, 2.5e-3, 5e-3),
     description="angle within which the torque turns over after a reversal",
 )
 STILL = 1e-12
@@ -69,8 +69,8 @@ class StribeckFriction(DryFriction):
         Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it"),
     )
     shapes = (
-        Shape("v_s", "rad/s", 1e-3, 0.3, 0.05, (0.01, 0.03, 0.1), "Stribeck rate"),
         PRESLIDING,
+        Shape("v_s", "rad/s", 1e-3, 1.0, 0.05, (0.01, 0.03, 0.1, 0.3), "Stribeck rate"),
     )
     states = (State("z_0", "1"), State("z_s", "1"))
     excites = "very slow motion beside fast motion"

@@ -1,0 +1,62 @@
+"""Friction in other forms than the library's: sharper, lopsided, with a peak when slow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+from tests.diagnosis.single import SECONDS, TS, moved, write
+
+Array = NDArray[np.float64]
+OPTIONS = Options(base="axis", confidence=0)
+RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+"""Motion and pass; the last motion is judged on."""
+CLOCK = np.arange(round(SECONDS / TS)) * TS
+F = 0.015
+"""3 % of the torque [N m]."""
+
+
+def said(folder: Path, friction: Callable[[Array], Array]) -> Diagnosis:
+    """The answer for a friction torque [N m] that depends on the rate [rad/s]."""
+    paths = []
+    for k, (motion, number) in enumerate(RUNS):
+        _, rate, _ = moved(CLOCK, motion)
+        paths.append(write(folder / f"{k}.csv", motion, number, 0.0, extra=friction(rate)))
+    return diagnose(paths[:4], paths[4:], options=OPTIONS)
+
+
+def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
+    """It turns over within less than a sample: no angle of presliding is to be seen."""
+    found = said(tmp_path, lambda rate: F * np.tanh(rate / 0.002))
+    (effect,) = found.effects
+    assert effect.id == "coulomb_friction"
+    assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.03)
+    after, floor = (float(found.gap.locked[name][0]) for name in ("after", "floor"))
+    assert after < 1.1 * floor
+
+
+def test_lopsided_friction_is_one_friction(tmp_path: Path) -> None:
+    """A second one beside it, of the other sign, would follow what is left of it."""
+
+    def lopsided(rate: Array) -> Array:
+        return F * np.tanh(rate / 0.01) * np.where(rate > 0, 1.3, 0.7)
+
+    (effect,) = said(tmp_path, lopsided).effects
+    assert effect.id == "coulomb_friction"
+    assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.05)
+
+
+def test_peak_of_slow_motion_is_found_with_its_rate(tmp_path: Path) -> None:
+    found = said(tmp_path, lambda rate: F * np.sign(rate) * (1 + np.exp(-((rate / 0.2) ** 2))))
+    (effect,) = found.effects
+    assert effect.id == "stribeck_friction"
+    values = {name: estimate.value for name, estimate in effect.parameters.items()}
+    assert values["F_c"] == pytest.approx(F, rel=0.05)
+    assert values["F_s"] == pytest.approx(F, rel=0.2)
+    assert values["v_s"] == pytest.approx(0.2, rel=0.2)
