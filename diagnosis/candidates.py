@@ -234,8 +234,8 @@ class Bench:
 
     @property
     def whole(self) -> list[str]:
-        """Ids of effects that act on the whole mechanism."""
-        return list(self._whole[0])
+        """Ids of effects that act on the whole mechanism, none of which comes and goes."""
+        return [] if self.across else list(self._whole[0])
 
 
 def known_torque(made: Calibrated) -> list[Array]:

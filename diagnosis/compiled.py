@@ -22,7 +22,7 @@ class Compiled:
     """An effect's columns, and its states if it has any, for samples of a log.
 
     alone: what the other axes do has no part in it, so it takes the signals of its own axis.
-    by_way: its states follow the way that angles go, at any speed: noise must not count as way.
+    by_way: its states follow the way that angles go: noise must not count as way.
     """
 
     effect: Effect
@@ -93,7 +93,7 @@ def _is_alone(effect: Effect, n: int) -> bool:
 
 
 def _is_by_way(effect: Effect, n: int) -> bool:
-    """Whether states follow angles, and neither rates nor accelerations."""
+    """Whether states follow angles, and not accelerations."""
     if not effect.states:
         return False
     before, now = (ca.SX.sym(name, N_SIGNAL * (n + 1)) for name in ("before", "now"))
@@ -101,7 +101,7 @@ def _is_by_way(effect: Effect, n: int) -> bool:
     u, v = signals(n, before), signals(n, now)
     then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
     asked = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
-    return bool(asked[:, 0].any() and not asked[:, 1:3].any())
+    return bool(asked[:, 0].any() and not asked[:, 2].any())
 
 
 def _columns(effect: Effect, n: int) -> ca.Function:

@@ -207,14 +207,16 @@ def _large(
 
 
 def _torque(bench: Bench, regression: Regression, part: Scored) -> float:
-    """RMS [N m] of an effect on an axis, without what the base model takes on in its fit."""
-    made, axis, C = bench.made, part.axis or 0, part.columns
+    """RMS [N m] of an effect on an axis (None: on all), without what the base model takes on in its
+    fit."""
+    made, axis, C = bench.made, part.axis, part.columns
+    rows = slice(None) if axis is None else axis
     moved = regression.solve(regression.products(C.axis, C.values)[1]) @ part.gain.beta
     taken = moved[: len(made.known)]
     left = [
-        values[kept] @ part.gain.beta - B[kept, axis] @ taken
+        values[kept] @ part.gain.beta - B[kept][:, rows] @ taken
         for values, B, kept in zip(
-            bench.thin(part.id, axis, part.shape), made.B, made.kept, strict=True
+            bench.thin(part.id, axis or 0, part.shape), made.B, made.kept, strict=True
         )
     ]
     return float(np.sqrt((np.concatenate(left) ** 2).mean()))

@@ -67,11 +67,12 @@ def write(
     extra: Array | float = 0.0,
     run: int = 0,
     scale: float = 1.0,
+    steps: float = 1e-6,
 ) -> Path:
     """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m].
 
     extra: any other torque [N m]; run: its place in the order of all runs, 0 for none; scale: by
-    which all torques are larger.
+    which all torques are larger; steps [rad] of the encoder, whose noise is twice that.
     """
     t = np.arange(round(SECONDS / TS)) * TS
     theta, rate, _ = moved(t, seed)
@@ -79,7 +80,7 @@ def write(
     if friction:
         tau = tau + lugre(t, rate, friction)
     rng = np.random.default_rng([seed, number])
-    seen = np.round((theta + 2e-6 * rng.standard_normal(len(t))) / 1e-6) * 1e-6
+    seen = np.round((theta + 2 * steps * rng.standard_normal(len(t))) / steps) * steps
     tau = scale * (tau + noise * rng.standard_normal(len(t)) + extra)
     place = [f"# run: {run}"] if run else []
     head = [

@@ -117,6 +117,20 @@ def test_no_drive_that_moves_has_no_lag() -> None:
     assert drives.common_lag(PathBase(N, 0.0105, 0.005, 1.0), made) == 0.0
 
 
+def test_gain_between_command_and_report_is_no_limit() -> None:
+    """All torques of an axis 3 % small: a limit far below all torques takes away as much."""
+    small = np.array([1.0, 0.97, 1.0])
+    made = [replace(run, tau=replace(run.tau, values=run.tau.values * small)) for run in runs()]
+    path = PathBase(N, 0.0105, 0.005, 1.0)
+    settled: Any = SimpleNamespace(base=path, spacing=path.spacing)
+    (side,) = drives.drives_of(settled, made, made[2:])
+    (effect,) = side.named
+    assert (effect.id, effect.axes) == ("drive_gain", (2,))
+    (gain,) = effect.parameters.values()
+    # reported is 0.97 of the command, which is the report and 3.1 % of it
+    assert gain.value == pytest.approx(1 / 0.97 - 1, rel=0.05)
+
+
 def test_run_without_a_known_command_is_all_unknown() -> None:
     run = runs()[0]
     assert run.command is not None

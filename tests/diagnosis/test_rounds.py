@@ -137,6 +137,28 @@ def test_what_the_base_model_carries_to_other_axes_counts_once() -> None:
 
 
 @dataclass
+class Whole(Bench):
+    """One effect, that all axes feel together."""
+
+    def names(self, axis: int | None) -> list[str]:
+        return list(self.drawn) if axis is None else []
+
+    def thin(self, name: str, axis: int, shape: dict[str, float]) -> list[Array]:
+        return [np.stack([self.drawn[name][ROWS.rows(i)] for i in range(N)], axis=1)]
+
+    def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
+        return [({}, Columns(None, self.drawn[name]))]
+
+
+@pytest.mark.parametrize("between", [True, False])
+def test_effect_of_the_whole_is_found_with_and_without_repeats(between: bool) -> None:
+    drawn = {"tilt": signals(ROWS, 1, 20)}
+    made = bench({("tilt", 0): 0.6, ("tilt", 1): 0.6}, drawn)
+    made.made.between = between
+    assert chosen(search(Whole(made.made, drawn))) == [("tilt", ())]
+
+
+@dataclass
 class Nested(Bench):
     """The effect two is one with a gain more."""
 

@@ -44,6 +44,7 @@ class DriveGain(Effect):
 
     id, title, acts_on = "drive_gain", "error of the motor constant", "drive"
     gains = (Gain("g", "1", 0.01, -0.5, 0.5, "relative loss"),)
+    reported = True
     excites = "a change of payload of known mass"
     confused_with = ("thermal_drift", "torque_constant_saturation", "torque_ripple")
     experiment = "random setpoints without and with a known payload"
