@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.regression import Columns, Regression
-from diagnosis.rivals import rivals
+from diagnosis.rivals import NEAR, rivals
 from diagnosis.scored import Found, Scored, allowed, leaders
 from diagnosis.stacked import whole
 
@@ -113,10 +113,22 @@ def _major(parts: Sequence[Scored]) -> tuple[Scored, ...]:
 
 
 def _ties(regression: Regression, large: Sequence[Found]) -> list[Found]:
-    """The first, and what on all axes together comes so near that chance may decide."""
+    """The first, and what comes so near that chance may decide: on all axes together, or on its own
+    axes where these hold nearly all."""
     gains = [_together(regression, found) for found in large]
-    pairs = zip(large, gains, strict=True)
-    return [found for found, gained in pairs if gained >= TIE * max(gains)]
+    most = max(gains)
+    best = large[gains.index(most)]
+    return [
+        found
+        for found, gained in zip(large, gains, strict=True)
+        if gained >= TIE * most or (gained >= NEAR * most and _as_well(found, best))
+    ]
+
+
+def _as_well(found: Found, best: Found) -> bool:
+    """Whether an effect gains as much as the best one on each axis that it is on."""
+    most = {part.axis: part.gain.outside for part in best.parts}
+    return all(part.gain.outside >= TIE * most.get(part.axis, np.inf) for part in found.parts)
 
 
 def _together(regression: Regression, found: Found) -> float:

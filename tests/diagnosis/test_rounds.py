@@ -57,7 +57,7 @@ class Bench:
         gains = [SimpleNamespace(low=self.low, high=np.inf)]
         effect = SimpleNamespace(gains=gains, confused_with=self.confused, extends="")
         item = SimpleNamespace(effect=effect, shapes=[{}], searched=[], freedom=1)
-        freer = SimpleNamespace(**{**vars(item), "freedom": 2})
+        freer = SimpleNamespace(**{**vars(item), "freedom": 2, "shapes": [{}, {}]})
         return {name: freer if name in self.freer else item for name in self.drawn}
 
     def names(self, axis: int | None) -> list[str]:
@@ -134,6 +134,20 @@ def test_what_the_base_model_carries_to_other_axes_counts_once() -> None:
     tried = {found.id: sum(part.gain.outside for part in found.parts) for found in rounds[0].tried}
     assert tried["leak"] > tried["one"], "the case does not test what it says"
     assert chosen(rounds)[0][0] == "one"
+
+
+@pytest.mark.parametrize(
+    ("beside", "wanted"),
+    [(0.15, [("plain", (0,)), ("freer", (1,))]), (0.6, [("freer", (0, 1))])],
+)
+def test_simple_effect_does_as_well_where_nearly_all_is(
+    beside: float, wanted: list[tuple[str, tuple[int, ...]]]
+) -> None:
+    """What a freer one gains on another axis decides only if it is more than a little."""
+    freer, plain = signals(ROWS, 1, 20), signals(ROWS, 1, 21)
+    plain[ROWS.rows(0)] = freer[ROWS.rows(0)]
+    made = bench({("freer", 0): 0.6, ("freer", 1): beside}, {"freer": freer, "plain": plain})
+    assert chosen(search(replace(made, freer=("freer",)))) == wanted
 
 
 @dataclass
