@@ -8,14 +8,14 @@ point mass on the end-effector) must lower the penalised sum of squares by far m
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.base import Known
 from diagnosis.calibrate import LOOSE
-from diagnosis.regression import Regression
+from diagnosis.regression import Columns, Regression
 from diagnosis.verdict import Changed, Estimate
 
 Array = NDArray[np.float64]
@@ -23,6 +23,8 @@ FALL = 14.0
 """Fall of the penalised sum of squares that a change must bring: 3.7 tolerances."""
 EACH = 4.0
 """The same for every further direction that is freed together."""
+BESIDE = 0.5
+"""An effect that explains less than this share of its own beside a change is that change."""
 MOST = 6
 NO_PARAMETER = ("delay", "history")
 """Groups of columns that are no parameters of the machine."""
@@ -70,20 +72,44 @@ def best_change(
     return float(max(_scores(G, b, Lambda, [], listed), default=0.0))
 
 
+def only_changed(
+    plain: Regression, effect: Columns, known: tuple[Known, ...], extra: Mapping[str, Array]
+) -> bool:
+    """Whether one changed parameter explains more than an effect, and most of what the effect does.
+
+    plain: base columns as far as `known` goes, then those of other effects.
+    """
+    if not any(np.isfinite(k.tolerance) for k in known):
+        return False
+    level = dispersion(plain)
+    G, b, Lambda = _normal(plain, known, level)
+    listed = _directions(known, extra, len(b))
+    change = listed[int(np.argmax(_scores(G, b, Lambda, [], listed)))]
+    nothing, changed = (_cost(G, b, Lambda, free) for free in ([], [change]))
+    G, b, Lambda = _normal(plain.extended([effect]), known, level)
+    wider = replace(change, U=np.pad(change.U, ((0, len(b) - len(change.U)), (0, 0))))
+    named, both = (_cost(G, b, Lambda, free) for free in ([], [wider]))
+    explained = nothing - named
+    return nothing - changed > max(explained, FALL) and changed - both < BESIDE * explained
+
+
 def dispersion(regression: Regression) -> float:
     """Mean square of the residual for as many rows as go together."""
     return max(1.0, float((regression.residual**2).mean())) * CORRELATED
 
 
-def _normal(regression: Regression, known: tuple[Known, ...]) -> tuple[Array, Array, Array]:
-    """Gram matrix, right side, and weights of the nominal values by their tolerances."""
-    nb = len(regression.prior)
+def _normal(
+    regression: Regression, known: tuple[Known, ...], level: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Gram matrix, right side, and weights of the nominal values by their tolerances; level: the
+    dispersion, where it is not to be that of the regression."""
+    nb, level = len(regression.prior), level or dispersion(regression)
     G, b = np.zeros((nb, nb)), np.zeros(nb)
     for part, rhs in regression.grams:
         G, b = G + part, b + rhs
     Lambda = np.zeros(nb)
     Lambda[: len(known)] = [LOOSE**2 if np.isfinite(k.tolerance) else 0.0 for k in known]
-    return G / dispersion(regression), b / dispersion(regression), Lambda
+    return G / level, b / level, Lambda
 
 
 def _scores(

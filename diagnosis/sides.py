@@ -26,12 +26,15 @@ from diagnosis.answer import (
 )
 from diagnosis.blocks import JUDGED, Run, blocks
 from diagnosis.candidates import Bench
+from diagnosis.changed import only_changed
 from diagnosis.elsewhere import Elsewhere
 from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
 from diagnosis.naming import named_of
 from diagnosis.places import without_places
+from diagnosis.regression import Columns
 from diagnosis.rounds import Round, search
 from diagnosis.scored import Found, Scored
+from diagnosis.stacked import whole
 from diagnosis.verdict import Named
 
 Array = NDArray[np.float64]
@@ -78,6 +81,7 @@ def side_of(
     found = without_places(bench, found, notes)
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
+    held = _not_a_change(held, notes)
     pairs = zip(held.parts, held.beta, strict=True)
     worth = [part for part, beta in pairs if _size(bench, part, beta) >= least]
     held = held if len(worth) == len(held.parts) else only(held, worth)
@@ -128,6 +132,25 @@ def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Fou
         replace(e, parts=tuple(p for p in e.parts if (p.id, p.axis) not in crowd)) for e in found
     ]
     return [effect for effect in kept if effect.parts]
+
+
+def _not_a_change(held: Joint, notes: list[str]) -> Joint:
+    """Leave out effects that are a changed parameter of the model: it explains more than they do,
+    and most of what they do."""
+    bench = held.bench
+    made = bench.made
+    kept = list(held.effects)
+    for effect in held.effects:
+        others = [part.columns for other in kept if other is not effect for part in other.parts]
+        plain = made.regression.extended(others) if others else made.regression
+        mine = np.hstack([whole(made.regression, part.columns) for part in effect.parts])
+        if only_changed(plain, Columns(None, mine), made.known, made.base.directions()):
+            kept.remove(effect)
+            notes.append(
+                f"one changed parameter explains more than {effect.id}, and most of what that does:"
+                " the effect is not named"
+            )
+    return held if len(kept) == len(held.effects) else joint(bench, kept)
 
 
 def _not_noisier(held: Joint, notes: list[str]) -> Joint:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from diagnosis.base import Known
 from diagnosis.calibrate import LOOSE
-from diagnosis.changed import FALL, changes
-from diagnosis.regression import Regression
+from diagnosis.changed import FALL, changes, only_changed
+from diagnosis.regression import Columns, Regression
 from diagnosis.verdict import Changed, Estimate
 from diagnosis.workflow import _possible, _verdict
 from tests.diagnosis.rowsets import layout, signals
@@ -149,3 +149,18 @@ def test_run_made_once_tells_of_no_impossible_parameter(value: float | None, ver
     notes: list[str] = []
     assert _verdict(made, [], [], changed, notes, np.zeros(6)) == verdict
     assert any("J_zz" in note for note in notes) is (value == 0.013)
+
+
+@pytest.mark.parametrize(
+    ("off", "size", "change"),
+    [(1.2, 0.0, True), (0.0, 1.0, False), (1.2, 1.0, False), (0.0, 0.0, False)],
+    ids=["change", "effect", "both", "neither"],
+)
+def test_effect_that_is_a_changed_parameter_is_told(off: float, size: float, change: bool) -> None:
+    """A column that is for the most part like that of a parameter; beside the true change it
+    explains nothing, and beside a true effect the parameter leaves what they do not share."""
+    made = rows({"flexure[2].k_u2": off})
+    own = made.B[:, 1:2] / GAIN
+    column = 0.8 * own + 0.6 * signals(ROWS, 1, 500)
+    made = replace(made, y=made.y + size * column[:, 0])
+    assert only_changed(made, Columns(None, column), KNOWN, {}) is change
