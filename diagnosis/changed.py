@@ -79,11 +79,11 @@ def only_changed(
 
     plain: base columns as far as `known` goes, then those of other effects.
     """
-    if not any(np.isfinite(k.tolerance) for k in known):
+    listed = _directions(known, extra, len(plain.prior))
+    if not listed:
         return False
     level = dispersion(plain)
     G, b, Lambda = _normal(plain, known, level)
-    listed = _directions(known, extra, len(b))
     change = listed[int(np.argmax(_scores(G, b, Lambda, [], listed)))]
     nothing, changed = (_cost(G, b, Lambda, free) for free in ([], [change]))
     G, b, Lambda = _normal(plain.extended([effect]), known, level)

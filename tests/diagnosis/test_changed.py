@@ -164,3 +164,9 @@ def test_effect_that_is_a_changed_parameter_is_told(off: float, size: float, cha
     column = 0.8 * own + 0.6 * signals(ROWS, 1, 500)
     made = replace(made, y=made.y + size * column[:, 0])
     assert only_changed(made, Columns(None, column), KNOWN, {}) is change
+
+
+def test_parameters_that_nobody_knows_are_no_change() -> None:
+    free = tuple(replace(k, tolerance=np.inf) for k in KNOWN[:-1])
+    made = rows({"flexure[2].k_u2": 5.0})
+    assert not only_changed(made, Columns(None, made.B[:, 1:2]), (*free, KNOWN[-1]), {})
