@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
-from diagnosis.base import Motion
-from diagnosis.calibrate import Calibrated
+from diagnosis.base import Base, Motion
+from diagnosis.blocks import Block
+from diagnosis.calibrate import Calibrated, Fitted, about
 from diagnosis.compiled import N_SIGNAL, Compiled, compiled
 from diagnosis.motion import hann
+from diagnosis.noise import Noise
 from diagnosis.play import angle_noise
 from diagnosis.regression import Columns
 from diagnosis.smoothing import hann_weights
@@ -254,6 +256,19 @@ def known_torque(made: Calibrated) -> list[Array]:
                 else:
                     total[k][:, axis - 1] += values @ gains
     return total
+
+
+def about_known(
+    base: Base,
+    blocks: Sequence[Block],
+    fitted: Fitted,
+    noise: Noise,
+    trajectories: Sequence[str] | None = None,
+) -> Calibrated:
+    """`calibrate.about`, with what the model's own effects explain taken off."""
+    plain = about(base, blocks, fitted, noise, trajectories)
+    given = known_torque(plain)
+    return about(base, blocks, fitted, noise, trajectories, given) if given else plain
 
 
 def _thinned(weights: csr_array, values: Array) -> Array:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from diagnosis.absorbed import GAIN
 from diagnosis.answer import Joint, joint, steady, torque_of
 from diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
-from diagnosis.calibrate import Calibrated, about
-from diagnosis.candidates import Bench, known_torque
+from diagnosis.calibrate import Calibrated
+from diagnosis.candidates import Bench, about_known
 from diagnosis.compiled import compiled
 from diagnosis.elsewhere import Elsewhere
 from diagnosis.naming import named_of
@@ -77,9 +77,7 @@ def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:
     base = copy(old.base)
     base.window, base.spacing = factor * base.window, factor * base.spacing
     listed = blocks(base, [block.run for block in old.blocks], factor * old.spacing, JUDGED)
-    plain = about(base, listed, old.fitted, old.noise)
-    given = known_torque(plain)
-    made = about(base, listed, old.fitted, old.noise, given=given) if given else plain
+    made = about_known(base, listed, old.fitted, old.noise)
     bench = Bench(made, list(held.bench.effects.values()))
     explained = torque_of(bench, held.parts, held.beta)
     y = tuple(y - e for y, e in zip(made.y, explained, strict=True))

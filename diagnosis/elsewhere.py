@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from diagnosis.answer import Joint, axis_rms, steady
 from diagnosis.blocks import Block
-from diagnosis.calibrate import about
-from diagnosis.candidates import Bench, known_torque
+from diagnosis.candidates import Bench, about_known
 from diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
@@ -24,11 +23,7 @@ class Elsewhere:
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
         names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
-        plain = about(ours.base, blocks, ours.fitted, ours.noise, names)
-        given = known_torque(plain)
-        self.there = plain
-        if given:
-            self.there = about(ours.base, blocks, ours.fitted, ours.noise, names, given)
+        self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, names)
         if drift is not None:
             self.there = steady(self.there, drift)
         self._bench = bench.beside(self.there)

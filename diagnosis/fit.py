@@ -12,7 +12,7 @@ from diagnosis.answer import Joint, again
 from diagnosis.base import Base
 from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.candidates import Bench, known_torque
+from diagnosis.candidates import Bench, about_known, known_torque
 from diagnosis.noise import Noise, measured
 
 Array = NDArray[np.float64]
@@ -55,9 +55,7 @@ def beside(held: Joint) -> Calibrated:
         before = made.fitted
         fitted = _moved(made, held.q, STRIDE)
         made.forget()
-        plain = about(made.base, made.blocks, fitted, made.noise)
-        given = known_torque(plain)
-        made = about(made.base, made.blocks, fitted, made.noise, given=given) if given else plain
+        made = about_known(made.base, made.blocks, fitted, made.noise)
         held = again(held, Bench(made, list(held.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
