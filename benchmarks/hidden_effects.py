@@ -19,7 +19,7 @@ import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from tests.hidden.closed import closed_case, simulate_closed
 from tests.hidden.draw import Case, draw
 from tests.hidden.inverse import simulate
 from tests.hidden.machines import COUNT, machine
-from tests.hidden.score import Score, score
+from tests.hidden.score import Score, beside, score
 from tests.hidden.write import Written, write
 
 OUT = Path("out") / "hidden"
@@ -65,9 +65,20 @@ def generate(case: Case, logs: Path, sealed: Path, ending: str = "h5") -> Writte
 
 
 def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -> Score:
-    """Generate, diagnose, score. Logs and truth go to folders apart, removed afterwards unless
-    they are kept under `keep`."""
+    """Generate, diagnose, score; where an effect that is to be seen was named, the same runs
+    without it as well. Logs and truth go to folders apart, removed afterwards unless they are kept
+    under `keep`."""
     case = case_of(task)
+    found, judged = _judged(case, diagnose, keep)
+    if found["effects"] and any(part >= tables.SEEN for part in judged.observable):
+        twin, _ = _judged(replace(case, hidden=()), diagnose)
+        judged = beside(judged, twin)
+    return judged
+
+
+def _judged(
+    case: Case, diagnose: Diagnose, keep: Path | None = None
+) -> tuple[dict[str, Any], Score]:
     # two folders that do not know each other: nothing near the logs leads to the truth
     folder = tempfile.TemporaryDirectory
     with folder(prefix="hidden-") as first, folder(prefix="sealed-") as second:
@@ -79,7 +90,7 @@ def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -
         if keep is not None:
             shutil.copytree(first, keep / "logs" / str(case.seed), dirs_exist_ok=True)
             shutil.copytree(second, keep / "sealed", dirs_exist_ok=True)
-    return judged
+    return found, judged
 
 
 def close_loops(numbers: Sequence[int]) -> int:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,8 @@ from tests.hidden.draw import INSIDE
 
 VERDICTS = ("named", "set", "changed", "unknown", "none")
 LARGEST_SET = 3
+SAME = 1.1
+"""Largest ratio of two floors that are the same noise."""
 FAMILIES = {
     "payload": ("end_effector", "payload"),
     "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
@@ -36,7 +38,8 @@ FAMILIES = {
 class Score:
     """What became of one case; sizes and observable are shares of torque RMS, truth's order.
 
-    `closed_gap`: share of the gap above the floor that the change took away on locked runs.
+    `closed_gap`: share of the gap above the floor that the change took away on locked runs;
+    `closed_effect`: share of the gap that the effect itself had made, see `beside`.
     """
 
     seed: int
@@ -52,6 +55,7 @@ class Score:
     closed_gap: float | None = None
     wanted: tuple[float, ...] = ()
     notes: Mapping[str, Any] = field(default_factory=dict)
+    closed_effect: float | None = None
 
 
 def score(found: Mapping[str, Any], sealed: Path) -> Score:
@@ -75,6 +79,21 @@ def score(found: Mapping[str, Any], sealed: Path) -> Score:
         tuple(h["wanted"] for h in hidden),
         {"rivals": [list(_rivals(e)) for e in effects], "gap": found.get("gap")},
     )
+
+
+def beside(judged: Score, twin: Mapping[str, Any]) -> Score:
+    """The score with `closed_effect`: what the base model leaves of the same runs without the
+    effect (`twin`, a verdict on these) is no part of the gap that naming it can close.
+
+    As `closed_gap` where the twin's floor is another: then the gap stands between command and
+    report, or a drift was taken off the runs, and the twin's is no measure of it.
+    """
+    gap, bare = judged.notes["gap"], twin["gap"]
+    if judged.closed_gap is None or not 1 / SAME < gap["floor"] / bare["floor"] < SAME:
+        return replace(judged, closed_effect=judged.closed_gap)
+    made = gap["before"] - bare["before"]
+    closed = (gap["before"] - gap["after"]) / made if made > 0 else None
+    return replace(judged, closed_effect=closed)
 
 
 def _check(found: Mapping[str, Any]) -> None:

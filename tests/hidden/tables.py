@@ -99,14 +99,21 @@ def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
 
 
 def gaps(scores: Sequence[Score]) -> list[tuple[str, str]]:
-    """Closed share of the explainable gap on locked runs, where something was added."""
+    """Closed share of the gap on locked runs, where something was added: of all above the floor,
+    and, of effects that are to be seen, of what the effect itself had made."""
     rows = []
     for outcome in ("alone", "set", "both", "some", "wrong"):
-        found = [s.closed_gap for s in scores if s.outcome == outcome and s.closed_gap is not None]
-        if found:
-            enough = share(sum(f >= 0.9 for f in found), len(found))
-            rows.append((outcome, f"median {100 * median(found):.1f} %; 90 % closed in {enough}"))
+        named = [s for s in scores if s.outcome == outcome]
+        rows += _closed(outcome, [s.closed_gap for s in named])
+        rows += _closed("  seen, the effect's own", [s.closed_effect for s in named])
     return rows
+
+
+def _closed(name: str, shares: Iterable[float | None]) -> list[tuple[str, str]]:
+    found = [f for f in shares if f is not None]
+    enough = share(sum(f >= 0.9 for f in found), len(found))
+    line = f"median {100 * median(found):.1f} %; 90 % closed in {enough}" if found else ""
+    return [(name, line)] if found else []
 
 
 def text(scores: Sequence[Score]) -> str:
@@ -116,7 +123,7 @@ def text(scores: Sequence[Score]) -> str:
     lines += ["", "observable      right                              wrong"]
     lines += [f"{name:15s} {right:34s} {wrong}" for name, right, wrong in detection(scores)]
     lines += ["", "gap closed on locked runs"]
-    lines += [f"{outcome:8s} {found}" for outcome, found in gaps(scores)] or ["no case"]
+    lines += [f"{outcome:24s} {found}" for outcome, found in gaps(scores)] or ["no case"]
     columns, rows = confusion(scores)
     lines += ["", "confusion, truth down, said across (first name):"]
     lines += [f"  {k:2d} {name}" for k, name in enumerate(columns)]

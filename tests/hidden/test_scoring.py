@@ -8,13 +8,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
+import numpy as np
 import pytest
 
 from benchmarks import hidden_effects
 from benchmarks.hidden_effects import Store, judge
 from tests.hidden import tables
 from tests.hidden.draw import slots
-from tests.hidden.score import Score, score
+from tests.hidden.score import Score, beside, score
+from tests.oracles.calculus import Array
 
 Found = dict[str, Any]
 
@@ -147,6 +150,18 @@ def test_gap_without_a_gap_has_no_reduction(tmp_path: Path) -> None:
     assert score(found, truth(tmp_path, "nothing")).closed_gap is None
 
 
+@pytest.mark.parametrize(("floor", "closed"), [(0.0103, 1.0), (0.02, 0.9), (0.005, 0.9)])
+def test_gap_of_an_effect_is_what_it_adds_to_the_same_runs_without_it(
+    tmp_path: Path, floor: float, closed: float
+) -> None:
+    """Unless the floors differ: then only the gap's own floor is a measure of it."""
+    twin = said("none") | {"gap": {"before": 0.014, "after": 0.014, "floor": floor}}
+    found = said("named", effect("quadratic_drag", [2]))
+    judged = beside(score(found, truth(tmp_path, "single", DRAG)), twin)
+    assert judged.closed_gap == pytest.approx(0.9)
+    assert judged.closed_effect == pytest.approx(closed)
+
+
 def test_wilson_is_the_textbooks() -> None:
     """Newcombe (1998), table I: 81 of 263 and 0 of 20."""
     assert tables.wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
@@ -191,9 +206,9 @@ def test_store_goes_on_where_it_stopped(tmp_path: Path) -> None:
         Store(path)
 
 
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+def quick(monkeypatch: pytest.MonkeyPatch, seconds: float = 1.0) -> None:
     """Runs of 1 s instead of 12."""
-    monkeypatch.setattr(hidden_effects, "draw", lambda seed: draw_of(seed, 1.0))
+    monkeypatch.setattr(hidden_effects, "draw", lambda seed: draw_of(seed, seconds))
 
 
 draw_of: Callable[..., Any] = hidden_effects.draw
@@ -220,6 +235,31 @@ def test_study_hands_over_logs_alone(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert (found.category, found.outcome) == (category, outcome)
     assert not any(path.exists() for path in seen)
     assert len(list((tmp_path / "sealed").iterdir())) == 4
+
+
+def test_effect_that_is_named_is_held_against_the_same_runs_without_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A stand-in that names the effect is given a second case: the same motion and noise, and the
+    torques differ by what is hidden alone."""
+    quick(monkeypatch, 3.0)
+    given: list[Array] = []
+
+    def knowing(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
+        with h5py.File(sorted(paths)[0]) as file:
+            given.append(np.asarray(file["tau_meas"]))
+        gap = {"before": 0.05 / len(given), "after": 0.014, "floor": 0.01}
+        return said("named", effect("cogging_harmonic", range(1, 7))) | {"gap": gap}
+
+    number = slots().index(("single", "cogging_harmonic", 0.03, False))
+    found = judge(("seed", number), knowing)
+    hidden, bare = given
+    (axis,) = (k for h in hidden_effects.case_of(("seed", number)).hidden for k in h.axes)
+    shares = np.std(hidden - bare, axis=0) / np.std(bare, axis=0)
+    assert shares[axis] > 0.05
+    assert np.delete(shares, axis).max() < 0.02, "quantisation alone"
+    assert found.truth == ("cogging_harmonic",)
+    assert found.closed_effect == pytest.approx((0.05 - 0.014) / 0.025)
 
 
 def test_study_goes_on_after_a_failed_case(monkeypatch: pytest.MonkeyPatch) -> None:
