@@ -34,7 +34,8 @@ class Gain:
 
     inside: fall of the sum of squares where fitted; outside: summed over folds that were left
     out, as a share (cluster by cluster in `by_cluster`); p: cluster-robust Wald test; beta (k,)
-    with its covariance.
+    with its covariance. lost (k,): columns that do not repeat, or that the base takes up: the
+    rows say nothing of their gains, and their covariance is none.
     """
 
     inside: float
@@ -43,6 +44,7 @@ class Gain:
     p: float
     beta: Array
     covariance: Array
+    lost: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -199,10 +201,11 @@ class Regression:
         other[rows] += twin
         ideas = -np.sqrt(self.prior)[:, None] * moved
         own = twin.T @ C
-        A = np.asarray(np.linalg.pinv(_safe(own - cross.T @ moved, own)))
+        S = own - cross.T @ moved
+        A, lost = _inverted(_safe(S, own)), ~_left(S, own)
         covariance, p = self._wald(clean, other, ideas, A, beta)
         outside, by_cluster = self._outside(clean, other, ideas, own)
-        return Gain(inside, outside, by_cluster, p, beta, covariance)
+        return Gain(inside, outside, by_cluster, p, beta, covariance, lost)
 
     def _wald(
         self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array
@@ -220,7 +223,7 @@ class Regression:
         )
         factor = count / max(1, count - 1)
         covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
-        wald = float(beta @ np.linalg.pinv(covariance) @ beta) / k
+        wald = float(beta @ _inverted(covariance) @ beta) / k
         return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
 
     @property
@@ -266,5 +269,16 @@ def _safe(S: Array, own: Array) -> Array:
     own: of the columns before; a column of which less than ABSORBED is left counts as gone.
     """
     S, size = (S + S.T) / 2, np.maximum(np.diag(own), 1e-300)
-    left = np.diag(S) / size
-    return np.asarray(S + np.diag(np.where(left > ABSORBED, 1e-9, 1e9) * size))
+    return np.asarray(S + np.diag(np.where(_left(S, own), 1e-9, 1e9) * size))
+
+
+def _left(S: Array, own: Array) -> NDArray[np.bool_]:
+    """Columns (k,) of which something is left."""
+    return np.asarray(np.diag(S) > ABSORBED * np.maximum(np.diag(own), 1e-300))
+
+
+def _inverted(S: Array) -> Array:
+    """Pseudoinverse of a symmetric matrix whose columns have units of their own: what is small
+    beside another unit is not nothing."""
+    size = np.sqrt(np.maximum(np.abs(np.diag(S)), 1e-300))
+    return np.asarray(np.linalg.pinv(S / np.outer(size, size)) / np.outer(size, size))

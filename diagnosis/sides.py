@@ -41,6 +41,8 @@ Array = NDArray[np.float64]
 REST = 0.05
 """Share of what repeats on an axis that effects of several kinds may leave together."""
 
+LARGEST_SET = 3
+"""Most effects that can be said to be one of these."""
 NOISIER = 1.02
 """Growth of an axis' residual beyond which an effect is noise."""
 
@@ -77,7 +79,8 @@ def side_of(
     made = bench.made
     rounds = search(bench, say)
     notes: list[str] = []
-    found = _natural(bench, [r.chosen for r in rounds if r.chosen], notes)
+    found = _told_apart([r.chosen for r in rounds if r.chosen], notes)
+    found = _natural(bench, found, notes)
     found = without_places(bench, found, notes)
     repeats = made.noise.repeats
     held = lasting(bench, found) if repeats else believed(joint(bench, found), notes)
@@ -114,6 +117,17 @@ def side_of(
             " it is named because these would have to leave their tolerances"
         )
     return Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
+
+
+def _told_apart(found: Sequence[Found], notes: list[str]) -> list[Found]:
+    """Effects without those that too many others do as well as: any curve fits what is left."""
+    crowd = [effect for effect in found if len(effect.rivals) >= LARGEST_SET]
+    for effect in crowd:
+        ids = ", ".join((effect.id, *effect.rivals))
+        axes = ", ".join(str(axis + 1) for axis in effect.axes)
+        where = f" on axis {axes}" if axes else ""
+        notes.append(f"{ids} explain about as much as each other{where}: too many to name one")
+    return [effect for effect in found if effect not in crowd]
 
 
 def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Found]:

@@ -47,6 +47,7 @@ def deviations_of(
     while True:
         gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])))
         deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
+        deviation[gain.lost] = np.inf
         unsure = np.zeros(len(shaped))
         unsure[free] = deviation[count:] / sizes[free]
         if not (unsure > UNDETERMINED).any():

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from diagnosis.logs.between import between
 from diagnosis.logs.log import Array, Channel, Finding
 from fmus.common.errors import LogError
 
@@ -32,6 +33,7 @@ class Clock:
 
     keep: rows of the table that are used; place (kept,): their sample numbers, None when row k
     is sample k; size: number of samples; breaks: as in Channel; jitter: RMS, relative to ts.
+    stamps (kept,) [s]: times of the rows where these are uneven and true, see `stamps`.
     """
 
     t0: float
@@ -42,10 +44,13 @@ class Clock:
     breaks: tuple[tuple[int, float], ...] = ()
     jitter: float = 0.0
     findings: tuple[Finding, ...] = field(default=())
+    stamps: Array | None = None
 
     def channel(self, values: Array) -> Channel:
         """The kept rows of values (rows, width) on this clock; samples between are invalid."""
         kept = values[self.keep]
+        if self.stamps is not None:
+            return between(self.stamps, kept, self.t0, self.ts, self.size)
         if self.place is None:
             return Channel(self.t0, self.ts, kept, np.ones(len(kept), dtype=bool), self.breaks)
         valid = np.zeros(self.size, dtype=bool)

@@ -11,6 +11,7 @@ from diagnosis.logs.clock import Clock, clock_of, compared
 from diagnosis.logs.delay import delays
 from diagnosis.logs.log import Channel, Finding, Log, Options
 from diagnosis.logs.raw import Raw, Table, texts
+from diagnosis.logs.stamps import stamped
 from diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
 from diagnosis.logs.values import clipped, filled, judged, jumps
 from fmus.common.errors import LogError
@@ -59,7 +60,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
             continue
         scale = factor(table.where, "time", options.units.get("time", table.unit))
         time = table.time if scale == 1.0 else table.time * scale
-        clock = clock_of(table.where, time, table.joins)
+        clock = stamped(table.where, clock_of(table.where, time, table.joins), time, table.values)
         findings += clock.findings
         clocks[", ".join(table.values)] = clock
         for channel in list(table.values):

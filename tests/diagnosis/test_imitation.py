@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,6 +37,19 @@ def test_effect_too_often_on_an_axis_leaves_that_axis_alone() -> None:
     assert kept == [("cable", [1])]
     assert len(notes) == 1
     assert "cable on axis 1 would have to be there 3 times" in notes[0]
+
+
+@pytest.mark.parametrize(("rivals", "named"), [(2, True), (3, False)])
+def test_set_of_four_names_nothing(rivals: int, named: bool) -> None:
+    """Where a thermal drift, an offset's, a saturation and a limit do equally well, anything
+    curved would (a measured arm's friction that grows with the load did that)."""
+    others = tuple("abc"[:rivals])
+    clear, crowded = found("friction", 1), replace(found("drift", 1), rivals=others)
+    notes: list[str] = []
+    kept = [effect.id for effect in sides._told_apart([clear, crowded], notes)]
+    assert kept == ["friction", *(["drift"] if named else [])]
+    said = ["drift, a, b, c explain about as much as each other on axis 2: too many to name one"]
+    assert notes == ([] if named else said)
 
 
 def test_effect_of_the_whole_has_no_bound_of_the_library() -> None:

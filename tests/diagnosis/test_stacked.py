@@ -41,6 +41,28 @@ def test_shape_that_does_not_show_leaves_the_gain_its_interval() -> None:
     assert gain == pytest.approx(1 / np.sqrt(2400), rel=0.3)
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+def test_shape_in_a_small_unit_leaves_the_gain_its_interval(unit: float) -> None:
+    """A width of 10 urad: the change with it is a million times the effect's own column."""
+    own, other = signals(ROWS, 2, 11).T
+    gain = regression(ROWS).gain(Columns(None, np.column_stack([own, unit * other])))
+    spread = np.sqrt(np.diag(gain.covariance)) * [1.0, unit]
+    np.testing.assert_allclose(spread, 1 / np.sqrt(2400), rtol=0.3)
+    assert not gain.lost.any()
+
+
+def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
+    """The change of a sharp friction is where the jumps are, which two passes have elsewhere."""
+    own, _ = signals(ROWS, 2, 11).T
+    chance = np.random.default_rng(12).standard_normal((len(own), 1))
+    chance -= ROWS.twin(chance)  # what one pass has more, the other has less
+    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
+    bench: Any = SimpleNamespace(effects={"a": SimpleNamespace(searched=[SHAPE])})
+    deviation, shape = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
+    assert shape[0] == {"w": np.inf}
+    assert deviation[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
+
+
 @pytest.mark.parametrize("value", [0.1, 2.0, 10.0])
 def test_shape_is_never_asked_for_beyond_its_bounds(value: float) -> None:
     """At a bound the change with a shape is one-sided; beyond it a column may be no number."""

@@ -1,0 +1,64 @@
+"""Whether the times of a log that jitter are those of its samples.
+
+Two loggers make uneven times: one samples evenly and stamps what it got late, another samples
+when it can and stamps that right. A motion is smooth, so its values tell: at their own times or
+at even ones, wherever they change less abruptly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.logs.clock import QUIET_JITTER, Clock
+from diagnosis.logs.log import Array, Finding
+
+SMOOTHER = 2.0
+"""Values are so many times smoother at their own times where these are the samples'."""
+SAMPLE = 50_000
+"""Samples of a channel that are asked."""
+CLOSE = 0.5
+"""Steps shorter than this many mean ones say nothing about it."""
+
+
+def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) -> Clock:
+    """The clock of a table, with its own times where the values (rows, width) say that they are
+    the samples'; a clock with breaks stays even."""
+    if clock.jitter <= QUIET_JITTER or clock.breaks:
+        return clock
+    t = time[clock.keep]
+    place = np.arange(len(t)) if clock.place is None else clock.place
+    even: Array = clock.t0 + clock.ts * np.asarray(place, dtype=np.float64)
+    part = slice(0, SAMPLE)
+    better = max(
+        (
+            _roughness(even[part], column, t[part])
+            / max(_roughness(t[part], column, t[part]), 1e-300)
+            for channel in values.values()
+            for column in channel[clock.keep][part].T
+            if np.isfinite(column[part]).all() and np.ptp(column) > 0
+        ),
+        default=1.0,
+    )
+    if better < SMOOTHER:
+        return clock
+    text = (
+        f"time jitters by {clock.jitter * clock.ts:.2g} s RMS around {clock.ts:.6g} s, and is right"
+        f" (even times would make the motion {better:.2g} times rougher): values taken in between"
+    )
+    others = tuple(f for f in clock.findings if f.kind != "jitter")
+    size = int((t[-1] - t[0]) / clock.ts + 1e-6) + 1
+    findings = (*others, Finding("jitter", where, text, True))
+    return replace(clock, t0=float(t[0]), place=None, size=size, stamps=t, findings=findings)
+
+
+def _roughness(t: Array, x: Array, stamps: Array) -> float:
+    """RMS change of the second divided differences of x, which noise and wrong times make; where
+    stamps are close together noise alone would count."""
+    step = np.diff(t)
+    bend = np.diff(np.diff(x) / step) / (step[1:] + step[:-1])
+    wide = np.diff(stamps) > CLOSE * np.diff(stamps).mean()
+    changes = np.diff(bend)[wide[2:] & wide[1:-1] & wide[:-2]]
+    return float(np.sqrt((changes**2).mean())) if len(changes) else 1.0
