@@ -127,7 +127,10 @@ def misfit(made: Calibrated) -> str:
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
     listed = [finding for log in read for finding in log.findings]
     listed += [finding for group in groups for finding in group.findings]
-    return tuple(dict.fromkeys(str(finding) for finding in listed))
+    told = [str(finding) for finding in listed]
+    if len({group.trajectory for group in groups}) == 1:
+        told.append("one trajectory only: no other motion can refute what is found on it")
+    return tuple(dict.fromkeys(told))
 
 
 def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:

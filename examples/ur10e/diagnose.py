@@ -1,0 +1,98 @@
+"""Diagnose each joint of a measured UR10e, moved alone: periods of one motion as its passes.
+
+python examples/ur10e/diagnose.py DATASET      (its README tells where to get it)
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from diagnosis.logs import Options as LogOptions
+from diagnosis.verdict import Diagnosis
+from diagnosis.workflow import Options, diagnose
+
+Array = NDArray[np.float64]
+GAINS = (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)
+"""Torque constants [N m/A] that the authors of the data found (their main.m)."""
+PERIOD = 10.0
+"""Of the motion [s]."""
+
+
+def periods(log: Array, joint: int) -> list[tuple[int, int]]:
+    """First sample and end of each period of a joint's log (samples, 31), from one upper reversal
+    to the next; what is longer or shorter is none."""
+    time, angle = log[:, 0], log[:, joint]
+    apart = 0.7 * PERIOD * len(time) / np.ptp(time)
+    peaks, _ = find_peaks(angle, angle.min() + 0.9 * np.ptp(angle), distance=apart)
+    length = np.diff(time[peaks])
+    return [p for p, s in zip(pairwise(peaks), length, strict=True) if abs(s / PERIOD - 1) < 0.01]
+
+
+def passes(log: Array, joint: int, folder: Path) -> list[Path]:
+    """One file for each period: runs of one trajectory."""
+    found = []
+    for number, (begin, end) in enumerate(periods(log, joint), start=1):
+        path = folder / f"joint{joint}-{number}.csv"
+        rows = log[begin:end, [0, joint, 12 + joint]] - [log[begin, 0], 0, 0]
+        head = f"# trajectory: sine\n# pass: {number}\ntime,theta,tau_meas\ns,rad,A"
+        np.savetxt(path, rows, "%.4f", ",", header=head, comments="")
+        found.append(path)
+    return found
+
+
+def reversal(log: Array, joint: int) -> float:
+    """Half of the current's jump where the joint turns round [A]: dry friction, by no model."""
+    whole = periods(log, joint)
+    part = log[whole[0][0] : whole[-1][1]]
+    angle, current = part[:, joint], part[:, 12 + joint]
+    rate = np.gradient(angle, part[:, 0])
+    jumps = []
+    for end in (angle.min(), angle.max()):
+        near = np.abs(angle - end) < 5e-3 * np.ptp(angle)
+        up, down = (near & (sign * rate > 0.03 * rate.max()) for sign in (1, -1))
+        jumps.append((current[up].mean() - current[down].mean()) / 2)
+    return float(np.mean(jumps))
+
+
+def line(joint: int, found: Diagnosis, jump: float) -> str:
+    """One row: what was named, dry friction of the model and of the bare data, the gap."""
+    names = ", ".join(" or ".join((effect.id, *effect.rivals)) for effect in found.effects) or "-"
+    friction = [e.parameters["F_c"] for e in found.effects if "F_c" in e.parameters]
+    size = f"{friction[0].value:.3g} ± {np.ptp(friction[0].ci95) / 2:.1g}" if friction else "-"
+    before, after = (float(found.gap.locked[name][0]) for name in ("before", "after"))
+    gap = f"{before:.2f} to {after:.2f}"
+    return f"{joint:5}  {found.verdict:8} {size:12} {jump:12.3g}  {gap:14}  {names}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """One row for each joint."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("dataset", type=Path, help="folder dataset_ur10e")
+    dataset: Path = parser.parse_args(arguments).dataset
+    files = [dataset / "jointwise_motion" / f"ur-20_01_22-joint_{k}.csv" for k in range(1, 7)]
+    missing = [str(path) for path in files if not path.is_file()]
+    if missing:
+        print(f"{missing[0]}: no such file; examples/ur10e/README.md tells where from")
+        return 3
+    print("joint  verdict  F_c [N m]    jump/2 [N m]  gap [N m]       what is missing")
+    for joint, (path, gain) in enumerate(zip(files, GAINS, strict=True), start=1):
+        log = np.loadtxt(path, delimiter=",")
+        with tempfile.TemporaryDirectory() as folder:
+            *runs, last = passes(log, joint, Path(folder))
+            options = Options("axis", LogOptions(torque_constant=gain), 0)
+            found = diagnose(runs, [last], options=options)
+        print(line(joint, found, gain * reversal(log, joint)), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""The example of another arm: what is a period, and friction that is read off without a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.logs import Options, read_log
+from examples.ur10e.diagnose import main, passes, periods, reversal
+from tests.diagnosis.made import Array
+
+JOINT, FRICTION = 4, 0.3
+
+
+def log(seconds: float = 49.0) -> Array:
+    """Samples (samples, 31) as the authors log them: lead-in, then a sine of 10 s, then rest;
+    current of dry friction, damping and gravity."""
+    rng = np.random.default_rng(1)
+    time = 1000.0 + np.cumsum(np.where(rng.random(round(93 * seconds)) < 0.36, 0.012, 0.010))
+    phase = np.clip(time - time[0] - 2.0, 0.0, 43.5) * 2 * np.pi / 10
+    angle, rate = np.sin(phase) - 1.5, np.cos(phase) * ((phase > 0) & (phase < phase[-1]))
+    found = np.zeros((len(time), 31))
+    current = FRICTION * np.sign(rate) + 0.05 * rate + 0.4 * np.cos(angle)
+    found[:, 0], found[:, JOINT] = time, np.round(angle, 4)
+    found[:, 12 + JOINT] = current + 0.02 * rng.standard_normal(len(time))
+    return found
+
+
+def test_whole_periods_alone_are_passes(tmp_path: Path) -> None:
+    made = log()
+    ends = [made[k, 0] - made[0, 0] for pair in periods(made, JOINT) for k in pair]
+    assert ends == pytest.approx([4.5, 14.5, 14.5, 24.5, 24.5, 34.5, 34.5, 44.5], abs=0.1)
+    runs = [read_log(path, Options(torque_constant=10.0)) for path in passes(made, JOINT, tmp_path)]
+    assert [(run.trajectory, run.pass_number) for run in runs] == [("sine", k) for k in range(1, 5)]
+    assert runs[0].theta[0, 0] == pytest.approx(-0.5, abs=2e-4)
+    assert np.ptp(runs[0].theta) == pytest.approx(2.0, abs=1e-3)
+
+
+def test_dry_friction_is_half_of_the_jump_at_the_reversals() -> None:
+    # the damping adds 0.05 times the tenth of the largest rate
+    assert reversal(log(), JOINT) == pytest.approx(FRICTION + 0.005, rel=0.03)
+
+
+def test_example_says_what_it_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(tmp_path)]) == 3
+    said = capsys.readouterr().out
+    assert "joint_1.csv: no such file; examples/ur10e/README.md tells where from" in said
