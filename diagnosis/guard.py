@@ -19,6 +19,8 @@ POOR = 0.5
 TOGETHER = 0.7
 """Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
+LATE = 2e-4
+"""Delay [s] of the reported torques that is worth a word."""
 SURE = 2.0
 """Without repeats, the residual's mean square must be this much larger without an effect."""
 
@@ -45,6 +47,19 @@ def strange_axes(made: Calibrated) -> list[int]:
     sizes = np.linalg.norm(seen, axis=0) * np.linalg.norm(model, axis=0)
     together = (seen * model).sum(axis=0) / np.maximum(sizes, 1e-300)
     return [int(i) for i in np.flatnonzero(together < TOGETHER)]
+
+
+def delayed(made: Calibrated) -> str:
+    """What is said of the torques' common delay, which the fit has taken out; or nothing."""
+    late = made.fitted.delay
+    if abs(late) < LATE:
+        return ""
+    whose = (
+        "all axes alike: taken for the logger's" if made.base.n > 1 else "taken for the logger's"
+    )
+    alone = "" if made.base.n > 1 else ", as a single axis cannot tell whether its drive is late"
+    side = "late" if late > 0 else "early"
+    return f"torques come {1e3 * abs(late):.2g} ms {side} against the angles, {whose}{alone}"
 
 
 def kept_off(held: Joint, axes: Sequence[int]) -> Joint:

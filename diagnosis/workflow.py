@@ -21,7 +21,7 @@ from diagnosis.drifts import drifts_of, without
 from diagnosis.drives import drives_of
 from diagnosis.fit import beside
 from diagnosis.gaps import Before, before_of, gap_of
-from diagnosis.guard import poor_axes
+from diagnosis.guard import delayed, poor_axes
 from diagnosis.maps import maps
 from diagnosis.naming import tried_of
 from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
@@ -117,7 +117,7 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
         tried_of(main.rounds),
         maps(main.held),
         tuple(notes),
-        asked.findings,
+        (*asked.findings, *filter(None, [delayed(made)])),
         *asked.names,
     )
 

@@ -45,6 +45,23 @@ def test_axis_without_friction_has_nothing() -> None:
     assert diagnosis.effects == ()
 
 
+def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None:
+    """2 ms, of the logger as far as anyone can tell."""
+    paths = []
+    for seed, number in TWICE:
+        path = write(tmp_path / f"{seed}_{number}.csv", seed, number, 0.0)
+        head, rows = path.read_text().splitlines()[:4], path.read_text().splitlines()[4:]
+        cells = [row.split(",") for row in rows]
+        late = [f"{a[0]},{a[1]},{b[2]}" for a, b in zip(cells[2:], cells[:-2], strict=True)]
+        path.write_text("\n".join([*head, *late, ""]))
+        paths.append(path)
+    diagnosis = diagnose(paths, [], options=OPTIONS)
+    assert diagnosis.verdict == "none"
+    (told,) = [text for text in diagnosis.findings if "late" in text]
+    assert told.startswith("torques come 2 ms late against the angles, taken for the logger's, as")
+    assert not [text for text in said(0.0, TWICE).findings if "late" in text]
+
+
 @pytest.mark.parametrize("friction", [0.12, 0.0])
 def test_axis_of_one_run_is_never_named(friction: float) -> None:
     diagnosis = said(friction, ((1, 1),))
