@@ -220,18 +220,19 @@ def _large(
 
 def _torque(bench: Bench, regression: Regression, part: Scored) -> float:
     """RMS [N m] of an effect on an axis (None: on all), without what the base model takes on in its
-    fit."""
-    made, axis, C = bench.made, part.axis, part.columns
-    rows = slice(None) if axis is None else axis
+    fit. An encoder's error on one axis makes torques on all: they count together."""
+    made, C, own = bench.made, part.columns, part.axis
     moved = regression.solve(regression.products(C.axis, C.values)[1]) @ part.gain.beta
     taken = moved[: len(made.known)]
-    left = [
-        values[kept] @ part.gain.beta - B[kept][:, rows] @ taken
-        for values, B, kept in zip(
-            bench.thin(part.id, axis or 0, part.shape), made.B, made.kept, strict=True
-        )
-    ]
-    return float(np.sqrt((np.concatenate(left) ** 2).mean()))
+    rows = slice(None) if C.axis is None else C.axis
+    thin = bench.thin(part.id, own or 0, part.shape)
+    left = np.concatenate(
+        [
+            values[kept] @ part.gain.beta - B[kept][:, rows] @ taken
+            for values, B, kept in zip(thin, made.B, made.kept, strict=True)
+        ]
+    )
+    return float(np.sqrt((left**2).sum() / (len(left) * (bench.n if own is None else 1))))
 
 
 def _kin(bench: Bench, part: Scored, other: Scored) -> bool:

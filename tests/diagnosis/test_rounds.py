@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import MOST, Round, search
+from diagnosis.rounds import MOST, Round, _torque, search
 from tests.diagnosis.rowsets import CLUSTER, layout, regression, signals
 
 Array = NDArray[np.float64]
@@ -170,6 +170,27 @@ def test_effect_of_the_whole_is_found_with_and_without_repeats(between: bool) ->
     made = bench({("tilt", 0): 0.6, ("tilt", 1): 0.6}, drawn)
     made.made.between = between
     assert chosen(search(Whole(made.made, drawn))) == [("tilt", ())]
+
+
+class Felt(Whole):
+    """Effects of the first axis that all axes feel, as an error of its encoder."""
+
+    def names(self, axis: int | None) -> list[str]:
+        return list(self.drawn) if axis == 0 else []
+
+
+def test_error_of_one_encoder_that_all_axes_feel_has_a_size() -> None:
+    """What they feel counts together; where it is too small nothing is named."""
+    drawn = {"encoder": signals(ROWS, 1, 20)}
+    made = bench({("encoder", 0): 0.6, ("encoder", 1): 0.3}, drawn)
+    felt = Felt(made.made, drawn)
+    (found,) = search(felt)[0].tried
+    felt_by_all = found.parts[0].gain.beta[0] * drawn["encoder"][:, 0]
+    size = _torque(felt, felt.made.regression, found.parts[0])  # type: ignore[arg-type]
+    assert size == pytest.approx(np.sqrt((felt_by_all**2).sum() * N / len(felt_by_all)))
+    assert chosen(search(felt)) == [("encoder", (0,))]
+    felt.made.torque_rms = np.full(N, 500.0)
+    assert chosen(search(felt)) == []
 
 
 @dataclass
