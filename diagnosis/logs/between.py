@@ -19,9 +19,10 @@ def between(t: Array, values: Array, t0: float, ts: float, size: int) -> Channel
     between neighbours. Within gaps NaN; invalid where no sample was recorded, not for a NaN."""
     out = np.full((size, values.shape[1]), np.nan)
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
+    known = t[finite]
     for begin in range(0, size, PIECE):
         grid: Array = t0 + ts * np.arange(begin, min(begin + PIECE, size), dtype=np.float64)
-        low, high = np.searchsorted(t[finite], grid[[0, -1]])
+        low, high = np.searchsorted(known, grid[[0, -1]])
         near = finite[max(low - REACH, 0) : high + REACH]
         inside = _near(t[near], grid, ts)
         if inside.any():
