@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import fmpy
@@ -145,20 +146,32 @@ class _Follower:
         return held, left
 
 
+LOADING = Lock()
+"""fmpy changes the working directory of the whole process while it loads a library: a relative path
+of another replay would lead nowhere, and the directory might stay changed."""
+
+
+def _loaded(fmu: Path) -> tuple[Any, str, Any]:
+    """Description, folder with the files, instance of an FMU, one at a time."""
+    with LOADING:
+        # our own FMU; fmpy's schema is not safe where replays run side by side
+        description = fmpy.read_model_description(str(fmu), validate=False)
+        folder = fmpy.extract(str(fmu))
+        slave = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName="replay",
+        )
+    return description, folder, slave
+
+
 class _Plant:
     """One instance of plant.fmu; theta (n,) is what it showed last."""
 
     def __init__(self, fmu: Path, values: Mapping[str, Any], payload: float) -> None:
-        # our own FMU; fmpy's schema is not safe where replays run side by side
-        description = fmpy.read_model_description(str(fmu), validate=False)
+        description, self.folder, self.slave = _loaded(fmu)
         references = {v.name: v.valueReference for v in description.modelVariables}
-        self.folder = fmpy.extract(str(fmu))
-        self.slave: Any = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=self.folder,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="replay",
-        )
         self.slave.instantiate()
         names = [v.name for v in description.modelVariables if v.causality == "parameter"]
         for name, value in values.items():
