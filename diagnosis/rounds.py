@@ -34,6 +34,8 @@ LEAST_KIN = 0.5
 """The same of what is left, beside an effect with which the library confuses it."""
 TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
+SAME_SHAPE = 0.05
+"""Relative difference of shapes that two axes may have for one reason."""
 MINOR = 0.05
 """An axis joins an effect's others when it gains this share of the best one; what is left of it
 comes again in the next round."""
@@ -97,7 +99,7 @@ def one_round(
     for found in tried:
         parts = [p for p in found.parts if _large(bench, regression, p, energy, first, known)]
         if parts:
-            large.append(replace(found, parts=_major(parts)))
+            large.append(replace(found, parts=_own(bench, _major(parts), tried)))
     chosen = None
     if large:
         winner = min(_ties(regression, large), key=lambda found: _choices(bench, found))
@@ -110,6 +112,29 @@ def _major(parts: Sequence[Scored]) -> tuple[Scored, ...]:
     model shows on all axes."""
     most = max((part.gain.outside for part in parts), default=0.0)
     return tuple(part for part in parts if part.gain.outside >= MINOR * most)
+
+
+def _own(bench: Bench, parts: Sequence[Scored], tried: Sequence[Found]) -> tuple[Scored, ...]:
+    """Parts without those of another shape than the largest one that something simpler explains at
+    least as well on their axis: a harmonic of another order for a curved spring's."""
+    largest = max(parts, key=lambda part: part.gain.outside)
+    simpler = [f for f in tried if _choices(bench, f) < _choices(bench, largest)]
+    best: dict[int | None, float] = {}
+    for other in (part for found in simpler for part in found.parts):
+        best[other.axis] = max(best.get(other.axis, 0.0), other.gain.outside)
+    return tuple(
+        part
+        for part in parts
+        if _same(part, largest) or part.gain.outside > best.get(part.axis, -np.inf)
+    )
+
+
+def _same(part: Scored, other: Scored) -> bool:
+    """Whether two parts of an effect have about the same shape."""
+    return all(
+        abs(value - other.shape[name]) <= SAME_SHAPE * abs(other.shape[name])
+        for name, value in part.shape.items()
+    )
 
 
 def _ties(regression: Regression, large: Sequence[Found]) -> list[Found]:
@@ -140,7 +165,7 @@ def _together(regression: Regression, found: Found) -> float:
     return regression.gain(Columns(None, columns)).outside
 
 
-def _choices(bench: Bench, found: Found) -> int:
+def _choices(bench: Bench, found: Found | Scored) -> int:
     """Shapes that a search may choose from: the more, the better it fits by chance."""
     item = bench.effects.get(found.id)
     return len(item.shapes) if item else 1

@@ -172,6 +172,38 @@ def test_effect_of_the_whole_is_found_with_and_without_repeats(between: bool) ->
     assert chosen(search(Whole(made.made, drawn))) == [("tilt", ())]
 
 
+@dataclass
+class Shaped(Bench):
+    """The effect `wave` has a number on each axis, which is its shape."""
+
+    numbers: tuple[float, ...] = ()
+
+    def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
+        shape = {"order": self.numbers[axis]} if name == "wave" else {}
+        return [(shape, Columns(axis, self.drawn[name][ROWS.rows(axis)]))]
+
+
+@pytest.mark.parametrize(
+    ("numbers", "hidden", "found"),
+    [
+        ((260.0, 20.0), "spring", [("wave", (0,)), ("spring", (1,))]),
+        ((260.0, 20.0), "wave", [("wave", (0, 1))]),
+        ((260.0, 262.0), "spring", [("wave", (0, 1))]),
+    ],
+)
+def test_axis_of_another_shape_is_left_to_what_is_simpler_and_explains_more(
+    numbers: tuple[float, ...], hidden: str, found: list[tuple[str, tuple[int, ...]]]
+) -> None:
+    """A ripple on the first axis; on the second a curved spring, which a wave of another order
+    follows, or that wave. The wave gains most in all. One order on both axes is one cause."""
+    spring, other, wave = (signals(ROWS, 1, seed) for seed in (20, 21, 22))
+    second = ROWS.rows(1)
+    wave[second] = 0.99 * spring[second] + np.sqrt(1 - 0.99**2) * other[second]
+    drawn = {"wave": wave, "spring": spring}
+    made = bench({("wave", 0): 1.0, (hidden, 1): 0.6}, drawn).made
+    assert chosen(search(Shaped(made, drawn, freer=("wave",), numbers=numbers))) == found
+
+
 class Felt(Whole):
     """Effects of the first axis that all axes feel, as an error of its encoder."""
 
