@@ -10,12 +10,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs.between import between
+from diagnosis.logs.between import FEWEST, between
 from diagnosis.logs.log import Array, Channel, Finding
 from fmus.common.errors import LogError
 
 Index = NDArray[np.int64]
-FEWEST = 3
 RESETS = 3
 """More backward jumps than this are no clock that was set anew."""
 LONGEST_FILL = 0.5
