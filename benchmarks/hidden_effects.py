@@ -71,9 +71,14 @@ def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -
     case = case_of(task)
     found, judged = _judged(case, diagnose, keep)
     if found["effects"] and any(part >= tables.SEEN for part in judged.observable):
-        twin, _ = _judged(replace(case, hidden=()), diagnose)
+        twin, _ = _judged(without(case), diagnose)
         judged = beside(judged, twin)
     return judged
+
+
+def without(case: Case) -> Case:
+    """The same motion and noise with nothing hidden."""
+    return replace(case, hidden=())
 
 
 def _judged(
@@ -94,8 +99,11 @@ def _judged(
 
 
 def close_loops(numbers: Sequence[int]) -> int:
-    """Integrate closed-loop cases side by side, which is far quicker than one by one."""
-    return len(simulate_closed([closed_case(k) for k in numbers], OUT / "closed"))
+    """Integrate closed-loop cases side by side, which is far quicker than one by one; also the same
+    without what they hide, where `judge` may ask for it."""
+    cases = [closed_case(k) for k in numbers]
+    twins = [without(case) for case in cases if case.category == "single"]
+    return len(simulate_closed([*cases, *twins], OUT / "closed"))
 
 
 def attempt(task: Task) -> Score | str:

@@ -115,8 +115,8 @@ def _major(parts: Sequence[Scored]) -> tuple[Scored, ...]:
 
 
 def _own(bench: Bench, parts: Sequence[Scored], tried: Sequence[Found]) -> tuple[Scored, ...]:
-    """Parts without those of another shape than the largest one that something simpler explains at
-    least as well on their axis: a harmonic of another order for a curved spring's."""
+    """Parts without those of another shape than the largest one that something simpler explains
+    about as well on their axis: a harmonic of another order for a curved spring's."""
     largest = max(parts, key=lambda part: part.gain.outside)
     simpler = [f for f in tried if _choices(bench, f) < _choices(bench, largest)]
     best: dict[int | None, float] = {}
@@ -125,7 +125,7 @@ def _own(bench: Bench, parts: Sequence[Scored], tried: Sequence[Found]) -> tuple
     return tuple(
         part
         for part in parts
-        if _same(part, largest) or part.gain.outside > best.get(part.axis, -np.inf)
+        if _same(part, largest) or TIE * part.gain.outside > best.get(part.axis, -np.inf)
     )
 
 

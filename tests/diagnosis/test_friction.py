@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from diagnosis.verdict import Diagnosis
 from diagnosis.workflow import Options, diagnose
-from tests.diagnosis.single import SECONDS, TS, moved, write
+from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]
 OPTIONS = Options(base="axis", confidence=0)
@@ -41,6 +41,21 @@ def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
     assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.03)
     after, floor = (float(found.gap.locked[name][0]) for name in ("after", "floor"))
     assert after < 1.1 * floor
+
+
+def test_friction_of_a_gear_grows_with_its_load(tmp_path: Path) -> None:
+    """Teeth that lose 3 % of the torque, beside bearings that lose always the same: two effects."""
+    paths = []
+    for k, (motion, number) in enumerate(RUNS):
+        _, rate, _ = moved(CLOCK, motion)
+        lost = (F + 0.03 * np.abs(wanted(CLOCK, motion))) * np.tanh(rate / 0.01)
+        paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=lost))
+    found = diagnose(paths[:4], paths[4:], options=OPTIONS)
+    first, second = sorted(found.effects, key=lambda effect: effect.id)
+    assert (first.id, second.id) == ("coulomb_friction", "load_friction")
+    assert first.parameters["F_c"].value == pytest.approx(F, rel=0.1)
+    assert second.parameters["mu"].value == pytest.approx(0.03, rel=0.1)
+    assert not (*first.rivals, *second.rivals)
 
 
 def test_lopsided_friction_is_one_friction(tmp_path: Path) -> None:

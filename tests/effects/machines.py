@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ BIG = {
     "cubic_stiffness": {"k_3": 100.0},
 }
 """Sizes where five times the typical one shows too little or too much within seconds."""
+AXES = {"cable_force": 2, "flexible_mode": 3}
+"""Axes that turn far or fast enough for it in the tests' short runs."""
 
 
 def values(effect: Effect) -> dict[str, float]:
@@ -39,8 +42,8 @@ def values(effect: Effect) -> dict[str, float]:
 
 
 def axis_of(id: str) -> int:
-    """Axis (from 1) on which the tests have an effect."""
-    return list(library()).index(id) % 6 + 1
+    """Axis (from 1) on which the tests have an effect, whatever else the library has."""
+    return AXES.get(id, crc32(id.encode()) % 6 + 1)
 
 
 def use(id: str, **other: float) -> EffectUse:

@@ -24,7 +24,7 @@ from tests.effects.machines import Array, machine_file, use, values
 from tests.rooms.loaded import CACHE, machine
 
 IDS = """
-    coulomb_friction stribeck_friction quadratic_drag cogging_harmonic torque_ripple
+    coulomb_friction stribeck_friction load_friction quadratic_drag cogging_harmonic torque_ripple
     second_hysteresis quadratic_stiffness cubic_stiffness cable_force torque_constant_saturation
     torque_saturation drive_lag time_delay drive_gain thermal_drift offset_drift
     encoder_eccentricity flexible_mode cross_coupling gravity_tilt

@@ -110,6 +110,30 @@ class Warming(Motor):
 
 
 @dataclass(frozen=True)
+class Teeth(Motor):
+    """A gear of efficiency 1 - gain, driving or driven. After a reversal its teeth slip one after
+    the other (Maxwell slip), the last of them after `width` [rad]."""
+
+    limit: float = 0.3
+    width: float = 2e-3
+    closed = False
+
+    def reported(self, gain: Array, m: Array, t: Array, q: Array) -> Array:
+        slip = self._slip(q)
+        g, driving = column(gain, m), m * slip > 0
+        return np.asarray(m + np.abs(m) * slip * np.where(driving, g / (1 - g), g))
+
+    def _slip(self, q: Array) -> Array:
+        """From -1 to 1: mean of eight stops that let go one after the other."""
+        widths = self.width * np.arange(1, 9)[:, None, None] / 8
+        stops, found = np.zeros((8, *q.shape[:2])), np.zeros_like(q)
+        for k, way in enumerate(np.moveaxis(np.diff(q, axis=-1), -1, 0), start=1):
+            stops = np.maximum(np.minimum(stops + way / widths, 1), -1)
+            found[..., k] = stops.mean(axis=0)
+        return found
+
+
+@dataclass(frozen=True)
 class Crosstalk(Motor):
     """A motor feels part of its neighbour's current: m_i = i_i + gain_i i_(i+1)."""
 
@@ -198,6 +222,7 @@ DRIVES: dict[str, Callable[[Rng], Motor | Drive | Encoder]] = {
     ),
     "drive_gain": lambda rng: Gain(sign=int(rng.choice([-1, 1]))),
     "thermal_drift": lambda rng: Warming(time=rng.uniform(15, 60)),
+    "load_friction": lambda rng: Teeth(width=rng.uniform(1e-3, 4e-3)),
     "cross_coupling": lambda rng: Crosstalk(),
     "torque_saturation": lambda rng: Drive("limit", "1/(N m)", 0.3),
     "drive_lag": lambda rng: Drive("lag"),

@@ -14,7 +14,7 @@ import pytest
 from tests.compare import assert_close
 from tests.hidden.base import Base, Columns
 from tests.hidden.draw import INSIDE, ROUND, Case, Hidden, assemble, draw, slots
-from tests.hidden.drives import Drive
+from tests.hidden.drives import Drive, Teeth
 from tests.hidden.inverse import Clean, disturbance, make, simulate
 from tests.hidden.logger import logged
 from tests.hidden.machines import COUNT, machine
@@ -144,6 +144,18 @@ def test_effect_repeats_between_passes_and_noise_does_not(id: str) -> None:
     assert np.max(np.abs(readings[0] - readings[1])) > case.noise.white
 
 
+def test_teeth_take_their_share_whichever_side_drives() -> None:
+    """Long after a reversal: the joint gets 0.9 of the motor's torque, or the motor 0.9 of it."""
+    q = np.concatenate([np.linspace(0, 0.1, 200), np.linspace(0.1, 0, 200)])
+    q = np.broadcast_to(q, (6, 1, 400))
+    m = np.broadcast_to(np.array([2.0, -3.0, 2.0, -3.0, 2.0, -3.0])[:, None, None], q.shape)
+    i = Teeth(width=2e-3).reported(np.full(6, 0.1), m, np.zeros((1, 400)), q)
+    up, down = i[:, 0, 150], i[:, 0, 350]
+    assert_close(up, np.where(m[:, 0, 0] > 0, m[:, 0, 0] / 0.9, m[:, 0, 0] * 0.9), atol=1e-12)
+    assert_close(down, np.where(m[:, 0, 0] < 0, m[:, 0, 0] / 0.9, m[:, 0, 0] * 0.9), atol=1e-12)
+    assert np.all(np.diff(i[:, 0, 200:206]) < 0), "they let go one after the other"
+
+
 def test_logger_delays_both_torques_alike() -> None:
     """Half a sample of hold and the delay, read off the slope; steps of 3 mN m set the bound."""
     case, clean = runs("")
@@ -219,7 +231,7 @@ def test_round_holds_every_effect_at_every_size() -> None:
     listed = slots()
     assert len(listed) == ROUND
     single = {row[1:] for row in listed if row[0] == "single"}
-    assert len(single) == 6 * len(INSIDE) == 120
+    assert len(single) == 6 * len(INSIDE) == 126
     assert sum(row[0] == "nothing" for row in listed) == 40
     assert len(OUTSIDE) >= 6
 
@@ -228,7 +240,7 @@ def test_case_is_the_same_for_the_same_seed() -> None:
     one, two = draw(3), draw(3)
     assert one.hidden == two.hidden
     assert np.array_equal(one.truth.actuator.o, two.truth.actuator.o)
-    assert not np.array_equal(one.truth.actuator.o, draw(203).truth.actuator.o)
+    assert not np.array_equal(one.truth.actuator.o, draw(3 + ROUND).truth.actuator.o)
     ratio = one.truth.actuator.sigma / one.nominal.actuator.sigma
     assert 0.85 <= ratio <= 1.15
 

@@ -14,11 +14,11 @@ import pytest
 
 from benchmarks.hidden_effects import case_of, diagnose, generate, judge
 from tests.conftest import MACHINE_FILE
-from tests.hidden.draw import slots
+from tests.hidden.draw import ROUND, slots
 from tests.hidden.score import Score
 from tests.hidden.tables import SEEN
 
-SAMPLE_FROM = 600
+SAMPLE_FROM = 3 * ROUND
 """First seed of the round that the sample is taken from."""
 
 

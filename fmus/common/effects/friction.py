@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -46,7 +47,7 @@ class CoulombFriction(DryFriction):
     gains = (Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque"),)
     shapes = (PRESLIDING,)
     excites = "reversals of the motion at several angles; constant speeds between them"
-    confused_with = ("stribeck_friction", "second_hysteresis")
+    confused_with = ("stribeck_friction", "load_friction", "second_hysteresis")
     experiment = "slow triangle: long stretches of one speed, sharp reversals"
     spec = SLOW
 
@@ -105,6 +106,24 @@ def _slow(s: Signals, shape: Shapes) -> Expr:
     return ca.exp(-((s.thetad / shape["v_s"]) ** 2))
 
 
+class LoadFriction(DryFriction):
+    """mu |tau| z_0: friction of loaded teeth, which grows with the torque that they pass on.
+
+    A gear has it beside Coulomb friction, which is an effect of its own; z_0 is the same.
+    """
+
+    id, title, acts_on = "load_friction", "load-dependent friction", "drive"
+    gains = (Gain("mu", "1", 0.01, 0.0, 0.5, "friction torque per torque"),)
+    shapes = (PRESLIDING,)
+    excites = "reversals under loads that differ: other angles, another payload"
+    confused_with = ("coulomb_friction",)
+    experiment = "slow triangle with and without payload"
+    spec = replace(SLOW, payload=((0.0, 0.0), (25.0, 1.0)))
+
+    def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
+        return ca.fabs(s.tau) * state
+
+
 class QuadraticDrag(Effect):
     """D_2 thetad |thetad|: drag of the air or of a churning fluid."""
 
@@ -119,4 +138,4 @@ class QuadraticDrag(Effect):
         return s.thetad * ca.fabs(s.thetad)
 
 
-EFFECTS = (CoulombFriction(), StribeckFriction(), QuadraticDrag())
+EFFECTS = (CoulombFriction(), StribeckFriction(), LoadFriction(), QuadraticDrag())

@@ -7,6 +7,9 @@ import casadi as ca
 from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
 
 SWEEP = Experiment("triangle", {"speed": 0.1, "amplitude": 0.19})
+ORDERS = tuple(float(k) for k in range(24, 721, 6))
+"""Orders to try: over 0.4 rad two of them are told apart when 2 pi / 0.4 = 16 lie between them,
+and below 24 less than one and a half periods look like a stiffening spring."""
 
 
 class CoggingHarmonic(Effect):
@@ -24,9 +27,7 @@ class CoggingHarmonic(Effect):
             low=20.0,
             high=1500.0,
             start=360.0,
-            # over 0.4 rad two orders are told apart when 2 pi / 0.4 = 16 lie between them, and
-            # below 24 less than one and a half periods look like a stiffening spring
-            grid=tuple(float(k) for k in range(24, 721, 6) if k % 36 or k > 324),
+            grid=tuple(k for k in ORDERS if k % 36 or k > 324),
             description="multiple of the angle; the poles of the motor times a whole number",
         ),
     )
@@ -56,7 +57,7 @@ class TorqueRipple(Effect):
             low=20.0,
             high=1500.0,
             start=36.0,
-            grid=(24.0, 36.0, 54.0, 72.0, 108.0, 144.0, 180.0, 216.0, 432.0),
+            grid=ORDERS,
             description="multiple of the angle",
         ),
     )
