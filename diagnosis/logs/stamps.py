@@ -17,6 +17,8 @@ from diagnosis.logs.log import Array, Finding
 
 SMOOTHER = 2.0
 """Values are so many times smoother at their own times where these are the samples'."""
+CERTAIN = 1000.0
+"""More than that is not told: of a straight line nothing is left at its own times."""
 SAMPLE = 50_000
 """Samples of a channel that are asked."""
 CLOSE = 0.5
@@ -34,8 +36,7 @@ def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) 
     part = slice(0, SAMPLE)
     better = max(
         (
-            _roughness(even[part], column, t[part])
-            / max(_roughness(t[part], column, t[part]), 1e-300)
+            _rougher(even[part], column, t[part])
             for channel in values.values()
             for column in channel[clock.keep][part].T
             if np.isfinite(column[part]).all() and np.ptp(column) > 0
@@ -52,6 +53,12 @@ def stamped(where: str, clock: Clock, time: Array, values: Mapping[str, Array]) 
     size = int((t[-1] - t[0]) / clock.ts + 1e-6) + 1
     findings = (*others, Finding("jitter", where, text, True))
     return replace(clock, t0=float(t[0]), place=None, size=size, stamps=t, findings=findings)
+
+
+def _rougher(even: Array, x: Array, stamps: Array) -> float:
+    """How many times rougher x is at even times than at its stamps, up to `CERTAIN`."""
+    other, own = _roughness(even, x, stamps), _roughness(stamps, x, stamps)
+    return other / max(own, other / CERTAIN) if other > 0 else 1.0
 
 
 def _roughness(t: Array, x: Array, stamps: Array) -> float:

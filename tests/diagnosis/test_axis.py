@@ -62,6 +62,12 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
     assert not [text for text in said(0.0, TWICE).findings if "late" in text]
 
 
+def test_one_trajectory_is_told_to_be_one() -> None:
+    text = "one trajectory only: no other motion can refute what is found on it"
+    assert text in said(0.0, ((1, 1), (1, 2))).findings
+    assert text not in said(0.0, TWICE).findings
+
+
 @pytest.mark.parametrize("friction", [0.12, 0.0])
 def test_axis_of_one_run_is_never_named(friction: float) -> None:
     diagnosis = said(friction, ((1, 1),))

@@ -88,6 +88,14 @@ def test_angle_that_rests_or_runs_straight_says_nothing(tmp_path: Path) -> None:
     assert "taken as even" in finding(read_log(plain_csv(tmp_path / "a.csv", made)), "jitter").text
 
 
+def test_motion_without_any_bend_at_its_own_times_tells_no_endless_number(tmp_path: Path) -> None:
+    """Times in eighths of milliseconds, at which a straight line is one to the last digit."""
+    t = np.round(uneven() * 8192) / 8192
+    made = {"time": t, "theta": np.column_stack([2 * t, 3 * t]), "tau_meas": np.zeros((len(t), 2))}
+    told = finding(read_log(plain_csv(tmp_path / "a.csv", made)), "jitter").text
+    assert "(even times would make the motion 1e+03 times rougher)" in told
+
+
 def test_log_with_a_long_gap_stays_even(tmp_path: Path) -> None:
     """A break stands for what was skipped; between breaks the times are those that are told."""
     t = uneven()
