@@ -62,10 +62,12 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
     assert not [text for text in said(0.0, TWICE).findings if "late" in text]
 
 
-def test_one_trajectory_is_told_to_be_one() -> None:
+def test_one_trajectory_is_told_to_be_one(tmp_path: Path) -> None:
+    """A locked run of another motion can refute it."""
     text = "one trajectory only: no other motion can refute what is found on it"
-    assert text in said(0.0, ((1, 1), (1, 2))).findings
-    assert text not in said(0.0, TWICE).findings
+    paths = [write(tmp_path / f"{k}.csv", 1, k, 0.0) for k in (1, 2, 3)]
+    assert text in diagnose(paths[:2], paths[2:], options=OPTIONS).findings
+    assert text not in said(0.0, TWICE[:2]).findings
 
 
 @pytest.mark.parametrize("friction", [0.12, 0.0])
