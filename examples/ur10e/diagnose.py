@@ -49,28 +49,36 @@ def passes(log: Array, joint: int, folder: Path) -> list[Path]:
     return found
 
 
-def reversal(log: Array, joint: int) -> float:
-    """Half of the current's jump where the joint turns round [A]: dry friction, by no model."""
+def reversals(log: Array, joint: int) -> list[tuple[float, float]]:
+    """Half of the current's jump where the joint turns round, which is dry friction by no model,
+    and the load there, the mean of the current's size before and after [A]; lower end first."""
     whole = periods(log, joint)
     part = log[whole[0][0] : whole[-1][1]]
     angle, current = part[:, joint], part[:, 12 + joint]
     rate = np.gradient(angle, part[:, 0])
-    jumps = []
+    found = []
     for end in (angle.min(), angle.max()):
         near = np.abs(angle - end) < 5e-3 * np.ptp(angle)
-        up, down = (near & (sign * rate > 0.03 * rate.max()) for sign in (1, -1))
-        jumps.append((current[up].mean() - current[down].mean()) / 2)
-    return float(np.mean(jumps))
+        up, down = (
+            float(current[near & (sign * rate > 0.03 * rate.max())].mean()) for sign in (1, -1)
+        )
+        found.append(((up - down) / 2, (abs(up) + abs(down)) / 2))
+    return found
 
 
-def line(joint: int, found: Diagnosis, jump: float) -> str:
+def line(joint: int, found: Diagnosis, ends: Sequence[tuple[float, float]]) -> str:
     """One row: what was named, dry friction of the model and of the bare data, the gap."""
     names = ", ".join(" or ".join((effect.id, *effect.rivals)) for effect in found.effects) or "-"
-    friction = [e.parameters["F_c"] for e in found.effects if "F_c" in e.parameters]
-    size = f"{friction[0].value:.3g} ± {np.ptp(friction[0].ci95) / 2:.1g}" if friction else "-"
+    values = {name: each for effect in found.effects for name, each in effect.parameters.items()}
+    sizes = [
+        f"{values[name].value:.3g} ± {np.ptp(values[name].ci95) / 2:.1g}{unit}"
+        for name, unit in (("F_c", ""), ("mu", " |tau|"))
+        if name in values
+    ]
+    jumps = ", ".join(f"{jump:.3g} at {load:.0f}" for jump, load in ends)
     before, after = (float(found.gap.locked[name][0]) for name in ("before", "after"))
     gap = f"{before:.2f} to {after:.2f}"
-    return f"{joint:5}  {found.verdict:8} {size:12} {jump:12.3g}  {gap:14}  {names}"
+    return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:22}  {gap:12}  {names}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -83,14 +91,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if missing:
         print(f"{missing[0]}: no such file; examples/ur10e/README.md tells where from")
         return 3
-    print("joint  verdict  F_c [N m]    jump/2 [N m]  gap [N m]       what is missing")
+    head = f"joint  {'friction [N m]':34}  {'jump/2 at load [N m]':22}  "
+    print(f"{head}gap [N m]     what is missing")
     for joint, (path, gain) in enumerate(zip(files, GAINS, strict=True), start=1):
         log = np.loadtxt(path, delimiter=",")
         with tempfile.TemporaryDirectory() as folder:
             *runs, last = passes(log, joint, Path(folder))
             options = Options("axis", LogOptions(torque_constant=gain), 0)
             found = diagnose(runs, [last], options=options)
-        print(line(joint, found, gain * reversal(log, joint)), flush=True)
+        ends = [(gain * jump, gain * load) for jump, load in reversals(log, joint)]
+        print(line(joint, found, ends), flush=True)
     return 0
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.logs import Options, read_log
-from examples.ur10e.diagnose import main, passes, periods, reversal
+from examples.ur10e.diagnose import main, passes, periods, reversals
 from tests.diagnosis.made import Array
 
 JOINT, FRICTION = 4, 0.3
@@ -50,8 +50,10 @@ def test_period_with_a_stop_in_it_is_no_pass() -> None:
 
 
 def test_dry_friction_is_half_of_the_jump_at_the_reversals() -> None:
-    # the damping adds 0.05 times the tenth of the largest rate
-    assert reversal(log(), JOINT) == pytest.approx(FRICTION + 0.005, rel=0.03)
+    # the damping adds 0.05 times the tenth of the largest rate; gravity is larger than either
+    lower, upper = reversals(log(), JOINT)
+    assert lower == pytest.approx((FRICTION + 0.005, -0.4 * np.cos(-2.5)), rel=0.03)
+    assert upper == pytest.approx((FRICTION + 0.005, 0.4 * np.cos(-0.5)), rel=0.03)
 
 
 def test_example_says_what_it_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
