@@ -78,7 +78,7 @@ def line(joint: int, found: Diagnosis, ends: Sequence[tuple[float, float]]) -> s
     jumps = ", ".join(f"{jump:.3g} at {load:.0f}" for jump, load in ends)
     before, after = (float(found.gap.locked[name][0]) for name in ("before", "after"))
     gap = f"{before:.2f} to {after:.2f}"
-    return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:22}  {gap:12}  {names}"
+    return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:23}  {gap:12}  {names}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -91,7 +91,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if missing:
         print(f"{missing[0]}: no such file; examples/ur10e/README.md tells where from")
         return 3
-    head = f"joint  {'friction [N m]':34}  {'jump/2 at load [N m]':22}  "
+    head = f"joint  {'friction [N m]':34}  {'jump/2 at load [N m]':23}  "
     print(f"{head}gap [N m]     what is missing")
     for joint, (path, gain) in enumerate(zip(files, GAINS, strict=True), start=1):
         log = np.loadtxt(path, delimiter=",")
