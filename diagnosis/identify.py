@@ -66,8 +66,17 @@ def regression(model: MotionModel, log: Log, settle: float) -> tuple[Columns, Ar
     return rows.columns, rows.tau
 
 
-def fit(machine: Machine, logs: Sequence[Log], settle: float = SETTLE) -> Fit:
+def fit(
+    machine: Machine,
+    logs: Sequence[Log],
+    settle: float = SETTLE,
+    tolerance: float | None = None,
+) -> Fit:
     """Estimate p from logs of one machine; settle [s] at the start of each is left out.
+
+    tolerance: one standard deviation of the machine file's values, relative to these or to a
+    parameter's floor; what the logs cannot tell apart then stays near them. None: they have no say,
+    and such logs are refused.
 
     Raises LogError when no log is given, one is too short, joints stand still, or the result
     is none that a machine could have.
@@ -94,7 +103,23 @@ def fit(machine: Machine, logs: Sequence[Log], settle: float = SETTLE) -> Fit:
             f"{logs[0].name}: {len(R)} usable torque values for {model.model.n_p} parameters:"
             " too much of the log is filled, clipped or cut"
         )
+    if tolerance is not None:
+        R = _beside_file(machine, R, kept, tolerance)
     return _solve(machine, R, kept)
+
+
+def _beside_file(
+    machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]], tolerance: float
+) -> Array:
+    """The triangle R with a row for every value of the machine file, in the noise of the others."""
+    file, floors = base_parameters(machine), [par.floor for par in parameters(machine)]
+    deviation = tolerance * np.maximum(np.abs(file), floors)
+    scaled = R[:, :-1] * deviation
+    p = np.linalg.lstsq(scaled, R[:, -1])[0] * deviation
+    residual = np.concatenate([tau - predicted(columns, p) for columns, tau in kept])
+    weight = np.sqrt((residual**2).mean() * correlation_time(residual)) / deviation
+    rows = np.column_stack([np.diag(weight), weight * file])
+    return np.asarray(np.linalg.qr(np.vstack([R, rows]), mode="r"))
 
 
 def _moving(machine: Machine, logs: Sequence[Log], settle: float) -> None:

@@ -35,6 +35,9 @@ Array = NDArray[np.float64]
 Say = Callable[[str], None]
 WORSE = 1.02
 """Ratio of gaps on a locked run above which a change makes it worse."""
+TOLERANCE = 0.2
+"""Of the machine file's values in the fits of both models, relative: an extended one may have
+parameters that its logs hardly tell apart."""
 MICRO = 1e6
 
 
@@ -126,7 +129,7 @@ def rebuild(
         say("building the extended model")
         after = _side(target, out, ours, notes, say)
         say("replaying the locked runs")
-        gaps = {log.name: _gaps(log, before, after) for log in theirs}
+        gaps = {log.name: _gaps(log, *_alike(before, after)) for log in theirs}
         worst = _culprit(machine_file, diagnosis, gaps, theirs, ours, out, say)
         if worst is None:
             break
@@ -134,7 +137,7 @@ def rebuild(
         notes.append(f"{worst.id} was withdrawn: it makes the simulation of a locked run worse")
         kept = tuple(effect for effect in diagnosis.effects if effect is not worst)
         diagnosis = replace(diagnosis, effects=kept)
-    found = _loops(before, after, seconds, say) if loops else {}
+    found = _loops(*_alike(before, after), seconds, say) if loops else {}
     lists = made.left_out, tuple(withdrawn), gaps, found, tuple(dict.fromkeys(notes))
     return Rebuilt(after.builder, target, *lists)
 
@@ -146,6 +149,15 @@ def _side(machine_file: Path, out: Path, logs: Sequence[Log], notes: list[str], 
     return _Side(builder, base_parameters(machine)) if found is None else _side_of(builder, found)
 
 
+def _alike(before: _Side, after: _Side) -> tuple[_Side, _Side]:
+    """Both models with fitted parameters, or both with those of their files: a fit of one alone
+    would decide for it."""
+    if (before.std is None) == (after.std is None):
+        return before, after
+    plain = [_Side(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
+    return plain[0], plain[1]
+
+
 def _side_of(builder: Builder, found: Fit) -> _Side:
     return _Side(builder, found.p, found.std)
 
@@ -154,7 +166,7 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
     if not logs:
         return None
     try:
-        return fit(machine, logs)
+        return fit(machine, logs, tolerance=TOLERANCE)
     except LogError as error:
         notes.append(f"parameters stay those of the machine file: {error}")
         return None

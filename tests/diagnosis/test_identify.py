@@ -120,6 +120,31 @@ def test_impossible_log_is_refused(wrong: str, machine: Machine, log: Log) -> No
         fit(machine, [change(log)])
 
 
+def test_what_logs_cannot_tell_apart_stays_near_the_machine_file(
+    machine: Machine, model: MotionModel, log: Log
+) -> None:
+    """All joints move as the first one does: each body hides behind the others."""
+    theta = np.repeat(log.theta[:, :1], 6, axis=1)
+    thetad = np.gradient(theta, TS, axis=0)
+    z = dahl_states(theta, machine.actuator.sigma)
+    columns = model.columns(theta, z, thetad, np.gradient(thetad, TS, axis=0))
+    other = base_parameters(machine)
+    other[0] += 0.5
+    noise = NOISE * np.random.default_rng(5).standard_normal(theta.shape)
+    together = changed(log, theta=theta, tau=predicted(columns, other) + noise)
+    with pytest.raises(LogError, match="cannot tell the parameters apart"):
+        fit(machine, [together])
+    found = fit(machine, [together], tolerance=0.2)
+    assert abs(found.p[0] - other[0]) < 4 * found.std[0] < 0.3, "which the offset does not"
+    assert found.residual_rms == pytest.approx(0.2 * NOISE, rel=0.5)
+    floors = [par.floor for par in parameters(machine)]
+    off = np.abs(found.p - other) / np.maximum(np.abs(other), floors)
+    assert off.max() < 0.2
+    # the values of the file say nothing to logs that know better
+    well = fit(machine, [log], tolerance=0.2)
+    assert np.abs((well.p - fit(machine, [log]).p) / well.std).max() < 1.0
+
+
 def test_log_of_the_hexapod_is_refused_for_its_actuators(log: Log) -> None:
     alone = load_machine(MACHINE_FILE.with_name("tflex-actuators.toml"))
     with pytest.raises(LogError, match="tflex-actuators"):

@@ -10,12 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 from diagnosis.extend import extended_file
+from diagnosis.identify import Fit
 from diagnosis.logs import Log, read_log
 from diagnosis.verdict import Diagnosis, Estimate, Gap, Named
 from flexhex.build import Builder
 from flexhex.cases import extra_cases
 from flexhex.rebuild import Rebuilt, rebuild
 from flexhex.replay import plant_values, replay
+from fmus.common.machine import Machine
 from fmus.common.machine_file import load_machine
 from fmus.common.mechanism import nominal_mechanism
 from fmus.common.parameters import base_parameters
@@ -141,6 +143,29 @@ def test_rebuild_withdraws_what_makes_a_locked_run_worse(rebuilt: Rebuilt) -> No
     assert [use.id for use in uses] == ["cubic_stiffness"]
     (gaps,) = rebuilt.gaps.values()
     assert gaps.after[AXIS - 1] < 0.1 * gaps.before[AXIS - 1]
+
+
+def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
+    log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The old model's fit takes up most of what it lacks; the extended one must not lose by that."""
+
+    def only_old(machine: Machine, logs: object, notes: list[str]) -> Fit | None:
+        p = base_parameters(machine)
+        if machine.effects:
+            return None
+        p[4 + 2 * machine.actuator.n_harmonics + 1] += 0.1  # k[2]
+        nothing = np.zeros(0)
+        return Fit(p, 0.1 * np.ones_like(p), nothing, 1.0, 0, ())
+
+    monkeypatch.setattr("flexhex.rebuild._fit", only_old)
+    bare, folder = OUT / "rebuild" / "bare.toml", OUT / "rebuild" / "unfitted"
+    with one_at_a_time(OUT):
+        made = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)
+        plain = rebuild(bare, diagnosis(stiffness(K_3)), folder, [], [log], loops=False)
+    (gaps,), (expected,) = made.gaps.values(), plain.gaps.values()
+    assert np.array_equal(gaps.before, expected.before)
+    assert np.array_equal(gaps.after, expected.after)
 
 
 def test_rebuild_predicts_the_loop(rebuilt: Rebuilt) -> None:
