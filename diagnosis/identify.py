@@ -10,7 +10,7 @@ machine of this kind could give is refused: see `_refuse`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,9 @@ SETTLE = 2.0
 """What is left out at the start of each log [s]."""
 WORST_CONDITION = 1e7
 """A trajectory that moves all joints apart has 1e4; beyond this p is the noise's."""
+TOLERANCE = 0.2
+"""Of the machine file's values, where a fit is to be had all the same: an extended machine may have
+parameters that no usual trajectory tells from its others."""
 LEAST_EXPLAINED, WELL_EXPLAINED = 0.75, 0.95
 """Shares of the torque's RMS about its mean: with less the model is not of this machine, or is
 doubtful."""
@@ -74,9 +77,9 @@ def fit(
 ) -> Fit:
     """Estimate p from logs of one machine; settle [s] at the start of each is left out.
 
-    tolerance: one standard deviation of the machine file's values, relative to these or to a
-    parameter's floor; what the logs cannot tell apart then stays near them. None: they have no say,
-    and such logs are refused.
+    tolerance: where the logs cannot tell the parameters apart, one standard deviation of the
+    machine file's values beside them, relative to these or to a parameter's floor. None: such logs
+    are refused.
 
     Raises LogError when no log is given, one is too short, joints stand still, or the result
     is none that a machine could have.
@@ -103,9 +106,14 @@ def fit(
             f"{logs[0].name}: {len(R)} usable torque values for {model.model.n_p} parameters:"
             " too much of the log is filled, clipped or cut"
         )
-    if tolerance is not None:
-        R = _beside_file(machine, R, kept, tolerance)
-    return _solve(machine, R, kept)
+    confounded = _confounded(machine, R)
+    if not confounded:
+        return _solve(machine, R, kept)
+    if tolerance is None:
+        raise LogError(f"{confounded}: use a trajectory that moves all joints differently")
+    found = _solve(machine, _beside_file(machine, R, kept, tolerance), kept)
+    told = f"{confounded}: they are kept near the machine file's, {tolerance:.0%} of each"
+    return replace(found, warnings=(*found.warnings, told))
 
 
 def _beside_file(
@@ -166,18 +174,8 @@ def correlation_time(residual: Array) -> float:
 
 def _solve(machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]]) -> Fit:
     """p from the triangle R (n_p + 1, n_p + 1) of [Phi tau]; kept: the rows, for the residual."""
-    listed = parameters(machine)
-    size = np.linalg.norm(R[:, :-1], axis=0)
-    still = [par.name for par, s in zip(listed, size, strict=True) if s == 0]
-    if still:
-        raise LogError(
-            f"the logs do not excite {len(still)} parameters ({', '.join(still[:4])} ...):"
-            " use a trajectory that moves all joints"
-        )
-    triangle, rhs = R[: len(size), :-1] / size, R[: len(size), -1]
-    condition = float(np.linalg.cond(triangle))
-    if not condition < WORST_CONDITION:
-        raise LogError(_confounded(listed_names(machine), triangle, condition))
+    triangle, size = _normalised(R)
+    rhs, condition = R[: len(size), -1], float(np.linalg.cond(triangle))
     p = np.linalg.solve(triangle, rhs) / size
     residual = np.concatenate([tau - predicted(columns, p) for columns, tau in kept])
     tau = np.concatenate([tau for _, tau in kept])
@@ -190,7 +188,7 @@ def _solve(machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]]) ->
     std = np.sqrt(variance * (inverse**2).sum(axis=1)) / size
     explained = 1 - float(np.sqrt((residual**2).mean()) / max(_spread(tau), 1e-300))
     warnings = _refuse(machine, p, std, explained)
-    nominal = np.abs(base_parameters(machine))
+    nominal, listed = np.abs(base_parameters(machine)), parameters(machine)
     scales = np.maximum(np.minimum(np.abs(p), nominal), [par.floor for par in listed])
     loose = tuple(par.name for par, s, f in zip(listed, std, scales, strict=True) if 2 * s > f)
     return Fit(p, std, rms, condition, residual.size, loose, warnings)
@@ -214,13 +212,31 @@ def _spread(tau: Array) -> float:
     return float(np.sqrt(((tau - tau.mean(axis=0)) ** 2).mean()))
 
 
-def _confounded(names: Sequence[str], triangle: Array, condition: float) -> str:
+def _normalised(R: Array) -> tuple[Array, Array]:
+    """The triangle's columns (n_p, n_p), each of length one, and their lengths (n_p,)."""
+    size = np.linalg.norm(R[:, :-1], axis=0)
+    return R[: len(size), :-1] / size, size
+
+
+def _confounded(machine: Machine, R: Array) -> str:
+    """Which parameters logs with the triangle R cannot tell apart; or nothing. LogError where they
+    do not excite some at all."""
+    names = listed_names(machine)
+    still = [n for n, s in zip(names, np.linalg.norm(R[:, :-1], axis=0), strict=True) if s == 0]
+    if still:
+        raise LogError(
+            f"the logs do not excite {len(still)} parameters ({', '.join(still[:4])} ...):"
+            " use a trajectory that moves all joints"
+        )
+    triangle, _ = _normalised(R)
+    condition = float(np.linalg.cond(triangle))
+    if condition < WORST_CONDITION:
+        return ""
     weakest = np.abs(np.linalg.svd(triangle)[2][-1])
     most = ", ".join(names[k] for k in np.argsort(weakest)[::-1][:4])
     return (
         f"the logs cannot tell the parameters apart (condition {condition:.2g}, at most"
-        f" {WORST_CONDITION:.0g}; worst: {most}): use a trajectory that moves all joints"
-        " differently"
+        f" {WORST_CONDITION:.0g}; worst: {most})"
     )
 
 

@@ -223,6 +223,7 @@ def study_json(study: Study, report: Path) -> str:
         "faults": [asdict(fault) for fault in study_faults(study)],
         "repeatable_share": study.share if study.table else None,
         "undetermined": list(study.fit.undetermined),
+        "fit_warnings": list(study.fit.warnings),
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),

@@ -36,7 +36,10 @@ def print_fit(machine: Machine, fit: Fit) -> None:
 
 
 def warn_of(out: Console, fit: Fit) -> None:
-    """A line when most parameters are not determined: whatever is made of p then is luck."""
+    """What the fit itself warns of, and a line when most parameters are not determined: whatever is
+    made of p then is luck."""
+    for text in fit.warnings:
+        out.print(f"[red]warning[/]: {text}", highlight=False)
     if len(fit.undetermined) > HOPELESS * len(fit.p):
         out.print(
             f"[red]warning[/]: {len(fit.undetermined)} of {len(fit.p)} parameters are not"
@@ -58,6 +61,7 @@ def fit_json(machine: Machine, fit: Fit) -> str:
             "residual_rms": {"unit": "N m", "joints": fit.residual_rms.tolist()},
             "condition": fit.condition,
             "undetermined": list(fit.undetermined),
+            "warnings": list(fit.warnings),
         },
         indent=2,
     )

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.extend import extend
-from diagnosis.identify import Fit, fit
+from diagnosis.identify import TOLERANCE, Fit, fit
 from diagnosis.logs import Log, Options, read_log
 from diagnosis.verdict import Diagnosis, Named
 from flexhex.build import Builder
@@ -35,9 +35,6 @@ Array = NDArray[np.float64]
 Say = Callable[[str], None]
 WORSE = 1.02
 """Ratio of gaps on a locked run above which a change makes it worse."""
-TOLERANCE = 0.2
-"""Of the machine file's values in the fits of both models, relative: an extended one may have
-parameters that its logs hardly tell apart."""
 MICRO = 1e6
 
 
@@ -166,10 +163,12 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
     if not logs:
         return None
     try:
-        return fit(machine, logs, tolerance=TOLERANCE)
+        found = fit(machine, logs, tolerance=TOLERANCE)
     except LogError as error:
         notes.append(f"parameters stay those of the machine file: {error}")
         return None
+    notes.extend(found.warnings)
+    return found
 
 
 def _gaps(log: Log, before: _Side, after: _Side) -> Gaps:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.identify import Fit, fit
+from diagnosis.identify import TOLERANCE, Fit, fit
 from diagnosis.logs import read_log
 from flexhex.build import Builder
 from flexhex.cases import SETTLE, Case, extra_cases, fit_case, table_cases, whole_moves
@@ -196,7 +196,8 @@ def fitted(
         builder, fit_case(builder.machine, whole_moves(builder.machine, seconds)), command, progress
     )
     progress.stage("fitting the parameters")
-    return fit(builder.machine, [read_log(measured.path)], settle=SETTLE), measured
+    log = read_log(measured.path)
+    return fit(builder.machine, [log], settle=SETTLE, tolerance=TOLERANCE), measured
 
 
 def actuators_alone(

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from diagnosis.identify import Fit
-from flexhex.fit_view import print_fit
+from flexhex.fit_view import fit_json, print_fit
 from fmus.common.machine import Machine
 from fmus.common.parameters import parameters
 from tests.conftest import MACHINE_FILE
@@ -80,6 +80,16 @@ def test_fit_of_mostly_undetermined_parameters_is_warned_of(
         print_fit(machine, Fit(zeros, zeros, np.zeros(6), 1.0, 10, loose))
         said = " ".join(capsys.readouterr().out.split())
         assert ("82 of 162 parameters are not determined" in said) is warned
+
+
+def test_what_a_fit_warns_of_is_shown(
+    machine: Machine, capsys: pytest.CaptureFixture[str]
+) -> None:
+    zeros, text = np.zeros(162), "d[2]: negative, though no machine has it so"
+    found = Fit(zeros, zeros, np.zeros(6), 1.0, 10, (), (text,))
+    print_fit(machine, found)
+    assert f"warning: {text}" in " ".join(capsys.readouterr().out.split())
+    assert json.loads(fit_json(machine, found))["warnings"] == [text]
 
 
 def test_check_accepts_what_we_build(fmu_dir: Path, hexapod_ssp: Path, tmp_path: Path) -> None:
