@@ -102,10 +102,7 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
 
 def again(held: Joint, bench: Bench) -> Joint:
     """The same effects fitted beside another base model, shapes from where they were."""
-    parts = [
-        replace(part, columns=bench.columns(part.id, part.axis or 0, part.shape))
-        for part in held.parts
-    ]
+    parts = [part.moved(bench, part.shape) for part in held.parts]
     return joint(bench, _regrouped(held.effects, parts))
 
 
@@ -132,10 +129,7 @@ def _stepped(
     for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
         shape = next(s for s in bench.effects[parts[k].id].searched if s.name == name)
         shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
-    moved = [
-        replace(part, shape=shape, columns=bench.columns(part.id, part.axis or 0, shape))
-        for part, shape in zip(parts, shapes, strict=True)
-    ]
+    moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
     after, _ = regression.fall(
         Columns(None, np.hstack([whole(regression, part.columns) for part in moved]))
     )

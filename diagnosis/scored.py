@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,22 @@ AS_WELL, STARTS_AGAIN = 0.97, 6
 
 @dataclass(frozen=True)
 class Scored:
-    """An effect on one axis (None: on the whole): its best shape, what it brings, its columns."""
+    """An effect on one axis (None: on the whole): its best shape, what it brings, its columns.
+
+    still: places of gains that are held at zero, their columns are zero: the best possible value.
+    """
 
     id: str
     axis: int | None
     shape: dict[str, float]
     gain: Gain
     columns: Columns
+    still: tuple[int, ...] = ()
+
+    def moved(self, bench: Bench, shape: dict[str, float]) -> Scored:
+        """With the columns of another shape, or along other runs."""
+        columns = bench.columns(self.id, self.axis or 0, shape)
+        return replace(self, shape=shape, columns=_without(columns, self.still))
 
 
 @dataclass(frozen=True)
@@ -81,7 +90,7 @@ def _scored(
     bench: Bench, regression: Regression, place: tuple[str, int | None], falls: Array
 ) -> Scored:
     """An effect on an axis with its best shape, or with one of the grid that does as well and
-    whose gains are possible."""
+    whose gains are possible, or with impossible ones held at zero."""
     name, axis = place
     shape, columns = _refined(bench, regression, name, axis or 0, falls)
     best = Scored(name, axis, shape, regression.gain(columns), columns)
@@ -95,7 +104,36 @@ def _scored(
         other = Scored(name, axis, shape, regression.gain(columns), columns)
         if allowed(bench, other):
             return other
-    return best
+    return _held(bench, regression, best)
+
+
+def _held(bench: Bench, regression: Regression, best: Scored) -> Scored:
+    """An effect with those gains at zero that would have to be negative, if others are left.
+
+    Without its further gains an effect that extends another is that one, which is asked by itself.
+    """
+    item = bench.effects.get(best.id)
+    if item is None or item.effect.extends:
+        return best
+    pairs = zip(item.effect.gains, best.gain.beta, strict=True)
+    still = tuple(k for k, (gain, beta) in enumerate(pairs) if beta < gain.low == 0)
+    free = [k for k in range(len(item.effect.gains)) if k not in still]
+    if not still or not free:
+        return best
+    grid = bench.grid(best.id, best.axis or 0)
+    stacked = np.hstack([columns.values[:, free] for _, columns in grid])
+    falls = regression.falls(grid[0][1].axis, stacked, len(free))
+    found = replace(best, still=still).moved(bench, grid[int(np.argmax(falls))][0])
+    return replace(found, gain=regression.gain(found.columns))
+
+
+def _without(columns: Columns, still: Sequence[int]) -> Columns:
+    """Columns with some of them zero."""
+    if not still:
+        return columns
+    values = columns.values.copy()
+    values[:, list(still)] = 0.0
+    return Columns(columns.axis, values)
 
 
 def allowed(bench: Bench, scored: Scored) -> bool:

@@ -48,6 +48,7 @@ def deviations_of(
         gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])))
         deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
         deviation[gain.lost] = np.inf
+        deviation[:count][~columns.any(axis=0)] = 0.0  # held at zero
         unsure = np.zeros(len(shaped))
         unsure[free] = deviation[count:] / sizes[free]
         if not (unsure > UNDETERMINED).any():
