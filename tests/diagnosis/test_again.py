@@ -88,8 +88,16 @@ def test_seal_is_tight() -> None:
 
 
 def test_nothing_is_found_again(twice: Twice) -> None:
-    """What no effect explains is left both times, less of it the second time."""
-    assert twice.second.effects == ()
+    """What no effect explains is left both times, less of it the second time. The generator's
+    overtone, a tenth of the cogging at twice its order, is too little to be named beside it and
+    may be all there is the second time."""
+    orders = [
+        [values["order"].value for effect in one.effects for _, values in effect.parts]
+        for one in (twice.first, twice.second)
+    ]
+    assert {effect.id for effect in twice.second.effects} <= {EFFECT}
+    for order in orders[1]:
+        assert min(abs(order / (2 * first) - 1) for first in orders[0]) < 0.01
     assert twice.second.changed == ()
     left = [np.nan_to_num(one.gap.repeat_after) for one in (twice.first, twice.second)]
     assert np.linalg.norm(left[1]) <= np.linalg.norm(left[0])
