@@ -17,7 +17,7 @@ from diagnosis.candidates import Bench, about_known
 from diagnosis.compiled import compiled
 from diagnosis.elsewhere import Elsewhere
 from diagnosis.naming import named_of
-from diagnosis.noise import measured
+from diagnosis.noise import measured, unweighted
 from diagnosis.rounds import Round, one_round, unexplained
 from diagnosis.sides import Side, not_worse
 from fmus.common.effects import library
@@ -61,7 +61,8 @@ def without(held: Joint, drift: Joint) -> Calibrated:
     made = steady(held.bench.made, drift)
     off = [old - y for old, y in zip(held.bench.made.y, made.y, strict=True)]
     left = [r - t for r, t in zip(held.residual, off, strict=True)]
-    return replace(made, noise=measured(made.blocks, left))
+    noise = measured(made.blocks, left)
+    return replace(made, noise=unweighted(noise, made.noise.white))
 
 
 def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:

@@ -8,16 +8,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import Joint, again
+from diagnosis.answer import Joint, again, axis_rms
 from diagnosis.base import Base
 from diagnosis.blocks import Block
 from diagnosis.calibrate import Calibrated, Fitted, about
 from diagnosis.candidates import Bench, about_known, known_torque
-from diagnosis.noise import Noise, measured
+from diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
 STEPS = 2
 """Gauss-Newton steps."""
+MISLED = 1.5
+"""Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
+which the weights do harm."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
 """Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
 
@@ -36,13 +39,29 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
     made = about(base, blocks, fitted, flat)
     given = known_torque(made)
+    plain = made.residual(made.regression.q)
+    noise = measured(blocks, plain)
+    made = _weighted(base, blocks, fitted, noise, given)
+    misled = _rms(blocks, made) > MISLED * axis_rms(blocks, plain)
+    if misled.any():
+        made = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
     noise = measured(blocks, made.residual(made.regression.q))
+    return replace(made, noise=unweighted(noise, misled))
+
+
+def _weighted(
+    base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise, given: Sequence[Array]
+) -> Calibrated:
+    """The base model fitted from given values on, in `STEPS` steps."""
     for _ in range(STEPS):
         made = about(base, blocks, fitted, noise, given=given)
         fitted = _moved(made, made.regression.q)
-    made = about(base, blocks, fitted, noise, given=given)
-    noise = measured(blocks, made.residual(made.regression.q))
-    return replace(made, noise=noise)
+    return about(base, blocks, fitted, noise, given=given)
+
+
+def _rms(blocks: Sequence[Block], made: Calibrated) -> Array:
+    """What a fit leaves on each axis (n,) [N m]."""
+    return axis_rms(blocks, made.residual(made.regression.q))
 
 
 def beside(held: Joint) -> Calibrated:
@@ -59,7 +78,8 @@ def beside(held: Joint) -> Calibrated:
         held = again(held, Bench(made, list(held.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
-    return replace(made, noise=measured(made.blocks, held.residual))
+    noise = measured(made.blocks, held.residual)
+    return replace(made, noise=unweighted(noise, made.noise.white))
 
 
 def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,21 @@ class Noise:
     scale: Array
     floor: Array
     repeats: bool
+
+    @property
+    def white(self) -> NDArray[np.bool_]:
+        """Axes (n,) whose noise counts as white."""
+        return np.asarray((self.a == 0).all(axis=1))
+
+
+def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
+    """Noise that counts as white on some axes (n,).
+
+    Where what is slow is all noise, a torque that the model lacks weighs heavily if it is fast: the
+    model follows it as far as it can, and away from what is slow.
+    """
+    scale = np.where(axes & np.isfinite(noise.floor), noise.floor, noise.scale)
+    return replace(noise, a=np.where(axes[:, None], 0.0, noise.a), scale=scale)
 
 
 def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
