@@ -1,4 +1,4 @@
-"""Noise that is slow, beside a torque that the model lacks and that is fast: weights may mislead."""
+"""Slow noise beside a fast torque that the model lacks: weighting by the noise may mislead."""
 
 from __future__ import annotations
 
