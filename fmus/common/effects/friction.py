@@ -110,6 +110,8 @@ class LoadFriction(DryFriction):
     """mu |tau| z_0: friction of loaded teeth, which grows with the torque that they pass on.
 
     A gear has it beside Coulomb friction, which is an effect of its own; z_0 is the same.
+    P. Hamon, M. Gautier and P. Garrec, "Dynamic identification of robots with a dry friction model
+    depending on load and velocity", IROS 2010.
     """
 
     id, title, acts_on = "load_friction", "load-dependent friction", "drive"
