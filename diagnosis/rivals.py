@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from diagnosis.candidates import Bench
-from diagnosis.scored import Found, Scored
+from diagnosis.regression import Regression
+from diagnosis.scored import Found, Scored, allowed, scored
 
 Array = NDArray[np.float64]
 NEAR, CLOSE = 0.9, 0.7
@@ -33,6 +34,26 @@ def rivals(bench: Bench, winner: Found, tried: Sequence[Found]) -> tuple[str, ..
         return tuple(f.id for f in others if _is_rival(winner, f, 0.0))
     near = [f for f in others if _is_rival(winner, f, CLOSE)]
     return tuple(f.id for f in near if _plausible(bench, winner, f))
+
+
+def clarified(bench: Bench, regression: Regression, found: Sequence[Found]) -> list[Found]:
+    """Effects with those of their rivals that still do nearly as well beside all the other effects:
+    in the round in which one was found these were still missing, and a rival may live on them."""
+    made = []
+    for effect in found:
+        others = [part.columns for other in found if other is not effect for part in other.parts]
+        if not effect.rivals or not others:
+            made.append(effect)
+            continue
+        beside = regression.extended(others)
+        parts = tuple(replace(p, gain=beside.gain(p.columns)) for p in effect.parts)
+        asked = []
+        for name in effect.rivals:
+            its = (scored(bench, beside, name, part.axis) for part in effect.parts)
+            asked.append(Found(name, tuple(p for p in its if allowed(bench, p)), ()))
+        left = rivals(bench, replace(effect, parts=parts), [f for f in asked if f.parts])
+        made.append(replace(effect, rivals=left))
+    return made
 
 
 def _plausible(bench: Bench, winner: Found, other: Found) -> bool:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from diagnosis.calibrate import Calibrated
 from diagnosis.candidates import Bench
 from diagnosis.regression import Columns, Regression
-from diagnosis.rivals import NEAR, rivals
+from diagnosis.rivals import NEAR, clarified, rivals
 from diagnosis.scored import Found, Scored, allowed, leaders
 from diagnosis.stacked import whole
 
@@ -67,7 +67,8 @@ def search(bench: Bench, say: Say = lambda text: None) -> list[Round]:
         if found.chosen is None or len(ids) > MOST:
             break
         regression = regression.extended([part.columns for part in found.chosen.parts])
-    return rounds
+    chosen = iter(clarified(bench, bench.made.regression, [r.chosen for r in rounds if r.chosen]))
+    return [replace(r, chosen=next(chosen)) if r.chosen else r for r in rounds]
 
 
 def one_round(

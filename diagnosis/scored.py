@@ -67,12 +67,7 @@ class Found:
 def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scored]:
     """Effects on an axis (None: on the whole) that come near the best one there."""
     names, at = bench.names(axis), axis or 0
-    falls: dict[str, Array] = {}
-    for name in names:
-        grid = bench.grid(name, at)
-        first = grid[0][1]
-        stacked = np.hstack([columns.values for _, columns in grid])
-        falls[name] = regression.falls(first.axis, stacked, first.values.shape[1])
+    falls = {name: _falls(bench, regression, name, at) for name in names}
     best, found = 0.0, list[Scored]()
     for name, values in sorted(falls.items(), key=lambda item: -float(item[1].max())):
         # what falls where fitted alone sets no measure: many shapes fit chance
@@ -80,10 +75,23 @@ def leaders(bench: Bench, regression: Regression, axis: int | None) -> list[Scor
             break
         if best <= 0 and len(found) == GIVE_UP:
             break
-        scored = _scored(bench, regression, (name, axis), values)
-        best = max(best, scored.gain.outside)
-        found.append(scored)
+        part = _scored(bench, regression, (name, axis), values)
+        best = max(best, part.gain.outside)
+        found.append(part)
     return found
+
+
+def scored(bench: Bench, regression: Regression, name: str, axis: int | None) -> Scored:
+    """An effect on an axis (None: on the whole) with its best shape."""
+    return _scored(bench, regression, (name, axis), _falls(bench, regression, name, axis or 0))
+
+
+def _falls(bench: Bench, regression: Regression, name: str, axis: int) -> Array:
+    """What each shape of an effect's grid explains where it is fitted."""
+    grid = bench.grid(name, axis)
+    first = grid[0][1]
+    stacked = np.hstack([columns.values for _, columns in grid])
+    return regression.falls(first.axis, stacked, first.values.shape[1])
 
 
 def _scored(

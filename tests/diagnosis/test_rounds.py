@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from diagnosis.regression import Columns
-from diagnosis.rounds import MOST, _torque, search
+from diagnosis.rounds import MOST, _torque, one_round, search, unexplained
 from tests.diagnosis.benches import NAMES, ROWS, Array, Bench, N, bench, chosen
 from tests.diagnosis.rowsets import CLUSTER, regression, signals
 
@@ -196,6 +196,21 @@ def test_column_that_is_nearly_the_true_one_is_its_rival() -> None:
     # 0.97 squared are 0.94 of the gain, more than 0.9 of it
     assert rounds[0].chosen is not None
     assert (rounds[0].chosen.id, rounds[0].chosen.rivals) == ("one", ("two",))
+
+
+def test_rival_that_lives_on_another_effect_is_none_beside_it() -> None:
+    """Of two causes the second is in the rival as well, which so explains as much as the first one
+    until the second is found."""
+    true, other = signals(ROWS, 1, 20), signals(ROWS, 1, 21)
+    rest = signals(ROWS, 1, 22)
+    drawn = {"one": true, "two": 0.72 * true + 0.48 * other + 0.5 * rest, "three": other}
+    both = bench({("one", 0): 0.6, ("three", 0): 0.3}, drawn)
+    rounds = search(both)
+    assert chosen(rounds) == [("one", (0,)), ("three", (0,))]
+    first = one_round(both, both.made.regression, unexplained(both.made, both.made.regression))
+    assert first.chosen is not None
+    assert (first.chosen.id, first.chosen.rivals) == ("one", ("two",))
+    assert [r.chosen.rivals for r in rounds if r.chosen] == [(), ()]
 
 
 def test_freer_effect_that_explains_less_is_no_rival() -> None:
