@@ -14,7 +14,8 @@ from diagnosis.scored import Found, Scored, allowed, scored
 
 Array = NDArray[np.float64]
 NEAR, CLOSE = 0.9, 0.7
-"""A rival gains this share of the winner's gain: always, or when a t-test cannot tell."""
+"""A rival gains this share of the winner's gain: always, as nature has most effects in other forms
+than the library, or when a t-test cannot tell."""
 EDGE = 0.01
 """Relative distance from a bound within which a shape wants to leave it."""
 LITTLE_MORE = 0.5
@@ -31,8 +32,8 @@ def rivals(bench: Bench, winner: Found, tried: Sequence[Found]) -> tuple[str, ..
     others = [f for f in others if f.id != winner.id and f.parts]
     if bench.across:
         # small beside the noise, which decides what gains more with more freedom or less
-        return tuple(f.id for f in others if _is_rival(winner, f, 0.0))
-    near = [f for f in others if _is_rival(winner, f, CLOSE)]
+        return tuple(f.id for f in others if _is_rival(winner, f, 0.0, NEAR))
+    near = [f for f in others if _is_rival(winner, f, CLOSE, _always(bench, winner, f))]
     return tuple(f.id for f in near if _plausible(bench, winner, f))
 
 
@@ -84,12 +85,20 @@ def _little_more(part: Scored) -> bool:
     return bool((beta[1:] + spread[1:] < LITTLE_MORE * beta[0]).all())
 
 
-def _is_rival(winner: Found, other: Found, least: float) -> bool:
-    """Whether another effect does nearly as well; least: share that it must gain to be asked."""
+def _always(bench: Bench, winner: Found, other: Found) -> float:
+    """Share of the winner's gain that makes a rival without any test."""
+    both = [bench.effects.get(found.id) for found in (winner, other)]
+    exact = all(item is not None and item.effect.exact for item in both)
+    return np.inf if exact else NEAR
+
+
+def _is_rival(winner: Found, other: Found, least: float, always: float) -> bool:
+    """Whether another effect does nearly as well; least, always: shares of the winner's gain that
+    it must have to be asked, and that make it one without a test."""
     gained, reached = winner.outside, other.outside
     if reached < least * gained:
         return False
-    if reached >= NEAR * gained:
+    if reached >= always * gained:
         return True
     apart = _clusters(winner) - _clusters(other)
     apart = apart[apart != 0]

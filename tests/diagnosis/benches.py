@@ -50,11 +50,13 @@ class Bench:
     whole: list[str] = field(default_factory=list)
     freer: tuple[str, ...] = ()
     confused: tuple[str, ...] = ()
+    exact: bool = False
 
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
         gains = [SimpleNamespace(low=self.low, high=np.inf)]
-        effect = SimpleNamespace(gains=gains, confused_with=self.confused, extends="")
+        common = {"confused_with": self.confused, "extends": "", "exact": self.exact}
+        effect = SimpleNamespace(gains=gains, **common)
         item = SimpleNamespace(effect=effect, shapes=[{}], searched=[], freedom=1)
         freer = SimpleNamespace(**{**vars(item), "freedom": 2, "shapes": [{}, {}]})
         return {name: freer if name in self.freer else item for name in self.drawn}

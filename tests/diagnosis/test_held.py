@@ -23,7 +23,8 @@ class Warming(Bench):
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
         gains = [SimpleNamespace(low=0.0, high=np.inf)] * 2
-        effect = SimpleNamespace(gains=gains, shapes=[], confused_with=(), extends=self.extends)
+        common = {"confused_with": (), "extends": self.extends, "exact": False}
+        effect = SimpleNamespace(gains=gains, shapes=[], **common)
         item = SimpleNamespace(effect=effect, shapes=[{}, {}], searched=[], freedom=2)
         return {"warm": item}
 

@@ -116,6 +116,7 @@ class Effect:
               None: all of it
     extends   id of the effect that it is without its gains after the first
     most      how many of it, with other shapes, one axis can have
+    exact     nature has it in just this form: of two such effects chance alone may hide which it is
     """
 
     id: str
@@ -134,6 +135,7 @@ class Effect:
     behind: Effect | None = None
     extends: str = ""
     most: int = 1
+    exact: bool = False
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         """Torque [N m] or angle [rad] per unit of each gain (n_gains,)."""

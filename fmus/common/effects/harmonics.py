@@ -31,7 +31,7 @@ class CoggingHarmonic(Effect):
             description="multiple of the angle; the poles of the motor times a whole number",
         ),
     )
-    most = 8
+    most, exact = 8, True
     excites = "the whole stroke, slowly"
     confused_with = ("torque_ripple", "cubic_stiffness", "quadratic_stiffness")
     experiment = "slow triangle through the stroke: every angle at a steady speed"
@@ -61,7 +61,7 @@ class TorqueRipple(Effect):
             description="multiple of the angle",
         ),
     )
-    most = 8
+    most, exact = 8, True
     excites = "the same angles under different torques: another payload, another speed"
     confused_with = ("cogging_harmonic", "drive_gain")
     experiment = "the slow triangle with and without payload"
