@@ -42,11 +42,12 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     plain = made.residual(made.regression.q)
     noise = measured(blocks, plain)
     made = _weighted(base, blocks, fitted, noise, given)
-    misled = _rms(blocks, made) > MISLED * axis_rms(blocks, plain)
+    left = made.residual(made.regression.q)
+    misled = axis_rms(blocks, left) > MISLED * axis_rms(blocks, plain)
     if misled.any():
         made = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
-    noise = measured(blocks, made.residual(made.regression.q))
-    return replace(made, noise=unweighted(noise, misled))
+        left = made.residual(made.regression.q)
+    return replace(made, noise=unweighted(measured(blocks, left), misled))
 
 
 def _weighted(
@@ -57,11 +58,6 @@ def _weighted(
         made = about(base, blocks, fitted, noise, given=given)
         fitted = _moved(made, made.regression.q)
     return about(base, blocks, fitted, noise, given=given)
-
-
-def _rms(blocks: Sequence[Block], made: Calibrated) -> Array:
-    """What a fit leaves on each axis (n,) [N m]."""
-    return axis_rms(blocks, made.residual(made.regression.q))
 
 
 def beside(held: Joint) -> Calibrated:
