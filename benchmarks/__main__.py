@@ -12,15 +12,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fmugen.compile import version
 from rich.console import Console
 
 from benchmarks import adapter, growth, kalman, loop, mechanism, plant, tables
 from benchmarks.clock import Row, pin
 from benchmarks.rooms import operations
-from fmus.common.errors import FlexhexError
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
+from flexhex.fmugen.compile import version
+from flexhex.fmus.common.errors import FlexhexError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
 
 MACHINE_FILE = Path("machines") / "tflex.toml"
 ROOMS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
-from fmugen.rooms import build_room, room_interface
-from fmugen.sources import variables
 
 from benchmarks.clock import Rival, Row, measure
 from benchmarks.rooms import CACHE, FMI, HERE, harness, starts
-from fmus.common.machine import Machine
-from ssp.fmu import binary_path, read_fmu
+from flexhex.fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
+from flexhex.fmugen.rooms import build_room, room_interface
+from flexhex.fmugen.sources import variables
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.ssp.fmu import binary_path, read_fmu
 
 N = 100
 

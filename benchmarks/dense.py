@@ -5,10 +5,10 @@ from __future__ import annotations
 import casadi as ca
 
 from benchmarks.rooms import HERE, Array, Instance, library
-from fmus.common.constraints import constraints
-from fmus.common.geometry import Frames
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.constraints import constraints
+from flexhex.fmus.common.model.geometry import Frames
 
 
 def functions(machine: Machine) -> list[ca.Function]:

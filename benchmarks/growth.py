@@ -6,13 +6,13 @@ import dataclasses
 
 import casadi as ca
 import numpy as np
-from fmugen.rooms import room_interface, step_file
 
 from benchmarks.clock import Rival, Timing, measure
 from benchmarks.rooms import Instance, library
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.estimator.equations import row_width
+from flexhex.fmugen.rooms import room_interface, step_file
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.estimator.equations import row_width
 
 COUNTS = (162, 300, 450, 600)
 

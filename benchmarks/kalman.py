@@ -11,10 +11,10 @@ import numpy as np
 from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.motion import estimator_rows
 from benchmarks.rooms import Array, room
-from fmus.common.machine import Machine
-from fmus.common.model import Model
-from fmus.common.parameters import base_parameters
-from fmus.estimator.interface import normalisation, process_noise
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.fmus.estimator.interface import normalisation, process_noise
 
 Update = Callable[..., tuple[Array, Array]]
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.clock import Row, Timing
-from flexhex.build import Builder
-from fmus.common.errors import RunError
-from ssp.executor import run
-from ssp.results import Result
+from flexhex.fmus.common.errors import RunError
+from flexhex.simulation.builder import Builder
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Result
 
 OUT = Path("out") / "benchmarks"
 SECONDS, BASE = 4.0, 0.00025

@@ -12,7 +12,7 @@ from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.dense import dense
 from benchmarks.motion import feedforward_rows, kinematics, motion, poses
 from benchmarks.rooms import harness, room
-from fmus.common.machine import Machine
+from flexhex.fmus.common.machine.machine import Machine
 
 
 def step_N(machine: Machine, rounds: int) -> Row:

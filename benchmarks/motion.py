@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 
 from benchmarks.rooms import Array, Instance, room
-from fmus.common.machine import Machine
-from fmus.common.model import Model
-from fmus.common.parameters import base_parameters
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import base_parameters
 
 ROWS = 2000
 

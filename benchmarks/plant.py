@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.clock import Rival, Row, measure
 from benchmarks.motion import ROWS, poses, torques
 from benchmarks.rooms import Array, Instance, room
-from fmus.common.machine import Machine
+from flexhex.fmus.common.machine.machine import Machine
 
 FINE = 16
 """Substeps of what counts as exact."""

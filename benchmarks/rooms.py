@@ -14,14 +14,14 @@ from typing import Any
 import casadi as ca
 import fmpy
 import numpy as np
-from fmugen import codegen, sources
-from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
-from fmugen.fmu import RUNTIME
-from fmugen.rooms import room_interface, step_file
 from numpy.typing import NDArray
 
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
+from flexhex.fmugen import codegen, sources
+from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
+from flexhex.fmugen.fmu import RUNTIME
+from flexhex.fmugen.rooms import room_interface, step_file
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent
@@ -134,7 +134,7 @@ class Instance:
 
 def room(name: str, machine: Machine, rows: Array, **parameters: Any) -> Instance:
     """Instance of one of the house's rooms."""
-    equations: Any = importlib.import_module(f"fmus.{name}.equations")
+    equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
     interface = room_interface(name, machine)
     path = library(interface, equations.functions(machine), step_file(name))
     return Instance(path, interface, rows, **parameters)
@@ -157,7 +157,7 @@ def place(variables: Sequence[Variable], name: str) -> slice:
 
 def operations(name: str, machine: Machine) -> dict[str, int]:
     """Operations of each generated function of a room, as CasADi counts them."""
-    equations: Any = importlib.import_module(f"fmus.{name}.equations")
+    equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
     made: Sequence[ca.Function] = equations.functions(machine)
     return {f.name(): codegen.straight_line(f, f.name()).n_instructions() for f in made}
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from diagnosis.calibrate import LOOSE
-from diagnosis.candidates import Bench
-from diagnosis.changed import FALL, best_change, dispersion
-from diagnosis.regression import Regression
-from diagnosis.rivals import CLOSE
-from diagnosis.rounds import LEVEL
-from diagnosis.scored import Found, Scored, allowed
+from flexhex.diagnosis.calibrate import LOOSE
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import FALL, best_change, dispersion
+from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.rivals import CLOSE
+from flexhex.diagnosis.rounds import LEVEL
+from flexhex.diagnosis.scored import Found, Scored, allowed
 
 GAIN, WARM = "drive_gain", "thermal_drift"
 """The effect that is asked for here, and what the same runs may not tell it from."""

@@ -9,14 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.blocks import Block
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench
-from diagnosis.noise import pairs, whiten
-from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import repeating
-from diagnosis.scored import Found, Scored, possible
-from diagnosis.stacked import deviations_of, shape_names, stack, whole
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.noise import pairs, whiten
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.rounds import repeating
+from flexhex.diagnosis.scored import Found, Scored, possible
+from flexhex.diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
 EXPLAINED = 0.5

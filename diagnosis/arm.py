@@ -16,12 +16,12 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import DELAY, Known, Motion
-from fmus.common.effect_use import EffectUse
+from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.fmus.common.machine.effect_use import EffectUse
+from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
@@ -92,7 +92,7 @@ def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX
 
 
 class RigidArmBase:
-    """Base model of a serial arm sampled every ts [s]; see `diagnosis.base.Base`."""
+    """Base model of a serial arm sampled every ts [s]; see `flexhex.diagnosis.base.Base`."""
 
     settle = 0.0
     curved: tuple[Known, ...] = ()

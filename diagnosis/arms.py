@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from diagnosis.arm import Arm, Link
+from flexhex.diagnosis.arm import Arm, Link
 
 SCHUNK = Arm(
     links=(

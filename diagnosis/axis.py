@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import DELAY, Known, Motion
-from fmus.common.effect_use import EffectUse
+from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 TERMS = (
@@ -31,7 +31,7 @@ like a part of the inertia that lags behind; modes up to some 40 Hz stay visible
 
 
 class AxisBase:
-    """n axes of unknown mass, sampled every ts [s]; see `diagnosis.base.Base`."""
+    """n axes of unknown mass, sampled every ts [s]; see `flexhex.diagnosis.base.Base`."""
 
     settle = 0.2
     delay = DELAY

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.play import REACH, play
-from fmus.common.effect_use import EffectUse
+from flexhex.diagnosis.play import REACH, play
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ class Motion:
 
     @cached_property
     def steady(self) -> Array:
-        """Angles (samples, n) without the way that noise goes: see `diagnosis.play`."""
+        """Angles (samples, n) without the way that noise goes: see `flexhex.diagnosis.play`."""
         return self.theta if self.noise is None else play(self.theta, REACH * self.noise)
 
     @property

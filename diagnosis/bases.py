@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from diagnosis.arm import RigidArmBase
-from diagnosis.arms import SCHUNK
-from diagnosis.axis import AxisBase
-from diagnosis.base import Base
-from diagnosis.hexapod import HexapodBase
-from diagnosis.logs import Log
-from fmus.common.errors import LogError, UsageError
-from fmus.common.machine_file import load_machine
+from flexhex.diagnosis.arm import RigidArmBase
+from flexhex.diagnosis.arms import SCHUNK
+from flexhex.diagnosis.axis import AxisBase
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.diagnosis.logs import Log
+from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.machine_file import load_machine
 
 
 def _hexapod(machine_file: Path | None, log: Log) -> Base:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Base, Motion
-from diagnosis.smoothing import hann_weights
-from fmus.common.errors import LogError
+from flexhex.diagnosis.base import Base, Motion
+from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

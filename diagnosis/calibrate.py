@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.base import Base, Known
-from diagnosis.blocks import Block, torque_at
-from diagnosis.layout import Layout
-from diagnosis.noise import Noise, alike, rings, settled, whiten
-from diagnosis.regression import Regression
+from flexhex.diagnosis.base import Base, Known
+from flexhex.diagnosis.blocks import Block, torque_at
+from flexhex.diagnosis.layout import Layout
+from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.regression import Regression
 
 Array = NDArray[np.float64]
 LOOSE = 2.0

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
-from diagnosis.base import Base, Motion
-from diagnosis.blocks import Block
-from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.compiled import N_SIGNAL, Compiled, compiled
-from diagnosis.motion import hann
-from diagnosis.noise import Noise
-from diagnosis.play import angle_noise
-from diagnosis.regression import Columns
-from diagnosis.smoothing import hann_weights
+from flexhex.diagnosis.base import Base, Motion
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.compiled import N_SIGNAL, Compiled, compiled
+from flexhex.diagnosis.motion import hann
+from flexhex.diagnosis.noise import Noise
+from flexhex.diagnosis.play import angle_noise
+from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.smoothing import hann_weights
 
 Array = NDArray[np.float64]
 SLOW = 2e-3

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.base import Known
-from diagnosis.calibrate import LOOSE
-from diagnosis.regression import Columns, Regression
-from diagnosis.verdict import Changed, Estimate
+from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.calibrate import LOOSE
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.verdict import Changed, Estimate
 
 Array = NDArray[np.float64]
 FALL = 14.0

@@ -8,10 +8,10 @@ from itertools import product
 
 import casadi as ca
 import numpy as np
-from fmugen.native import RowFunction, native
-from fmugen.scan import ScanFunction, scans
 
-from fmus.common.effects import Effect, Shape, Signals, library
+from flexhex.fmus.common.effects import Effect, Shape, Signals, library
+from flexhex.numeric.rows import RowFunction, native
+from flexhex.numeric.scan import ScanFunction, scans
 
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""

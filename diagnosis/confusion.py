@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import Joint
-from diagnosis.regression import Columns, Regression
-from diagnosis.rivals import NEAR
-from diagnosis.verdict import Named
+from flexhex.diagnosis.answer import Joint
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.rivals import NEAR
+from flexhex.diagnosis.verdict import Named
 
 Array = NDArray[np.float64]
 SAID = ("alone", "in a set", "other", "none")

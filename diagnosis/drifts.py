@@ -9,18 +9,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.absorbed import GAIN
-from diagnosis.answer import Joint, joint, steady, torque_of
-from diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench, about_known
-from diagnosis.compiled import compiled
-from diagnosis.elsewhere import Elsewhere
-from diagnosis.naming import named_of
-from diagnosis.noise import measured, unweighted
-from diagnosis.rounds import Round, one_round, unexplained
-from diagnosis.sides import Side, not_worse
-from fmus.common.effects import library
+from flexhex.diagnosis.absorbed import GAIN
+from flexhex.diagnosis.answer import Joint, joint, steady, torque_of
+from flexhex.diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench, about_known
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.naming import named_of
+from flexhex.diagnosis.noise import measured, unweighted
+from flexhex.diagnosis.rounds import Round, one_round, unexplained
+from flexhex.diagnosis.sides import Side, not_worse
+from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.blocks import Run, blocks
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench
-from diagnosis.compiled import compiled
-from diagnosis.fit import calibrate
-from diagnosis.late import DELAY, LAG, Late, LateBench, bends, lag_or_delay
-from diagnosis.path import PathBase, driven
-from diagnosis.sides import Side, side_of
-from fmus.common.effects import library
+from flexhex.diagnosis.blocks import Run, blocks
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.late import DELAY, LAG, Late, LateBench, bends, lag_or_delay
+from flexhex.diagnosis.path import PathBase, driven
+from flexhex.diagnosis.sides import Side, side_of
+from flexhex.fmus.common.effects import library
 
 APART = 3.0
 """Standard deviations by which an axis must lag behind the quicker ones to be set apart."""

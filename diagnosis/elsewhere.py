@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import Joint, axis_rms, steady
-from diagnosis.blocks import Block
-from diagnosis.candidates import Bench, about_known
-from diagnosis.scored import Scored
+from flexhex.diagnosis.answer import Joint, axis_rms, steady
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.candidates import Bench, about_known
+from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 

@@ -15,13 +15,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs import Log
-from diagnosis.trajectory import Trajectory, write_trajectory
-from diagnosis.verdict import Diagnosis
-from fmus.common.effects import Experiment, library
-from fmus.common.errors import UsageError
-from fmus.common.machine import Machine
-from fmus.reference.equations import (
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.fmus.common.effects import Experiment, library
+from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.reference.equations import (
     MAX_SINES,
     chirp,
     derived,

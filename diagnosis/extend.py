@@ -23,12 +23,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from diagnosis.machine_changes import changed_sections
-from diagnosis.toml_text import toml_text
-from diagnosis.verdict import Diagnosis, Estimate, Named
-from fmus.common.effect_use import EffectUse
-from fmus.common.effects import Effect, library
-from fmus.common.machine_file import load_machine, machine_data
+from flexhex.diagnosis.machine_changes import changed_sections
+from flexhex.diagnosis.toml_text import toml_text
+from flexhex.diagnosis.verdict import Diagnosis, Estimate, Named
+from flexhex.fmus.common.effects import Effect, library
+from flexhex.fmus.common.machine.effect_use import EffectUse
+from flexhex.fmus.common.machine_file import load_machine, machine_data
 
 SOURCE = "diagnosed"
 Entry = dict[str, Any]

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import Joint, again, axis_rms
-from diagnosis.base import Base
-from diagnosis.blocks import Block
-from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.candidates import Bench, about_known, known_torque
-from diagnosis.noise import Noise, measured, unweighted
+from flexhex.diagnosis.answer import Joint, again, axis_rms
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.candidates import Bench, about_known, known_torque
+from flexhex.diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
 STEPS = 2

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import axis_rms, repeat_rms
-from diagnosis.noise import measured
-from diagnosis.sides import Side
-from diagnosis.verdict import Gap
+from flexhex.diagnosis.answer import axis_rms, repeat_rms
+from flexhex.diagnosis.noise import measured
+from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.verdict import Gap
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import Joint, axis_rms, joint
-from diagnosis.blocks import torque_at
-from diagnosis.calibrate import Calibrated
-from diagnosis.scored import Scored
+from flexhex.diagnosis.answer import Joint, axis_rms, joint
+from flexhex.diagnosis.blocks import torque_at
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 POOR = 0.5

@@ -12,16 +12,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from fmugen.native import native
-from fmugen.scan import scans
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import DELAY, Known, Motion
-from fmus.common import actuator
-from fmus.common.dynamics import loads, project
-from fmus.common.machine import Machine
-from fmus.common.mechanism import (
+from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.bodies import (
     INERTIA_NAMES,
     Mechanism,
     mechanism_names,
@@ -29,8 +26,11 @@ from fmus.common.mechanism import (
     nominal_mechanism,
     point_mass,
 )
-from fmus.common.model import Model
-from fmus.common.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.common.model.dynamics import loads, project
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.numeric.rows import native
+from flexhex.numeric.scan import scans
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 8
@@ -45,7 +45,7 @@ WIDTH = 0.1
 
 
 class HexapodBase:
-    """Base model of a machine with or without its platform; see `diagnosis.base.Base`."""
+    """Base model of a machine with or without its platform; see `flexhex.diagnosis.base.Base`."""
 
     window, spacing, settle = 0.0105, 0.005, 1.0
     delay = DELAY

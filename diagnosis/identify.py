@@ -15,12 +15,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs import Log
-from diagnosis.motion import Columns, MotionModel
-from diagnosis.rows import checked, long_enough, parts
-from fmus.common.errors import LogError
-from fmus.common.machine import Machine
-from fmus.common.parameters import base_parameters, parameters
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.motion import Columns, MotionModel
+from flexhex.diagnosis.rows import checked, long_enough, parts
+from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
 
 Array = NDArray[np.float64]
 EVERY = 10

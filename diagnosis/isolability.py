@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.bases import base_of
-from diagnosis.blocks import Run, Signal, blocks
-from diagnosis.calibrate import Calibrated, Fitted, about
-from diagnosis.candidates import Bench
-from diagnosis.compiled import compiled
-from diagnosis.logs import Log
-from diagnosis.noise import ORDER, Noise
-from diagnosis.regression import ABSORBED, Columns, Regression
-from diagnosis.runs import FASTEST, motion_of
-from diagnosis.scored import PROMISING
-from diagnosis.trajectory import Trajectory, read_trajectory
-from fmus.common.errors import LogError
+from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.blocks import Run, Signal, blocks
+from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.noise import ORDER, Noise
+from flexhex.diagnosis.regression import ABSORBED, Columns, Regression
+from flexhex.diagnosis.runs import FASTEST, motion_of
+from flexhex.diagnosis.scored import PROMISING
+from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
+from flexhex.fmus.common.errors import LogError
 
 if TYPE_CHECKING:
-    from diagnosis.base import Base, Known
-    from diagnosis.workflow import Options
+    from flexhex.diagnosis.base import Base, Known
+    from flexhex.diagnosis.workflow import Options
 
 Array = NDArray[np.float64]
 NOISE = 0.005

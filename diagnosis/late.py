@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from diagnosis.blocks import Block, Run, blocks
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench
-from diagnosis.compiled import Compiled
-from diagnosis.path import Driven, PathBase, driven
+from flexhex.diagnosis.blocks import Block, Run, blocks
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import Compiled
+from flexhex.diagnosis.path import Driven, PathBase, driven
 
 Array = NDArray[np.float64]
 LAG, DELAY = "drive_lag", "time_delay"
@@ -180,7 +180,7 @@ def _mean(found: Sequence[Bend]) -> Bend:
 
 
 def bends(path: PathBase, runs: Sequence[Run], axes: Sequence[int]) -> list[Bend]:
-    """Second order of each of these axes; runs: as `diagnosis.path.driven` gives them."""
+    """Second order of each of these axes; runs: as `flexhex.diagnosis.path.driven` gives them."""
     listed = blocks(path, runs, path.spacing)
     return [bend(listed, axis) for axis in axes]
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
-from diagnosis.verdict import Changed
-from fmus.common.mechanism import INERTIA_NAMES, STIFFNESS_NAMES, inertia, point_mass
-from fmus.common.sections import Actuator, Body, EndEffector, Flexures, UpperArm
+from flexhex.diagnosis.verdict import Changed
+from flexhex.fmus.common.machine.sections import Actuator, Body, EndEffector, Flexures, UpperArm
+from flexhex.fmus.common.model.bodies import INERTIA_NAMES, STIFFNESS_NAMES, inertia, point_mass
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]

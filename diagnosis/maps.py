@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from diagnosis.answer import Joint
-from diagnosis.noise import pairs
-from diagnosis.verdict import Map
+from flexhex.diagnosis.answer import Joint
+from flexhex.diagnosis.noise import pairs
+from flexhex.diagnosis.verdict import Map
 
 Array = NDArray[np.float64]
 BINS = 24

@@ -12,13 +12,13 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from fmugen.native import native
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
-from fmus.common.effect_bank import columns_function, followers
-from fmus.common.machine import Machine
-from fmus.common.model import Model
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import columns_function, followers
+from flexhex.fmus.common.model.model import Model
+from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
 NEWTON_STEPS = 8

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from diagnosis.answer import Joint, shares
-from diagnosis.rounds import Round
-from diagnosis.scored import Scored
-from diagnosis.verdict import Candidate, Estimate, Named
-from fmus.common.effects import library
+from flexhex.diagnosis.answer import Joint, shares
+from flexhex.diagnosis.rounds import Round
+from flexhex.diagnosis.scored import Scored
+from flexhex.diagnosis.verdict import Candidate, Estimate, Named
+from flexhex.fmus.common.effects import library
 
 
 def named_of(held: Joint, rounds: Sequence[Round]) -> list[Named]:

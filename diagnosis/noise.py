@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.blocks import Block
+from flexhex.diagnosis.blocks import Block
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

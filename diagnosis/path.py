@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from diagnosis.base import Known, Motion
-from diagnosis.blocks import Run, Signal
-from diagnosis.smoothing import hann_weights
-from fmus.common.effect_use import EffectUse
+from flexhex.diagnosis.base import Known, Motion
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Driven(Motion):
 
 
 class PathBase:
-    """Drives that do as they are told; see `diagnosis.base.Base`."""
+    """Drives that do as they are told; see `flexhex.diagnosis.base.Base`."""
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()

@@ -13,11 +13,11 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from diagnosis.candidates import Bench
-from diagnosis.compiled import N_SIGNAL, Compiled, compiled, signals
-from diagnosis.rivals import NEAR
-from diagnosis.scored import Found, Scored, leaders
-from fmus.common.effects import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import N_SIGNAL, Compiled, compiled, signals
+from flexhex.diagnosis.rivals import NEAR
+from flexhex.diagnosis.scored import Found, Scored, leaders
+from flexhex.fmus.common.effects import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
 
 BETTER = 1.25
 """What a bump must gain, relative to parts that have no more to choose from than it has."""

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis import logs
-from diagnosis.base import Base
-from diagnosis.bases import base_of
-from diagnosis.blocks import Run, blocks, spacing_for
-from diagnosis.calibrate import Calibrated
-from diagnosis.fit import calibrate
-from diagnosis.guard import POOR, poor_axes, strange_axes
-from diagnosis.runs import runs_of, starts_of
-from diagnosis.verdict import Diagnosis, Gap
-from diagnosis.window import smoother
-from fmus.common.errors import LogError
+from flexhex.diagnosis import logs
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.blocks import Run, blocks, spacing_for
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.guard import POOR, poor_axes, strange_axes
+from flexhex.diagnosis.runs import runs_of, starts_of
+from flexhex.diagnosis.verdict import Diagnosis, Gap
+from flexhex.diagnosis.window import smoother
+from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 SAMPLES = 240e6
@@ -32,7 +32,7 @@ STILL = 2e-3
 @dataclass(frozen=True)
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `diagnosis.bases`. log: how to read.
+    `flexhex.diagnosis.bases`. log: how to read.
 
     confidence: trials for each row of the confusion table, 0: none.
     """

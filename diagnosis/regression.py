@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from diagnosis.layout import Layout
+from flexhex.diagnosis.layout import Layout
 
 Array = NDArray[np.float64]
 UNKNOWN = 1e-10

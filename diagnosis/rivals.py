@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.candidates import Bench
-from diagnosis.regression import Regression
-from diagnosis.scored import Found, Scored, allowed, scored
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.scored import Found, Scored, allowed, scored
 
 Array = NDArray[np.float64]
 NEAR, CLOSE = 0.9, 0.7

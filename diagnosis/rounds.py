@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench
-from diagnosis.regression import Columns, Regression
-from diagnosis.rivals import NEAR, clarified, rivals
-from diagnosis.scored import Found, Scored, allowed, leaders
-from diagnosis.stacked import whole
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.rivals import NEAR, clarified, rivals
+from flexhex.diagnosis.scored import Found, Scored, allowed, leaders
+from flexhex.diagnosis.stacked import whole
 
 Array = NDArray[np.float64]
 MOST, ROUNDS = 4, 8

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs import Channel, Log
-from diagnosis.motion import Columns, MotionModel, dahl_states, differences, hann, smooth
-from diagnosis.play import REACH, angle_noise, play
-from fmus.common.errors import LogError
-from fmus.common.machine import Machine
+from flexhex.diagnosis.logs import Channel, Log
+from flexhex.diagnosis.motion import Columns, MotionModel, dahl_states, differences, hann, smooth
+from flexhex.diagnosis.play import REACH, angle_noise, play
+from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.machine.machine import Machine
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.base import Motion
-from diagnosis.blocks import Run, Signal
-from diagnosis.logs import Channel, Log, RunGroup
-from diagnosis.play import angle_noise
-from fmus.common.errors import LogError
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.logs import Channel, Log, RunGroup
+from flexhex.diagnosis.play import angle_noise
+from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 SHARE = 0.25

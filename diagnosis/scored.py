@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.candidates import Bench
-from diagnosis.regression import Columns, Gain, Regression
-from fmus.common.effects import Shape
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.regression import Columns, Gain, Regression
+from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 PROMISING = 25.0

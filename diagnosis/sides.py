@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.absorbed import absorbed
-from diagnosis.answer import (
+from flexhex.diagnosis.absorbed import absorbed
+from flexhex.diagnosis.answer import (
     CERTAIN,
     EXPLAINED,
     GAP,
@@ -24,18 +24,18 @@ from diagnosis.answer import (
     lasting,
     repeat_rms,
 )
-from diagnosis.blocks import JUDGED, Run, blocks
-from diagnosis.candidates import Bench
-from diagnosis.changed import only_changed
-from diagnosis.elsewhere import Elsewhere
-from diagnosis.guard import believed, kept_off, only, poor_axes, sentence
-from diagnosis.naming import named_of
-from diagnosis.places import without_places
-from diagnosis.regression import Columns
-from diagnosis.rounds import Round, search
-from diagnosis.scored import Found, Scored
-from diagnosis.stacked import whole
-from diagnosis.verdict import Named
+from flexhex.diagnosis.blocks import JUDGED, Run, blocks
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import only_changed
+from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.guard import believed, kept_off, only, poor_axes, sentence
+from flexhex.diagnosis.naming import named_of
+from flexhex.diagnosis.places import without_places
+from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.rounds import Round, search
+from flexhex.diagnosis.scored import Found, Scored
+from flexhex.diagnosis.stacked import whole
+from flexhex.diagnosis.verdict import Named
 
 Array = NDArray[np.float64]
 REST = 0.05

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.candidates import Bench
-from diagnosis.regression import Columns, Regression
-from diagnosis.scored import Scored
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 UNDETERMINED = 0.5

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs import Options
-from diagnosis.logs.clock import clock_of
-from diagnosis.logs.raw import Raw, Table
-from diagnosis.logs.read import READERS
-from diagnosis.logs.units import factor
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs import Options
+from flexhex.diagnosis.logs.clock import clock_of
+from flexhex.diagnosis.logs.raw import Raw, Table
+from flexhex.diagnosis.logs.read import READERS
+from flexhex.diagnosis.logs.units import factor
+from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def read_trajectory(path: str | Path, options: Options | None = None) -> Traject
     if path.suffix.lower() not in READERS:
         raise LogError(f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5)")
     module, function = READERS[path.suffix.lower()]
-    reader = getattr(importlib.import_module(f"diagnosis.logs.{module}"), function)
+    reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:
         raw: Raw = reader(path, options)
     except OSError as error:

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import GAP
-from diagnosis.base import Base, Motion
-from diagnosis.blocks import LEAST, Run
-from diagnosis.calibrate import Calibrated
-from diagnosis.play import encoder_step
+from flexhex.diagnosis.answer import GAP
+from flexhex.diagnosis.base import Base, Motion
+from flexhex.diagnosis.blocks import LEAST, Run
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.play import encoder_step
 
 Array = NDArray[np.float64]
 NOISE = 0.05

@@ -10,24 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.answer import joint
-from diagnosis.blocks import Run
-from diagnosis.calibrate import Calibrated
-from diagnosis.candidates import Bench
-from diagnosis.changed import changes
-from diagnosis.compiled import Compiled, compiled
-from diagnosis.confusion import confusion
-from diagnosis.drifts import drifts_of, without
-from diagnosis.drives import drives_of
-from diagnosis.fit import beside
-from diagnosis.gaps import Before, before_of, gap_of
-from diagnosis.guard import delayed, poor_axes
-from diagnosis.maps import maps
-from diagnosis.naming import tried_of
-from diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
-from diagnosis.sides import Side, side_of
-from diagnosis.verdict import Changed, Diagnosis, Named
-from fmus.common.effects import Effect, library
+from flexhex.diagnosis.answer import joint
+from flexhex.diagnosis.blocks import Run
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import changes
+from flexhex.diagnosis.compiled import Compiled, compiled
+from flexhex.diagnosis.confusion import confusion
+from flexhex.diagnosis.drifts import drifts_of, without
+from flexhex.diagnosis.drives import drives_of
+from flexhex.diagnosis.fit import beside
+from flexhex.diagnosis.gaps import Before, before_of, gap_of
+from flexhex.diagnosis.guard import delayed, poor_axes
+from flexhex.diagnosis.maps import maps
+from flexhex.diagnosis.naming import tried_of
+from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.sides import Side, side_of
+from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
+from flexhex.fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
 RANGE, LITTLE_KNOWN = (0.4, 2.5), (0.0, 20.0)

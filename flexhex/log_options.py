@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from diagnosis.logs import Options
+    from flexhex.diagnosis.logs import Options
 
 TorqueConstant = Annotated[
     str | None, typer.Option(metavar="N m/A", help="of logs in A: 3.0, or one for each axis")
@@ -23,7 +23,7 @@ Rename = Annotated[list[str] | None, typer.Option(metavar="NAME=CHANNEL", help="
 
 def log_options(constant: str | None, units: list[str], names: list[str]) -> Options:
     """How to read logs; UsageError tells what is wrong with an option."""
-    from diagnosis.logs import Options
+    from flexhex.diagnosis.logs import Options
 
     constants: float | tuple[float, ...] | None = None
     if constant is not None:
@@ -39,7 +39,7 @@ def log_options(constant: str | None, units: list[str], names: list[str]) -> Opt
 
 
 def _units(words: list[str]) -> dict[str, str]:
-    from diagnosis.logs.units import KNOWN
+    from flexhex.diagnosis.logs.units import KNOWN
 
     made = _pairs("--unit", words)
     for name, unit in made.items():
@@ -54,7 +54,7 @@ def _units(words: list[str]) -> dict[str, str]:
 
 
 def _names(words: list[str]) -> dict[str, str]:
-    from diagnosis.logs.raw import CHANNELS
+    from flexhex.diagnosis.logs.raw import CHANNELS
 
     made = _pairs("--rename", words)
     for name, channel in made.items():

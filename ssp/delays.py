@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from fmus.common.errors import InterfaceError
-from ssp.system import TORQUE_PATH, System
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.hexapod import TORQUE_PATH
+from flexhex.ssp.system import System
 
 
 class DriveLags(Protocol):

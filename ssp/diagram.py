@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fmus.common.errors import InterfaceError
-from ssp.fmu import open_zip, read_bytes, read_member
-from ssp.system import Box
-from ssp.xml import NAMESPACES, parse
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.fmu import open_zip, read_bytes, read_member
+from flexhex.ssp.system import Box
+from flexhex.ssp.xml import NAMESPACES, parse
 
 Point = tuple[float, float]
 

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from fmus.common.errors import InterfaceError, RunError, UsageError
-from ssp import library
-from ssp.fmu import binary_path, open_zip, read_bytes, read_member
-from ssp.memory import check_memory
-from ssp.read import Instance, Package, period, read_ssp
-from ssp.results import Array, FmuTime, Group, Result, rate_name
-from ssp.signals import Signal, arrays, select
-from ssp.wiring import unknown
+from flexhex.fmus.common.errors import InterfaceError, RunError, UsageError
+from flexhex.ssp import library
+from flexhex.ssp.fmu import binary_path, open_zip, read_bytes, read_member
+from flexhex.ssp.memory import check_memory
+from flexhex.ssp.read import Instance, Package, period, read_ssp
+from flexhex.ssp.results import Array, FmuTime, Group, Result, rate_name
+from flexhex.ssp.signals import Signal, arrays, select
+from flexhex.ssp.wiring import unknown
 
 Progress = Callable[[float, float], None]
 Parameters = Mapping[str, float | Sequence[float]]
@@ -40,7 +40,7 @@ def run(
 ) -> Result:
     """Run a .ssp for `duration` [s].
 
-    signals: what to log, see `ssp.signals.select`; None logs all outputs but the large
+    signals: what to log, see `flexhex.ssp.signals.select`; None logs all outputs but the large
     arrays. progress(done, total) [s] is called about ten times a second; Ctrl-C works
     there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6]}`, over what the
     .ssp says. timing: measure the time in each FMU. cache: where the executor is compiled.

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fmus.common.errors import InterfaceError
-from ssp.xml import parse
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 

@@ -19,7 +19,8 @@ from functools import lru_cache
 from pathlib import Path
 
 import fmpy
-from fmugen.compile import STRICT, compile_object, link_shared
+
+from flexhex.fmugen.compile import STRICT, compile_object, link_shared
 
 HERE = Path(__file__).resolve().parent
 DEFAULT_CACHE = Path("out") / "lib"

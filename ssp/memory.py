@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import UsageError
 
 SHARE = 0.8
 """Of the free memory that a log may take; the rest is for writing it."""

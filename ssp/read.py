@@ -1,6 +1,6 @@
 """Reads a .ssp back: components with their FMUs, wires, parameters, base step.
 
-Reads what `ssp.write` writes and any flat SSP 1.x of FMI 2.0 co-simulation FMUs with
+Reads what `flexhex.ssp.write` writes and any flat SSP 1.x of FMI 2.0 co-simulation FMUs with
 component- or system-level parameter sets. What it cannot run it refuses by name.
 """
 
@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
-from fmus.common.errors import InterfaceError
-from ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
-from ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
-from ssp.xml import NAMESPACES, parse
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
+from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
+from flexhex.ssp.xml import NAMESPACES, parse
 
 _FMU_TYPES = (None, "", "application/x-fmu-sharedlibrary")
 

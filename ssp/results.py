@@ -15,8 +15,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from fmus.common.errors import LogError
-from ssp.wiring import unknown
+from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.wiring import unknown
 
 FORMAT = "flexhex-result"
 VERSION = 1
@@ -108,7 +108,7 @@ def provenance(**more: str | int | float) -> dict[str, str | int | float]:
             meta[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             meta[package] = "not installed"
-    from fmugen.compile import version
+    from flexhex.fmugen.compile import version
 
     meta["compiler"] = version()
     return meta | more

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from fmus.common.errors import UsageError
-from ssp.fmu import FmuVariable
-from ssp.read import Instance, Package
-from ssp.wiring import unknown
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp.fmu import FmuVariable
+from flexhex.ssp.read import Instance, Package
+from flexhex.ssp.wiring import unknown
 
 DEFAULT = "default"
 # Large arrays that a run logs only when asked.

@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from fmus.common.errors import InterfaceError
+from flexhex.fmus.common.errors import InterfaceError
 
 
 class Port(NamedTuple):

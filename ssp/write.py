@@ -12,15 +12,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fmugen.pack import write_zip
-
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Variable
-from ssp.delays import path_delay
-from ssp.fmu import Fmu, read_bytes, read_fmu
-from ssp.system import Box, Component, System, unit_of
-from ssp.wiring import Wire, unknown
-from ssp.xml import child, root, text_of
+from flexhex.fmugen.pack import write_zip
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Variable
+from flexhex.ssp.delays import path_delay
+from flexhex.ssp.fmu import Fmu, read_bytes, read_fmu
+from flexhex.ssp.system import Box, Component, System, unit_of
+from flexhex.ssp.wiring import Wire, unknown
+from flexhex.ssp.xml import child, root, text_of
 
 _SSD_PREFIXES = ("ssd", "ssc", "ssv", "osp", "oms", "flexhex")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from lxml import etree
 
-from fmus.common.errors import InterfaceError
+from flexhex.fmus.common.errors import InterfaceError
 
 SSP = "http://ssp-standard.org/SSP1/"
 NAMESPACES = {

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.build import Builder
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.simulation.builder import Builder
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_FILE = ROOT / "machines" / "tflex.toml"

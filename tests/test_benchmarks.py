@@ -17,9 +17,9 @@ from benchmarks.dense import dense
 from benchmarks.growth import wider
 from benchmarks.motion import ROWS, estimator_rows, kinematics, motion
 from benchmarks.rooms import room
-from fmus.common.machine import Machine
-from fmus.common.parameters import base_parameters
-from fmus.estimator.interface import normalisation, process_noise
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.fmus.estimator.interface import normalisation, process_noise
 from tests.compare import assert_close
 
 

@@ -9,7 +9,7 @@ from threading import RLock
 
 import casadi as ca
 
-from fmus.common.errors import BuildError
+from flexhex.fmus.common.errors import BuildError
 
 SYMBOLIC = RLock()
 """Held while CasADi makes or writes expressions: it does not promise that threads may do so side

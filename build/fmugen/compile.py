@@ -13,8 +13,8 @@ from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fmugen.pack import scratch_file
-from fmus.common.errors import BuildError
+from flexhex.fmugen.pack import scratch_file
+from flexhex.fmus.common.errors import BuildError
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-ffp-contract=off")
 HIDDEN = ("-fvisibility=hidden",)

@@ -6,127 +6,16 @@ the container gives what the single FMUs give, to the last bit.
 
 from __future__ import annotations
 
-import dataclasses
-import io
-import re
 import tempfile
-import zipfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from pathlib import Path
 
-from fmugen.container_table import parts_header
-from fmugen.described import interface_of
-from fmugen.fmu import CONFIG, FMI_HEADERS, RUNTIME, build_fmu
-from fmugen.room_sizes import state_sizes
-from fmugen.sources import variables
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen.container_parts import NAME, Container
+from flexhex.fmugen.container_table import parts_header
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmugen.room_sizes import state_sizes
 
-NAME = "controller"
 STEP = Path(__file__).with_name("container.c")
-
-
-@dataclass(frozen=True)
-class Part:
-    """One FMU in the container: instance name and the bytes of an .fmu made by fmugen."""
-
-    name: str
-    fmu: bytes
-
-    @cached_property
-    def interface(self) -> Interface:
-        """Its variables. InterfaceError for an FMU of another maker."""
-        with zipfile.ZipFile(io.BytesIO(self.fmu)) as archive:
-            return interface_of(archive.read("modelDescription.xml"), self.name)
-
-    @property
-    def variables(self) -> tuple[Variable, ...]:
-        """Parameters, inputs and outputs in value-reference order."""
-        return variables(self.interface)
-
-    @cached_property
-    def texts(self) -> dict[str, str]:
-        """Sources of the room alone, without the adapter and the table of variables.
-
-        Headers wear the FMU's name, since several rooms have an effects.h.
-        """
-        name = self.interface.name
-        shared = {p.name for p in RUNTIME.glob("*.[ch]")} | {*FMI_HEADERS, CONFIG}
-        with zipfile.ZipFile(io.BytesIO(self.fmu)) as archive:
-            found = {
-                file.removeprefix("sources/"): archive.read(file).decode()
-                for file in archive.namelist()
-                if file.startswith("sources/") and file.endswith((".c", ".h"))
-            }
-        own = {f: t for f, t in found.items() if f not in shared and f != f"{name}_fmu.c"}
-        if f"{name}_step.c" not in own:
-            raise InterfaceError(f"{self.name}: its FMU holds no {name}_step.c: build it anew")
-        for header in [file for file in own if file.endswith(".h")]:
-            renamed = f"{name}_{header}"
-            own[renamed] = own.pop(header)
-            own = {
-                file: text.replace(f'#include "{header}"', f'#include "{renamed}"')
-                for file, text in own.items()
-            }
-        return {file: _renamed(text, name) for file, text in own.items()}
-
-
-def _renamed(text: str, name: str) -> str:
-    """Sources whose symbols wear the container's name too, so that the FMU itself links beside."""
-    text = re.sub(rf"\b({name}_(?:casadi_\w*|\w+_sx))", rf"{NAME}_\1", text)
-    own_room = f"#define {name}_room {NAME}_{name}_room\n"
-    return text.replace('#include "room.h"\n', f'#include "room.h"\n\n{own_room}', 1)
-
-
-@dataclass(frozen=True)
-class Link:
-    """One scalar connection. part None: the variable is the container's own."""
-
-    source: str | None
-    output: str
-    target: str | None
-    input: str
-
-
-@dataclass(frozen=True)
-class Container:
-    """Parts and what connects them; every input of a part has exactly one link.
-
-    inputs: the container's, whose min and max are narrowed to what the parts allow. outputs:
-    the container's by name -> (part, variable), a whole array or a scalar.
-    """
-
-    parts: tuple[Part, ...]
-    links: tuple[Link, ...]
-    inputs: tuple[Variable, ...]
-    outputs: Mapping[str, tuple[str, str]]
-    description: str
-    base: float
-
-    def part(self, name: str) -> Part:
-        """The part of that name."""
-        return next(p for p in self.parts if p.name == name)
-
-    @cached_property
-    def interface(self) -> Interface:
-        """Of the container: parameters `<part>_<parameter>`, inputs, outputs."""
-        parameters = [
-            dataclasses.replace(v, name=f"{part.name}_{v.name}", description=f"{part.name}: {text}")
-            for part in self.parts
-            for v, text in ((v, v.description) for v in part.interface.parameters)
-        ]
-        outputs = [self._output(name, *origin) for name, origin in self.outputs.items()]
-        listed = (*parameters, *self.inputs, *outputs)
-        return Interface(NAME, self.description, self.base, listed)
-
-    def _output(self, name: str, part: str, variable: str) -> Variable:
-        listed = self.part(part).interface.outputs
-        found = next(v for v in listed if v.name == variable)
-        sources = tuple(f"{part}_{source}" for source in found.initial_from)
-        text = f"{part}: {found.description}"
-        return dataclasses.replace(found, name=name, description=text, initial_from=sources)
 
 
 def build_container(

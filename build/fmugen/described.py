@@ -10,8 +10,8 @@ from typing import Any, Literal, cast
 
 from lxml import etree
 
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Causality, Interface, Variable
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Causality, Interface, Variable
 
 _ELEMENT = re.compile(r"(.+)\[\d+\]")
 _OWN = {"Ts", "fault"}

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from lxml import etree
 
-from fmugen import VERSION
-from fmugen.sources import variables
-from fmugen.units import display_unit, unit
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen import VERSION
+from flexhex.fmugen.sources import variables
+from flexhex.fmugen.units import display_unit, unit
+from flexhex.fmus.common.interface import Interface, Variable
 
 STOP = 10.0
 """End of the default experiment [s]: the reference rests for two seconds and moves then."""

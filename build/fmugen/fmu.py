@@ -10,19 +10,20 @@ from pathlib import Path
 import casadi as ca
 import fmpy
 
-from fmugen import codegen, sources
-from fmugen.cmake import cmake_lists
-from fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
-from fmugen.description import model_description
-from fmugen.pack import write_zip
-from fmugen.page import page
-from fmugen.picture import picture
-from fmugen.platforms import PLATFORMS, host, tool
-from fmugen.recorded import recorded
-from fmugen.terminals import terminals
-from fmus.common.interface import Interface
+import flexhex
+from flexhex.fmugen import codegen, sources
+from flexhex.fmugen.cmake import cmake_lists
+from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
+from flexhex.fmugen.description import model_description
+from flexhex.fmugen.pack import write_zip
+from flexhex.fmugen.page import page
+from flexhex.fmugen.picture import picture
+from flexhex.fmugen.platforms import PLATFORMS, host, tool
+from flexhex.fmugen.recorded import recorded
+from flexhex.fmugen.terminals import terminals
+from flexhex.fmus.common.interface import Interface
 
-RUNTIME = Path(__file__).resolve().parent.parent / "runtime"
+RUNTIME = Path(flexhex.__path__[0]) / "runtime"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 CONFIG = "flexhex_config.h"
 LICENSES = RUNTIME / "license.txt"
@@ -43,7 +44,7 @@ def build_fmu(
 
     The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
     (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
-    platforms: for which computers, as in `fmugen.platforms`; default: this one.
+    platforms: for which computers, as in `flexhex.fmugen.platforms`; default: this one.
     more: further sources by file name, compiled along.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """

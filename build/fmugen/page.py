@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 
 import casadi as ca
 
-from fmugen.sources import variables
-from fmugen.units import display_unit
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen.sources import variables
+from flexhex.fmugen.units import display_unit
+from flexhex.fmus.common.interface import Interface, Variable
 
 _STYLE = (
     "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:62em;padding:0 1em;color:#222}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 
-from fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable
 
 # columns of 5 x 8 dots, lowest bit on top, for the characters that names and numbers have
 _CHARACTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ[]_.-abcdefghijklmnopqrstuvwxyz"

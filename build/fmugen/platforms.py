@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from fmugen.compile import LINK, LOOPS, STRICT, Tool, own
-from fmus.common.errors import BuildError, UsageError
+from flexhex.fmugen.compile import LINK, LOOPS, STRICT, Tool, own
+from flexhex.fmus.common.errors import BuildError, UsageError
 
 MINGW = "x86_64-w64-mingw32-gcc"
 ZIG = (sys.executable, "-m", "ziglang", "cc")

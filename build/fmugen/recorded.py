@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fmugen.sources import variables
-from fmus.common.errors import BuildError
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen.sources import variables
+from flexhex.fmus.common.errors import BuildError
+from flexhex.fmus.common.interface import Interface, Variable
 
 IN, OUT = "resources/reference_in.csv", "resources/reference_out.csv"
 TICKS = 20

@@ -7,8 +7,8 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from fmugen.compile import SMALL, compile_object, link_shared
-from fmugen.fmu import RUNTIME
+from flexhex.fmugen.compile import SMALL, compile_object, link_shared
+from flexhex.fmugen.fmu import RUNTIME
 
 _PROBE_C = """#include "room.h"
 {externs}

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import fmus
-from fmugen.codegen import SYMBOLIC
-from fmugen.fmu import build_fmu
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Interface
-from fmus.common.machine import Machine
+from flexhex import fmus
+from flexhex.fmugen.codegen import SYMBOLIC
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Interface
+from flexhex.fmus.common.machine.machine import Machine
 
 Starts = Mapping[str, float | Sequence[float] | NDArray[np.float64]]
 ROOMS = ("reference", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator")
@@ -43,7 +43,7 @@ def with_starts(interface: Interface, starts: Starts) -> Interface:
 
 def room_interface(room: str, machine: Machine, starts: Starts | None = None) -> Interface:
     """Interface of a room for a machine, with start values replaced."""
-    module: Any = importlib.import_module(f"fmus.{room}.interface")
+    module: Any = importlib.import_module(f"flexhex.fmus.{room}.interface")
     with SYMBOLIC:
         return with_starts(module.interface(machine), starts or {})
 
@@ -62,7 +62,7 @@ def build_room(
     platforms: Sequence[str] = (),
 ) -> Path:
     """Build `out_dir/<room>.fmu`; starts: parameter name -> value(s) baked in as defaults."""
-    module: Any = importlib.import_module(f"fmus.{room}.equations")
+    module: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
     interface = room_interface(room, machine, starts)
     with SYMBOLIC:
         functions, base = module.functions(machine), machine.timing.base
@@ -71,7 +71,7 @@ def build_room(
 
 def machine_interface(machine: Machine, truth: Path) -> Interface:
     """Interface of machine.fmu; MachineError for a wrong truth file."""
-    from fmus.plant import truth as real
+    from flexhex.fmus.machine import truth as real
 
     with SYMBOLIC:
         return real.interface(machine, real.load_truth(truth))
@@ -86,10 +86,14 @@ def build_machine(
     platforms: Sequence[str] = (),
 ) -> Path:
     """Build `out_dir/machine.fmu`: the plant plus what the truth file hides."""
-    from fmus.plant import truth as real
+    from flexhex.fmus.machine import truth as real
 
     interface = with_starts(machine_interface(machine, truth), starts or {})
     with SYMBOLIC:
         functions = real.functions(machine, real.load_truth(truth))
     base = machine.timing.base
-    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms)
+    own = {
+        path.name: path.read_text(encoding="utf-8")
+        for path in sorted(Path(fmus.__path__[0], "machine").glob("*.h"))
+    }
+    return build_fmu(interface, functions, step_file("plant"), out_dir, base, cache, platforms, own)

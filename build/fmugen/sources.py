@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from fmugen.codegen import wrappers
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen.codegen import wrappers
+from flexhex.fmus.common.interface import Interface, Variable
 
 _KINDS = {
     ("parameter", "fixed"): "FLEXHEX_FIXED",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lxml import etree
 
-from fmus.common.interface import Interface
+from flexhex.fmus.common.interface import Interface
 
 
 def terminals(interface: Interface) -> bytes:

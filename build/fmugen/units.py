@@ -6,8 +6,8 @@ import math
 import re
 from dataclasses import dataclass, field
 
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Variable
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Variable
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 """Measured or simulated runs as logs: one file is one run, each channel on its own clock."""
 
-from diagnosis.logs.copies import refuse_copies
-from diagnosis.logs.groups import RunGroup, group_runs
-from diagnosis.logs.log import Channel, Finding, Log, Options
-from diagnosis.logs.read import read_log
+from flexhex.diagnosis.logs.copies import refuse_copies
+from flexhex.diagnosis.logs.groups import RunGroup, group_runs
+from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
+from flexhex.diagnosis.logs.read import read_log
 
 __all__ = [
     "Channel",

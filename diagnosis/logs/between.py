@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
-from diagnosis.logs.log import Array, Channel, Mask
+from flexhex.diagnosis.logs.log import Array, Channel, Mask
 
 FEWEST = 3
 WIDEST = 1.5

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.logs.between import FEWEST, between
-from diagnosis.logs.log import Array, Channel, Finding
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.between import FEWEST, between
+from flexhex.diagnosis.logs.log import Array, Channel, Finding
+from flexhex.fmus.common.errors import LogError
 
 Index = NDArray[np.int64]
 RESETS = 3

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from diagnosis.logs.log import Channel, Log
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.log import Channel, Log
+from flexhex.fmus.common.errors import LogError
 
 NEEDED = ("theta", "tau_meas")
 

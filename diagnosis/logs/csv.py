@@ -15,10 +15,19 @@ from typing import BinaryIO
 
 import numpy as np
 
-from diagnosis.logs.csv_head import Header, decode, read_header
-from diagnosis.logs.log import Array, Finding, Options
-from diagnosis.logs.raw import Column, Plan, Raw, Table, memory_finding, plan, split_unit, stretches
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.csv_head import Header, decode, read_header
+from flexhex.diagnosis.logs.log import Array, Finding, Options
+from flexhex.diagnosis.logs.raw import (
+    Column,
+    Plan,
+    Raw,
+    Table,
+    memory_finding,
+    plan,
+    split_unit,
+    stretches,
+)
+from flexhex.fmus.common.errors import LogError
 
 BLOCK = 1 << 23
 """Bytes that are parsed at a time."""

@@ -6,7 +6,7 @@ import csv
 from dataclasses import dataclass
 from typing import BinaryIO
 
-from fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError
 
 LONGEST_LINE = 1 << 20
 HEADER_ROWS = 12

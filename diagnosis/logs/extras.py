@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.logs.hdf5 import table_of
-from diagnosis.logs.log import Finding, Options
-from diagnosis.logs.raw import Raw, channel_of, split_unit
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.hdf5 import table_of
+from flexhex.diagnosis.logs.log import Finding, Options
+from flexhex.diagnosis.logs.raw import Raw, channel_of, split_unit
+from flexhex.fmus.common.errors import LogError
 
 
 def _package(path: Path, module: str, extra: str) -> Any:

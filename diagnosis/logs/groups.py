@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import correlate
 
-from diagnosis.logs.log import Array, Channel, Finding, Log
+from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log
 
 COARSE = 0.005
 """Sample time [s] at which runs are compared."""

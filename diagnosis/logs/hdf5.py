@@ -9,10 +9,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from diagnosis.logs.log import Array, Finding, Options
-from diagnosis.logs.raw import Column, Plan, Raw, Table, joins_of, picked, plan
-from fmus.common.errors import LogError
-from ssp.results import FORMAT, VERSION
+from flexhex.diagnosis.logs.log import Array, Finding, Options
+from flexhex.diagnosis.logs.raw import Column, Plan, Raw, Table, joins_of, picked, plan
+from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.results import FORMAT, VERSION
 
 OURS = {
     "theta": "plant.theta",

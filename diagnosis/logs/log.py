@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -15,11 +15,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from diagnosis.logs.hdf5 import table_of
-from diagnosis.logs.log import Finding, Options
-from diagnosis.logs.mat5 import walk
-from diagnosis.logs.raw import CHANNELS, Raw
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.hdf5 import table_of
+from flexhex.diagnosis.logs.log import Finding, Options
+from flexhex.diagnosis.logs.mat5 import walk
+from flexhex.diagnosis.logs.raw import CHANNELS, Raw
+from flexhex.fmus.common.errors import LogError
 
 UNIT_STRUCTS = ("unit", "units")
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from diagnosis.logs.log import Array, Finding, Options
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.log import Array, Finding, Options
+from flexhex.fmus.common.errors import LogError
 
 CHANNELS = (
     "theta",

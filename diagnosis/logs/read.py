@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.logs.clock import Clock, clock_of, compared
-from diagnosis.logs.delay import delays
-from diagnosis.logs.log import Channel, Finding, Log, Options
-from diagnosis.logs.raw import Raw, Table, texts
-from diagnosis.logs.stamps import stamped
-from diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
-from diagnosis.logs.values import clipped, filled, judged, jumps
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.clock import Clock, clock_of, compared
+from flexhex.diagnosis.logs.delay import delays
+from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
+from flexhex.diagnosis.logs.raw import Raw, Table, texts
+from flexhex.diagnosis.logs.stamps import stamped
+from flexhex.diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
+from flexhex.diagnosis.logs.values import clipped, filled, judged, jumps
+from flexhex.fmus.common.errors import LogError
 
 READERS = {
     ".csv": ("csv", "read_csv"),
@@ -42,7 +42,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
             " .parquet, .mf4"
         )
     module, function = READERS[path.suffix.lower()]
-    reader = getattr(importlib.import_module(f"diagnosis.logs.{module}"), function)
+    reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)
     try:
         raw: Raw = reader(path, options)
     except OSError as error:

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.logs.clock import QUIET_JITTER, Clock
-from diagnosis.logs.log import Array, Finding
+from flexhex.diagnosis.logs.clock import QUIET_JITTER, Clock
+from flexhex.diagnosis.logs.log import Array, Finding
 
 SMOOTHER = 2.0
 """Values are so many times smoother at their own times where these are the samples'."""

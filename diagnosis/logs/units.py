@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
-from fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError
 
 TURN = 2 * math.pi
 TIME = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}

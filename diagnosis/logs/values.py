@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from diagnosis.logs.log import Array, Channel, Finding, Mask
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs.log import Array, Channel, Finding, Mask
+from flexhex.fmus.common.errors import LogError
 
 NEEDED = ("theta", "tau_meas")
 PLATEAU = 16

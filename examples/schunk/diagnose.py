@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 
 FITTED, LOCKED = range(1, 13), (40, 60, 80, 100)
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from diagnosis.logs import Options as LogOptions
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.logs import Options as LogOptions
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 
 Array = NDArray[np.float64]
 GAINS = (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)

@@ -1,54 +1,46 @@
-"""`flexhex check`: complaints about an FMU, a system description or a machine file.
-
-`check_fmu` (archive, variables, structure, the binary in a child process), `check_ssp`.
-"""
+"""Command `check`: FMUs, system descriptions and machine files against their rules."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
-from fmus.common.errors import FlexhexError, UsageError
-
-
-def check_file(path: Path) -> list[str]:
-    """Complaints, none when all is well. UsageError for a file of another kind."""
-    if path.suffix not in _CHECKS:
-        raise UsageError(f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}")
-    if not path.is_file():
-        raise UsageError(f"{path}: {'a folder, not a file' if path.is_dir() else 'no such file'}")
-    try:
-        return _CHECKS[path.suffix](path)
-    except FlexhexError as error:
-        return str(error).splitlines()
+import typer
 
 
-def _fmu(path: Path) -> list[str]:
-    from flexhex.check.fmu import check_fmu
+def check_command(
+    files: Annotated[list[Path], typer.Argument(help="FMUs, system descriptions, machine files")],
+    results: Annotated[
+        bool, typer.Option("--results", help="run FMUs against the results that they carry")
+    ] = False,
+) -> None:
+    """Check FMUs (FMI rules, binary), .ssp (wiring, units, sample times) and machine files."""
+    from flexhex.check.files import check_file
 
-    return check_fmu(path)
-
-
-def _ssp(path: Path) -> list[str]:
-    from flexhex.check.ssp import check_ssp
-
-    return check_ssp(path)
-
-
-def _toml(path: Path) -> list[str]:
-    from fmugen.rooms import machine_interface
-
-    from flexhex.build import Builder
-    from flexhex.machine_check import named
-    from fmus.common.machine_file import is_truth, load_machine, read_toml
-
-    if not is_truth(read_toml(path)):
-        Builder(path, path.parent).check()
-        return []
-    belongs = path.with_name(path.name.replace("-truth.toml", ".toml"))
-    if belongs == path or not belongs.is_file():
-        return [f"{path}: a truth file without its machine file: name it <machine>-truth.toml"]
-    named(path, lambda: machine_interface(load_machine(belongs), path), "machine")
-    return []
+    if results:
+        compare_with_carried_results(files)
+        return
+    findings = {path: check_file(path) for path in files}
+    print_findings(findings)
+    if any(findings.values()):
+        raise typer.Exit(1)
 
 
-_CHECKS = {".fmu": _fmu, ".ssp": _ssp, ".toml": _toml}
+def compare_with_carried_results(files: list[Path]) -> None:
+    """Print the worst deviation of every output of FMUs; exit code 1 beyond tolerance."""
+    from flexhex.check.results import check_results, print_deviations
+
+    found = {path: check_results(path) for path in files}
+    print_deviations(found)
+    if not all(d.good for deviations in found.values() for d in deviations):
+        raise typer.Exit(1)
+
+
+def print_findings(findings: Mapping[Path, Sequence[str]]) -> None:
+    """One line for each file that is well, the complaints of the others."""
+    for path, complaints in findings.items():
+        for text in complaints:
+            print(text)
+        if not complaints:
+            print(f"{path}: ok")

@@ -1,7 +1,7 @@
 """`flexhex check --results`: does an FMU still answer as it did when it was built?
 
-The FMU carries inputs and outputs (`fmugen.recorded`); its binary for this computer is run on
-them in a child process, and the worst deviation of each output is told.
+The FMU carries inputs and outputs (`flexhex.fmugen.recorded`). Its binary for this computer runs
+on them in a child process; the worst deviation of each output is reported.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmugen.recorded import IN, OUT
 from numpy.typing import NDArray
 
 from flexhex.check.binary import exercised, library_name, make_plan
 from flexhex.check.subject import Subject
-from fmus.common.errors import InterfaceError
+from flexhex.fmugen.recorded import IN, OUT
+from flexhex.fmus.common.errors import InterfaceError
 
 RTOL, ATOL = 1e-9, 1e-14
 """Of an array's largest value, and for what is zero but for rounding: compilers and C libraries

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from flexhex.check.fmu import check_fmu
-from fmus.common.errors import InterfaceError
-from ssp.fmu import open_zip, read_bytes, read_member
-from ssp.read import Instance, Package, period, read_ssp
-from ssp.xml import NAMESPACES, parse
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.fmu import open_zip, read_bytes, read_member
+from flexhex.ssp.read import Instance, Package, period, read_ssp
+from flexhex.ssp.xml import NAMESPACES, parse
 
 STEPS = (
     ("osp:FixedStepAlgorithm", "baseStepSize"),

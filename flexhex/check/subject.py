@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from fmus.common.errors import InterfaceError
+from flexhex.fmus.common.errors import InterfaceError
 
 
 def parsed(text: str | None, otherwise: float = math.nan) -> float:

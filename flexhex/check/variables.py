@@ -6,10 +6,9 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 
-from fmugen.units import unit
-
 from flexhex.check.subject import Scalar, Subject, parsed
-from fmus.common.errors import InterfaceError
+from flexhex.fmugen.units import unit
+from flexhex.fmus.common.errors import InterfaceError
 
 VARIABILITIES = {
     "parameter": {"fixed", "tunable"},

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.errors import UsageError
-from ssp.results import Group, Result, rate_name
-from ssp.wiring import unknown
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp.results import Group, Result, rate_name
+from flexhex.ssp.wiring import unknown
 
 Array = NDArray[np.float64]
 RTOL = 1e-9

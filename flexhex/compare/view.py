@@ -26,9 +26,9 @@ from flexhex.compare.results import (
     Difference,
     columns,
 )
-from flexhex.page import Part, write_page
-from flexhex.plots import Figure, figure, trace
-from ssp.results import Result
+from flexhex.output.page import Part, write_page
+from flexhex.output.plots import Figure, figure, trace
+from flexhex.ssp.results import Result
 
 MOST_ROWS = 20
 """Signals within tolerance that the terminal shows; the page shows all."""

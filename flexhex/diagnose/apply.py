@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from diagnosis.logs import Options
-from diagnosis.verdict import Diagnosis
-from flexhex.rebuild import Rebuilt, rebuild
-from fmus.common.machine_file import read_toml
+from flexhex.diagnose.rebuild import Rebuilt, rebuild
+from flexhex.diagnosis.logs import Options
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.fmus.common.machine_file import read_toml
 
 
 def add(

@@ -18,13 +18,14 @@ from rich.progress import (
     TimeElapsedColumn,
 )
 
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.diagnose.options import interactive, once_each, writable
+from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
-from fmus.common.errors import UsageError
 
 if TYPE_CHECKING:
-    from diagnosis.logs import Options as LogOptions
-    from diagnosis.verdict import Diagnosis
+    from flexhex.diagnosis.logs import Options as LogOptions
+    from flexhex.diagnosis.verdict import Diagnosis
 
 
 def diagnose_command(
@@ -54,11 +55,10 @@ def diagnose_command(
         "out/diagnose"
     ),
     report: Annotated[Path | None, typer.Option(help="page, default OUT/diagnosis.html")] = None,
-    json: Annotated[bool, typer.Option("--json", help="result as JSON on stdout")] = False,
+    json: AsJson = False,
 ) -> None:
     """Find what the model lacks: exit code 0 nothing or added, 1 a gap or cannot tell."""
-    from diagnosis.bases import BASES
-    from flexhex.cli import DEFAULT_MACHINE, found_machine
+    from flexhex.diagnosis.bases import BASES
 
     if base not in BASES:
         raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
@@ -112,7 +112,7 @@ class Session:
 
     def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
-        from diagnosis.workflow import Options, diagnose
+        from flexhex.diagnosis.workflow import Options, diagnose
 
         with self.bars:
             options = Options(self.base, logs)
@@ -137,9 +137,9 @@ class Session:
         """With a trajectory file for each effect that has rivals."""
         if not any(effect.rivals for effect in found.effects):
             return found
-        from diagnosis.experiment import Limits, with_experiments
-        from diagnosis.logs import read_log
-        from fmus.common.machine_file import load_machine
+        from flexhex.diagnosis.experiment import Limits, with_experiments
+        from flexhex.diagnosis.logs import read_log
+        from flexhex.fmus.common.machine_file import load_machine
 
         self.progress("writing the next experiment", 0, 0)
         if self.base == "hexapod" and self.file is not None:
@@ -189,16 +189,16 @@ class Session:
 
     def isolate(self, trajectories: list[Path], logs: LogOptions) -> None:
         """Which effects the trajectories could show and tell apart."""
-        from diagnosis.workflow import Options
         from flexhex.diagnose.isolability import (
             isolability_json,
             print_isolability,
             write_isolability,
         )
+        from flexhex.diagnosis.workflow import Options
 
         with self.bars:
             options = Options(self.base, logs)
-            module = importlib.import_module("diagnosis.isolability")
+            module = importlib.import_module("flexhex.diagnosis.isolability")
             found = module.isolability(trajectories, self.file, options, self.progress)
         written = write_isolability(found, [str(path) for path in trajectories], self.page)
         if self.json:

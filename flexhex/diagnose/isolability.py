@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from diagnosis.isolability import ALIKE, Isolability
 from flexhex.diagnose.plots import heat
 from flexhex.diagnose.view import say, table
 from flexhex.diagnose.words import listed, number, title, where
-from flexhex.page import Part, write_page
+from flexhex.diagnosis.isolability import ALIKE, Isolability
+from flexhex.output.page import Part, write_page
 
 HEADINGS = ("effect", "where", "found from [N m]", "cannot be told from")
 MOST_NAMES = 4

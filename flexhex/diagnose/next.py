@@ -6,9 +6,9 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.verdict import Diagnosis, Named
 from flexhex.diagnose.words import listed, title
-from fmus.common.effects import library
+from flexhex.diagnosis.verdict import Diagnosis, Named
+from flexhex.fmus.common.effects import library
 
 APPLICABLE = ("named", "set", "changed")
 """Verdicts with something to add to the machine file."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-from fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import UsageError
 
 GREEDY = ("--locked",)
 """Options that take all words up to the next option."""

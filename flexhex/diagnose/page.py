@@ -11,15 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.verdict import Diagnosis, Map, Named
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.plots import (
-    candidate_bars,
-    gap_bars,
-    heat,
-    residual_map,
-    spectrum_map,
-)
+from flexhex.diagnose.plots import candidate_bars, gap_bars, heat, residual_map, spectrum_map
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
@@ -35,8 +28,9 @@ from flexhex.diagnose.view import (
     shown_lines,
 )
 from flexhex.diagnose.words import gap_name, title, verdict
-from flexhex.page import Part, write_page
-from flexhex.plots import Figure
+from flexhex.diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.output.page import Part, write_page
+from flexhex.output.plots import Figure
 
 Array = NDArray[np.float64]
 FREQUENCY = "frequency"

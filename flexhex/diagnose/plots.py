@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.verdict import Candidate, Map
 from flexhex.diagnose.words import title, where
-from flexhex.plots import Figure, figure, trace
+from flexhex.diagnosis.verdict import Candidate, Map
+from flexhex.output.plots import Figure, figure, trace
 
 Array = NDArray[np.float64]
 BEFORE, AFTER, FLOOR, OTHER = "#d1731d", "#1f6fb2", "#333", "#b5b5b5"

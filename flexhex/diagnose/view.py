@@ -15,22 +15,14 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from diagnosis.verdict import Diagnosis, Gap, Named, rms
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.words import (
-    listed,
-    measured,
-    number,
-    percent,
-    title,
-    verdict,
-    where,
-)
+from flexhex.diagnose.words import listed, measured, number, percent, title, verdict, where
+from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
 LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
-"""Plants of the closed loop, as `flexhex.rebuild` calls them."""
+"""Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
 WORSE = 1.02
 """Growth of a gap from which on it counts as worse."""
 MOST_FINDINGS = 10

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from diagnosis.verdict import Diagnosis, Estimate, Gap, Named, rms
-from fmus.common.effects import library
+from flexhex.diagnosis.verdict import Diagnosis, Estimate, Gap, Named, rms
+from flexhex.fmus.common.effects import library
 
 COUNTED = ("harmonic", "lag", "delay", "force", "mode", "hysteresis", "base", "ring", "limit")
 """Last words of titles that want an article."""

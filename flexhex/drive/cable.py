@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from fmus.common.errors import RunError, UsageError
+from flexhex.fmus.common.errors import RunError, UsageError
 
 ROOT = Path(__file__).resolve().parents[2] / "gateway"
 PROGRAM = ROOT / "target" / "release" / "flexhex-gateway"

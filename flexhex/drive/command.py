@@ -1,4 +1,4 @@
-"""The commands `drive`, the adaptive loop on emulated drives, and `report`, of its recordings."""
+"""Command `drive`: the adaptive loop on emulated EtherCAT drives."""
 
 from __future__ import annotations
 
@@ -10,24 +10,21 @@ from typing import Annotated
 
 import typer
 
-from flexhex.commands import AsJson
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, OutFolder, found_machine
 
 
 def drive_command(
     seconds: Annotated[float, typer.Option("--duration", "-d", min=0.01, help="time [s]")] = 10.0,
-    machine: Annotated[Path, typer.Option("--machine", "-m", help="machine file (TOML)")] = Path(
-        "machines/tflex.toml"
-    ),
-    out: Annotated[Path, typer.Option("--out", "-o", help="folder of the FMUs")] = Path("out"),
+    machine: MachineFile = DEFAULT_MACHINE,
+    out: OutFolder = Path("out"),
     json: AsJson = False,
 ) -> None:
     """Run the adaptive loop on emulated EtherCAT drives; compare and diagnose. Wants root."""
-    from flexhex.build import Builder
-    from flexhex.cli import found_machine
-    from flexhex.console import LiveProgress
     from flexhex.drive.cable import check_means
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show
+    from flexhex.output.progress import LiveProgress
+    from flexhex.simulation.builder import Builder
 
     check_means()
     # so that being ended removes cable and processes as Ctrl-C does
@@ -43,20 +40,3 @@ def drive_command(
         show(found)
     if not found.good:
         raise typer.Exit(1)
-
-
-def report_command(
-    recording: Annotated[Path, typer.Argument(help="recording of the gateway (CSV)")],
-    page: Annotated[Path, typer.Option(help="where the plots go")] = Path("out/recording.html"),
-    json: AsJson = False,
-) -> None:
-    """Tell how a recording of the gateway went: errors, times, states, what was missed, trip."""
-    from flexhex.drive.page import data, show, write_recording
-    from ssp.recording import read_recording
-
-    found = read_recording(recording)
-    written = write_recording(found, str(recording), page)
-    if json:
-        print(to_json.dumps(data(found) | {"page": str(written)}, indent=2))
-    else:
-        show(found, str(recording), written)

@@ -14,17 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
-from flexhex.cases import SETTLE
 from flexhex.compare.results import Comparison, Tolerance, compare
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, floor
-from fmus.common.errors import LogError
-from fmus.common.machine_file import read_toml
-from ssp.executor import run
-from ssp.read import read_ssp
-from ssp.recording import load_recording
-from ssp.results import Result, provenance, save
+from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.machine_file import read_toml
+from flexhex.recording import load_recording
+from flexhex.simulation.cases import SETTLE
+from flexhex.ssp.executor import run
+from flexhex.ssp.read import read_ssp
+from flexhex.ssp.results import Result, provenance, save
 
 MICRO = 1e6
 NONE = "–"

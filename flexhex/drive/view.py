@@ -5,23 +5,12 @@ from __future__ import annotations
 import platform
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
-from diagnosis.verdict import Diagnosis
 from flexhex.diagnose.words import verdict
-from flexhex.drive.runs import (
-    LOCKSTEP,
-    PASSES,
-    SIMULATED,
-    TITLES,
-    Drives,
-    error,
-    errors,
-    times,
-)
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.drive.runs import LOCKSTEP, PASSES, SIMULATED, TITLES, Drives, error, errors, times
+from flexhex.output.tables import table
 
 
 def data(found: Drives) -> dict[str, object]:
@@ -69,16 +58,6 @@ def diagnosed(found: Diagnosis | str) -> str:
     if found.verdict != "cannot tell" and np.isnan(found.gap.floor).all():
         return "nothing can be told: the two passes do not repeat each other."
     return verdict(found)
-
-
-def table(title: str, listed: list[dict[str, str]]) -> Table:
-    """Rows under their title."""
-    made = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
-    for k, key in enumerate(listed[0]):
-        made.add_column(escape(key), justify="right" if k else "left")
-    for row in listed:
-        made.add_row(*row.values())
-    return made
 
 
 def judged(found: Drives) -> list[tuple[str, bool, str]]:

@@ -19,8 +19,8 @@ from flexhex.experiments import (
     payload,
     repeatability,
 )
-from flexhex.plots import Figure
-from fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import UsageError
+from flexhex.output.plots import Figure
 
 
 @dataclass(frozen=True)

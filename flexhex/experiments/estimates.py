@@ -17,24 +17,26 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
-from diagnosis.identify import Fit
-from flexhex.cases import WARM, table_cases, whole_moves
-from flexhex.experiments.common import Array, record, samples, variant
-from fmus.common.effect_bank import Bank
-from fmus.common.machine import Machine
-from fmus.common.mechanism import Mechanism
-from fmus.common.parameters import Parameter, actuator_parameters, parameters, regrouped
-from fmus.estimator.interface import normalisation
-from ssp.fmu import read_bytes, read_fmu
-
-if TYPE_CHECKING:
-    from flexhex.build import Builder
-    from flexhex.run import Progress
+from flexhex.diagnosis.identify import Fit
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.bodies import Mechanism
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.parameters import (
+    Parameter,
+    actuator_parameters,
+    parameters,
+    regrouped,
+)
+from flexhex.fmus.estimator.interface import normalisation
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import WARM, table_cases, whole_moves
+from flexhex.simulation.runs import Array, record, samples, variant
+from flexhex.ssp.fmu import read_bytes, read_fmu
 
 SIGNALS = ("K.p", "K.p_std")
 

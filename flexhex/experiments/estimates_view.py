@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.experiments.common import Array
 from flexhex.experiments.estimates import Estimates
-from flexhex.plots import COLOURS, Figure, figure
+from flexhex.output.plots import COLOURS, Figure, figure
+from flexhex.simulation.runs import Array
 
 EDGE = 30.0
 """Deviations beyond this [%] are drawn at the edge of the plot."""

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from diagnosis.identify import Fit, regression
-from diagnosis.logs import Log
-from diagnosis.motion import Columns, MotionModel, hann, smooth
-from flexhex.cases import SETTLE, table_cases
-from flexhex.experiments.common import Array, record, samples, variant
-from flexhex.metrics import rms
-from flexhex.plots import Figure, figure, trace
-from ssp.results import Result
-
-if TYPE_CHECKING:
-    from flexhex.build import Builder
-    from flexhex.run import Progress
+from flexhex.diagnosis.identify import Fit, regression
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.motion import Columns, MotionModel, hann, smooth
+from flexhex.output.plots import Figure, figure, trace
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, table_cases
+from flexhex.simulation.metrics import rms
+from flexhex.simulation.runs import Array, record, samples, variant
+from flexhex.ssp.results import Result
 
 SPEED, QUICK_SPEED, ROUNDING = 0.05, 0.15, 1.0
 """Triangle: rad/s between its corners, rad/s2 in them."""

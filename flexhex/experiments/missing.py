@@ -12,25 +12,23 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 import numpy as np
 
-from diagnosis.identify import Fit
-from diagnosis.verdict import Diagnosis, Map, Named
-from diagnosis.workflow import Options, diagnose
-from flexhex.cases import Case, table_cases, whole_moves
-from flexhex.experiments.common import WORKERS
-from flexhex.plots import Figure, figure, trace
-from flexhex.rebuild import Rebuilt, rebuild
-from fmus.common.effects import library
-from ssp.executor import run as execute
-from ssp.results import Result
-
-if TYPE_CHECKING:
-    from flexhex.build import Builder
-    from flexhex.run import Progress
+from flexhex.diagnose.rebuild import Rebuilt, rebuild
+from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common.effects import library
+from flexhex.output.plots import Figure, figure, trace
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import Case, table_cases, whole_moves
+from flexhex.simulation.runs import WORKERS
+from flexhex.ssp.executor import run as execute
+from flexhex.ssp.results import Result
 
 FITTED, LOCKED, PASSES = ("a", "b", "c"), ("z",), (1, 2)
 SECONDS = 12.0

@@ -8,24 +8,22 @@ mass, first moment and inertia of E together; the mass is shown.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from diagnosis.identify import Fit
-from flexhex.cases import SETTLE, table_cases, whole_moves
-from flexhex.experiments.common import Array, record, samples, variant, whole
-from flexhex.metrics import rms
-from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
-from fmus.common.errors import MachineError
-from fmus.common.machine import Machine
-from fmus.common.parameters import parameters
-from fmus.reference.interface import MAX_PAYLOADS
-from ssp.results import Result
-
-if TYPE_CHECKING:
-    from flexhex.build import Builder
-    from flexhex.run import Progress
+from flexhex.diagnosis.identify import Fit
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import parameters
+from flexhex.fmus.reference.interface import MAX_PAYLOADS
+from flexhex.output.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, table_cases, whole_moves
+from flexhex.simulation.metrics import rms
+from flexhex.simulation.runs import Array, record, samples, variant, whole
+from flexhex.ssp.results import Result
 
 BODY, MASS = "end-effector", "end_effector.m"
 STEPS = ((0.16, 0.25), (0.32, 0.5), (0.48, 1.0), (0.66, 0.5), (0.82, 0.0))

@@ -1,6 +1,6 @@
 """Repeatability, [SH, V-A case 4]: what the passes of one trajectory do not have in common.
 
-The figures are those of Table I (`flexhex.repeatability`); here the passes are shown one over
+The figures are those of Table I (`flexhex.simulation.passes`); here the passes are shown one over
 the other, and the table tells what the factor sqrt(n / (n - 1)) does. The mean of n passes
 contains a share of every pass, so deviations from it come out too small by sqrt((n - 1) / n).
 With the factor, 1.22 for three passes, the figure does not depend on n: it says by how much a
@@ -11,28 +11,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from diagnosis.identify import Fit
-from flexhex.cases import table_cases, whole_moves
-from flexhex.experiments.common import Array, record, samples, variant
-from flexhex.metrics import PAPER, Figures
-from flexhex.metrics import figures as judged
-from flexhex.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
-from flexhex.repeatability import (
-    PASSES,
-    repeatability_figures,
-    repeatable_share,
-    repeated_case,
-)
-from fmus.common.machine import Machine
-from ssp.results import Result
-
-if TYPE_CHECKING:
-    from flexhex.build import Builder
-    from flexhex.run import Progress
+from flexhex.diagnosis.identify import Fit
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.output.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import table_cases, whole_moves
+from flexhex.simulation.metrics import PAPER, Figures
+from flexhex.simulation.metrics import figures as judged
+from flexhex.simulation.passes import PASSES, repeatability_figures, repeatable_share, repeated_case
+from flexhex.simulation.runs import Array, record, samples, variant
+from flexhex.ssp.results import Result
 
 SIGNALS = ("plant.theta", "feedback.e", "feedback.tau_fb")
 SHOWN = 4.0

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import UsageError
 
 
 def export_command(
@@ -34,12 +34,11 @@ def export_command(
     ] = None,
 ) -> None:
     """Write what other tools want: their own wiring, one FMU of the controller, tables."""
-    from fmugen.platforms import wanted
-
     from flexhex.export.container import export_container
     from flexhex.export.diagram import export_diagram
     from flexhex.export.variables import export_variables
     from flexhex.export.wiring import export_wiring
+    from flexhex.fmugen.platforms import wanted
 
     if not math.isfinite(duration):
         raise UsageError(f"--duration {duration:g}: must be a number of seconds")

@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmugen.container import NAME, Container, Link, Part, build_container
-
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Variable
-from ssp.read import Package, read_ssp
-from ssp.system import Box, Component, System
-from ssp.write import write_ssp
+from flexhex.fmugen.container import build_container
+from flexhex.fmugen.container_parts import NAME, Container, Link, Part
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Variable
+from flexhex.ssp.read import Package, read_ssp
+from flexhex.ssp.system import Box, Component, System
+from flexhex.ssp.write import write_ssp
 
 OUTSIDE = ("reference", "plant")
 """Components that stay FMUs of their own."""
@@ -36,7 +36,7 @@ _ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
 def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> list[Path]:
     """`out/controller.fmu` and `out/hexapod-controller.ssp`, the loop with it.
 
-    platforms: for which computers the one FMU is built, as in `fmugen.platforms`.
+    platforms: for which computers the one FMU is built, as in `flexhex.fmugen.platforms`.
     Parameter values are those of the FMUs in the .ssp. Raises InterfaceError when the .ssp
     holds FMUs of other makers or lacks the reference or the plant.
     """

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
-from ssp.diagram import Diagram, Line, Point, Shape, read_diagram, symbol
+from flexhex.ssp.diagram import Diagram, Line, Point, Shape, read_diagram, symbol
 
 MARGIN = 24.0
 _HEAD = (

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ssp.read import Instance, Package
+from flexhex.ssp.read import Instance, Package
 
 HEAD = """simulation
 import FMI2;

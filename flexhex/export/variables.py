@@ -8,9 +8,9 @@ from pathlib import Path
 
 from lxml import etree
 
-from fmus.common.errors import UsageError
-from ssp.fmu import TYPES, open_zip, read_bytes, read_fmu, read_member
-from ssp.read import read_ssp
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp.fmu import TYPES, open_zip, read_bytes, read_fmu, read_member
+from flexhex.ssp.read import read_ssp
 
 COLUMNS = (
     "fmu", "name", "valueReference", "causality", "variability", "type", "unit", "display unit",

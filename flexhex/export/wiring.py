@@ -10,8 +10,8 @@ from typing import Any
 from lxml import etree
 
 from flexhex.export.mabl import mabl, other_values, runtime
-from fmus.common.errors import UsageError
-from ssp.read import Instance, Package, read_ssp
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp.read import Instance, Package, read_ssp
 
 OSP = "http://opensimulationplatform.com/MSMI/OSPSystemStructure"
 

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.errors import InterfaceError, StartValueError
+from flexhex.fmus.common.errors import InterfaceError, StartValueError
 
 Causality = Literal["parameter", "input", "output"]
 Variability = Literal["fixed", "tunable", "discrete"]

@@ -14,9 +14,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from fmus.common.errors import MachineError
-from fmus.common.geometry import Frames
-from fmus.common.machine import Machine
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.geometry import Frames
 
 
 def load_machine(path: str | Path) -> Machine:

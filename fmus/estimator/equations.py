@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.machine import Machine
-from fmus.common.model import Model
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.model import Model
 
 
 def packed(Phi: ca.SX) -> tuple[ca.SX, NDArray[np.int64]]:

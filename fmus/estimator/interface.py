@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.effect_bank import Bank
-from fmus.common.geometry import Frames, coordinate_inputs
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.common.parameters import base_parameters, parameters
-from fmus.estimator.equations import row_width
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.estimator.equations import row_width
 
 MOST_VARIANCE = 1e-2
 """Largest first variance, normalised: a tenth of a parameter's size. A weak direction's deviation

@@ -15,8 +15,8 @@ import cmath
 import math
 from dataclasses import dataclass
 
-from fmus.common.errors import MachineError
-from fmus.common.machine import Machine
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
 
 LARGEST_LEAD = math.radians(80)
 """Beyond this the lead filter amplifies noise 130-fold and more: no sensible design."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common.machine import Machine
+from flexhex.fmus.common.machine.machine import Machine
 
 
 def lagrange(mu: ca.SX) -> ca.SX:

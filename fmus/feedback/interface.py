@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.feedback.design import design
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.feedback.design import design
 
 MAX_DELAY = 64
 """Longest delay of the reference, in steps of Ts."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common.effect_bank import SIGNALS, followers, instant
-from fmus.common.machine import Machine
-from fmus.common.model import Model
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import SIGNALS, followers, instant
+from flexhex.fmus.common.model.model import Model
 
 STEPS = 4
 """Fixed-point steps for what drives lose."""

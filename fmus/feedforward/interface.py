@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from fmus.common.effect_bank import Bank
-from fmus.common.geometry import Frames, coordinate_inputs
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.common.parameters import parameters
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
+from flexhex.fmus.common.model.parameters import parameters
 
 
 def interface(machine: Machine) -> Interface:

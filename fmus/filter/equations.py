@@ -6,10 +6,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common import actuator
-from fmus.common.effect_bank import Bank, columns_function, followers
-from fmus.common.machine import Machine
-from fmus.common.model import Model
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import Bank, columns_function, followers
+from flexhex.fmus.common.model.model import Model
 
 
 def hann(points: int) -> NDArray[np.float64]:

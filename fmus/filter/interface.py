@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.effect_bank import SIGNALS, Bank, columns_function
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, columns_function
 
 MAX_ALIGNMENT = 20
 """Longest extra delay of tau_f and chi_f, in samples."""

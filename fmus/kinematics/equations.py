@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common import actuator
-from fmus.common.linkage import half_angles
-from fmus.common.machine import Machine
-from fmus.common.model import Model
-from fmus.common.solve import dot
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.linkage import half_angles
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.solve import dot
 
 
 def predict(d: ca.SX, dd: ca.SX, ddd: ca.SX, dt: ca.SX) -> ca.SX:

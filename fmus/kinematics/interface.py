@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fmus.common.geometry import Frames, coordinates
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.geometry import Frames, coordinates
 
 
 def interface(machine: Machine) -> Interface:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from fmus.common.effect_bank import SIGNALS, Bank, instant
-from fmus.common.effects import Effect
-from fmus.common.machine import Machine
+from flexhex.fmus.common.effects import Effect
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, instant
 
 SUBSTEPS = 64
 """Most integration steps a tick."""

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common import quaternion as qn
-from fmus.common.dynamics import loads, platform_jacobian, project
-from fmus.common.effect_bank import Bank
-from fmus.common.linkage import ArmPose, FreeArms, Linkage
-from fmus.common.machine import Machine
-from fmus.common.mechanism import Mechanism, mechanism_names, point_mass
-from fmus.common.model import Model
-from fmus.common.solve import RowFactor, solve_symmetric
-from fmus.plant import effects
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model import quaternion as qn
+from flexhex.fmus.common.model.bodies import Mechanism, mechanism_names, point_mass
+from flexhex.fmus.common.model.dynamics import loads, platform_jacobian, project
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.linkage import ArmPose, FreeArms, Linkage
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.solve import RowFactor, solve_symmetric
+from flexhex.fmus.plant import effects
 
 
 def spatial_inertia(par: ca.SX) -> ca.SX:

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from fmus.common.effect_bank import Bank
-from fmus.common.geometry import Frames
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.common.mechanism import mechanism_names, mechanism_units, nominal_mechanism
-from fmus.common.parameters import actuator_parameters, base_parameters
-from fmus.plant.effects import SUBSTEPS, constants
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, nominal_mechanism
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.geometry import Frames
+from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.plant.effects import SUBSTEPS, constants
 
 MAX_DELAY = 40
 """Longest extra delay of drive or sensor, in base steps (10 ms)."""

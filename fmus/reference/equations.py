@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from fmus.common.machine import Machine
+from flexhex.fmus.common.machine.machine import Machine
 
 MAX_SINES = 16
 """Most sines of a multisine."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.reference.equations import MAX_SINES
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.reference.equations import MAX_SINES
 
 MAX_PAYLOADS = 8
 """Longest payload schedule, in changes of the mass."""

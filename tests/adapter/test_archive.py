@@ -10,12 +10,12 @@ from pathlib import Path
 import casadi as ca
 import pytest
 from fmpy.validation import validate_fmu
-from fmugen import compile as compiling
-from fmugen.fmu import build_fmu
 from lxml import etree
 
-from fmus.common.errors import BuildError, InterfaceError
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen import compile as compiling
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmus.common.errors import BuildError, InterfaceError
+from flexhex.fmus.common.interface import Interface, Variable
 from tests.adapter import toys
 from tests.adapter.slave import Binary, Slave
 from tests.adapter.toys import VR

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from fmugen.compile import compiler
 
+from flexhex.fmugen.compile import compiler
 from tests.adapter import toys
 from tests.adapter.slave import Binary, Slave
 from tests.adapter.toys import BASE, VR

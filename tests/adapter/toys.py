@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
-from fmugen.fmu import build_fmu
 
-from fmus.common.interface import Interface, Variable
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmus.common.interface import Interface, Variable
 
 BASE = 0.00025
 """Base step [s]."""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmus.common.errors import MachineError
-from fmus.common.geometry import WORST_CONDITION, Frames, platform_condition
-from fmus.common.machine import Machine
-from fmus.common.machine_file import machine_data
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import machine_data
+from flexhex.fmus.common.model.geometry import WORST_CONDITION, Frames, platform_condition
 from tests.conftest import MACHINE_FILE
 from tests.oracles import geometry
 from tests.oracles.machine import read_machine

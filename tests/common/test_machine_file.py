@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fmus.common.errors import MachineError
-from fmus.common.machine_file import load_machine
-from fmus.plant.truth import load_truth
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.machine.truth import load_truth
 from tests.conftest import MACHINE_FILE
 
 Edit = Callable[[str], str]

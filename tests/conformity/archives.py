@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from fmugen.compile import compiler
+from flexhex.fmugen.compile import compiler
 
 Files = dict[str, bytes]
 Change = Callable[[Files], None]

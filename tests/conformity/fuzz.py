@@ -10,8 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from fmugen.compile import compile_object, compiler
-
+from flexhex.fmugen.compile import compile_object, compiler
 from tests.conformity.archives import members
 
 HERE = Path(__file__).parent

@@ -10,7 +10,7 @@ from pathlib import Path
 from flexhex.check.binary import make_plan
 from flexhex.check.slave import Instance
 from flexhex.check.subject import Subject
-from ssp.read import Package, read_ssp
+from flexhex.ssp.read import Package, read_ssp
 
 Outputs = dict[str, list[float]]
 

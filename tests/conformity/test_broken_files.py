@@ -10,8 +10,8 @@ import pytest
 from lxml import etree
 
 from flexhex.check.fmu import check_fmu
-from fmus.common.errors import FlexhexError
-from ssp.fmu import read_fmu
+from flexhex.fmus.common.errors import FlexhexError
+from flexhex.ssp.fmu import read_fmu
 from tests.adapter import toys
 from tests.conformity.archives import XML, members, write
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fmugen.rooms import ROOMS
 
+from flexhex.fmugen.rooms import ROOMS
 from tests.adapter.slave import DISCARD, ERROR, OK, Binary, Slave
 from tests.adapter.test_calls import STATES, TABLE, arguments, bring
 

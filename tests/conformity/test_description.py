@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmugen import VERSION
-from fmugen.rooms import ROOMS
 from lxml import etree
 
+from flexhex.fmugen import VERSION
+from flexhex.fmugen.rooms import ROOMS
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.conformity.archives import XML, members
 from tests.conftest import ROOT

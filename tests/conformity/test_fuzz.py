@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fmugen.rooms import ROOMS
 
+from flexhex.fmugen.rooms import ROOMS
 from tests.adapter import toys
 from tests.conformity.archives import members, text, write
 from tests.conformity.fuzz import fuzz, has_sanitizers

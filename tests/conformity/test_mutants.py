@@ -9,8 +9,8 @@ import pytest
 
 from flexhex.check.fmu import check_fmu
 from flexhex.check.ssp import check_ssp, check_system
-from fmus.common.errors import FlexhexError
-from ssp.read import read_ssp
+from flexhex.fmus.common.errors import FlexhexError
+from flexhex.ssp.read import read_ssp
 from tests.adapter import toys
 from tests.conformity import mutants
 from tests.conformity.archives import members, write

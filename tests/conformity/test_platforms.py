@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmugen.platforms import MINGW, PLATFORMS, host, tool, wanted
-from fmugen.rooms import build_room
 from lxml import etree
 
 from flexhex.check.fmu import check_fmu
-from fmus.common.errors import BuildError, UsageError
-from fmus.common.machine import Machine
+from flexhex.fmugen.platforms import MINGW, PLATFORMS, host, tool, wanted
+from flexhex.fmugen.rooms import build_room
+from flexhex.fmus.common.errors import BuildError, UsageError
+from flexhex.fmus.common.machine.machine import Machine
 from tests.adapter import toys
 from tests.conftest import OUT
 from tests.golden.golden import FOLDER, read
@@ -120,7 +120,7 @@ def test_binary_of_each_platform_is_of_its_kind(tmp_path: Path, platform: str) -
     except BuildError as error:
         pytest.skip(str(error))
     interface, functions = toys.interface(), toys.functions()
-    from fmugen.fmu import build_fmu
+    from flexhex.fmugen.fmu import build_fmu
 
     made = [
         build_fmu(interface, functions, toys.STEP_C, tmp_path / k, platforms=(host(), platform))

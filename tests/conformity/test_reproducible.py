@@ -15,8 +15,8 @@ CODE = """
 import os, sys
 from pathlib import Path
 os.umask({umask:#o})
-from fmugen.rooms import build_machine, build_room
-from fmus.common.machine_file import load_machine, real_file, truth_file
+from flexhex.fmugen.rooms import build_machine, build_room
+from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 machine = load_machine(Path({machine!r}))
 for room in {rooms!r}:
     build_room(room, machine, Path("fmus"), cache=Path("cache"))

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from fmugen.recorded import IN, OUT
-from fmugen.rooms import ROOMS
 
 from flexhex.check.results import check_results
-from fmus.common.errors import InterfaceError
+from flexhex.fmugen.recorded import IN, OUT
+from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmus.common.errors import InterfaceError
 from tests.adapter import toys
 from tests.conformity.archives import members, rebuilt, text, without, write
 from tests.golden.golden import read

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fmugen.compile import SMALL, compile_object, compiler
-from fmugen.page import BUILD
-from fmugen.rooms import ROOMS
 
 from flexhex.check.binary import make_plan
 from flexhex.check.slave import Instance
 from flexhex.check.subject import Subject
+from flexhex.fmugen.compile import SMALL, compile_object, compiler
+from flexhex.fmugen.page import BUILD
+from flexhex.fmugen.rooms import ROOMS
 from tests.conformity.archives import members
 
 HERE = Path(__file__).parent

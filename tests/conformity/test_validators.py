@@ -12,8 +12,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from fmugen.rooms import ROOMS
 from lxml import etree
+
+from flexhex.fmugen.rooms import ROOMS
 
 pytestmark = pytest.mark.slow
 NAMES = (*ROOMS, "machine")

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.regression import Columns, Regression
-from diagnosis.rounds import Round
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.rounds import Round
 from tests.diagnosis.rowsets import layout, regression, signals
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ NAMES = ("one", "two", "three", "four", "five", "six", "seven", "eight")
 
 @dataclass
 class Made:
-    """Stands for `diagnosis.calibrate.Calibrated`: unit noise, torque of RMS ten."""
+    """Stands for `flexhex.diagnosis.calibrate.Calibrated`: unit noise, torque of RMS ten."""
 
     regression: Regression
     between: bool = True
@@ -40,7 +40,7 @@ class Made:
 
 @dataclass
 class Bench:
-    """Stands for `diagnosis.candidates.Bench`: one shape and one column for each effect."""
+    """Stands for `flexhex.diagnosis.candidates.Bench`: one shape and one column for each effect."""
 
     made: Made
     drawn: dict[str, Array]

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from diagnosis.layout import Layout
-from diagnosis.regression import Regression
+from flexhex.diagnosis.layout import Layout
+from flexhex.diagnosis.regression import Regression
 
 Array = NDArray[np.float64]
 INSTANTS, CLUSTER, TRAJECTORIES = 600, 20, 2

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.absorbed import GAIN, WARM, absorbed
-from diagnosis.base import Known
-from diagnosis.calibrate import LOOSE
-from diagnosis.compiled import compiled
-from diagnosis.regression import Columns, Regression
-from diagnosis.scored import Found, Scored
+from flexhex.diagnosis.absorbed import GAIN, WARM, absorbed
+from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.calibrate import LOOSE
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.scored import Found, Scored
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]

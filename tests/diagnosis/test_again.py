@@ -13,13 +13,13 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
-from benchmarks.hidden_effects import case_of, generate
-from diagnosis.extend import extended_file
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
-from fmus.common.machine_file import load_machine, truth_file
+from flexhex.diagnosis.extend import extended_file
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common.machine_file import load_machine, truth_file
+from studies.hidden_effects import case_of, generate
 from tests.conftest import MACHINE_FILE
-from tests.hidden.test_hidden import seed_of
+from tests.studies.test_hidden import seed_of
 
 EFFECT = "cogging_harmonic"
 OPTIONS = Options(confidence=0)

@@ -12,13 +12,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from diagnosis import logs
-from diagnosis.arm import Arm, RigidArmBase, newton_euler
-from diagnosis.arms import SCHUNK
-from diagnosis.base import Motion
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
-from fmus.common.effects import library
+from flexhex.diagnosis import logs
+from flexhex.diagnosis.arm import Arm, RigidArmBase, newton_euler
+from flexhex.diagnosis.arms import SCHUNK
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common.effects import library
 from tests.compare import assert_close
 
 Array = NDArray[np.float64]

@@ -8,9 +8,9 @@ from tempfile import mkdtemp
 
 import pytest
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
-from fmus.common.errors import UsageError
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
+from flexhex.fmus.common.errors import UsageError
 from tests.diagnosis.single import write
 
 OPTIONS = Options(base="axis", confidence=0)

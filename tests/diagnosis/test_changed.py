@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.base import Known
-from diagnosis.calibrate import LOOSE
-from diagnosis.changed import FALL, changes, only_changed
-from diagnosis.regression import Columns, Regression
-from diagnosis.verdict import Changed, Estimate
-from diagnosis.workflow import _possible, _verdict
+from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.calibrate import LOOSE
+from flexhex.diagnosis.changed import FALL, changes, only_changed
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.verdict import Changed, Estimate
+from flexhex.diagnosis.workflow import _possible, _verdict
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, wandering, write
 
 OPTIONS = Options(base="axis", confidence=0)

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis import drives, late, workflow
-from diagnosis.base import Motion
-from diagnosis.blocks import Run, Signal
-from diagnosis.path import PathBase, driven
-from diagnosis.scored import Found
-from fmus.common.effects import library
+from flexhex.diagnosis import drives, late, workflow
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.path import PathBase, driven
+from flexhex.diagnosis.scored import Found
+from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
 AXIS_3: Any = SimpleNamespace(id=late.LAG, axis=2)

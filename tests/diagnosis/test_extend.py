@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.extend import extend, extended_file
-from diagnosis.verdict import Changed, Diagnosis, Estimate, Gap, Named
-from fmus.common.machine_file import load_machine, real_file, truth_file
-from fmus.common.mechanism import inertia, point_mass
+from flexhex.diagnosis.extend import extend, extended_file
+from flexhex.diagnosis.verdict import Changed, Diagnosis, Estimate, Gap, Named
+from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
+from flexhex.fmus.common.model.bodies import inertia, point_mass
 from tests.conftest import MACHINE_FILE
 
 Parts = tuple[tuple[int, dict[str, Estimate]], ...]

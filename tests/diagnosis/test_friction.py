@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]

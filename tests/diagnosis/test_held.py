@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from diagnosis.answer import joint
-from diagnosis.regression import Columns
-from diagnosis.rounds import search
+from flexhex.diagnosis.answer import joint
+from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.rounds import search
 from tests.diagnosis.benches import ROWS, Array, Bench, bench
 from tests.diagnosis.rowsets import signals
 

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.identify import fit, predicted, regression
-from diagnosis.logs import Channel, Finding, Log
-from diagnosis.motion import MotionModel, dahl_states
-from diagnosis.rows import on_clock, parts
-from fmus.common.errors import LogError
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
-from fmus.common.parameters import base_parameters, parameters
+from flexhex.diagnosis.identify import fit, predicted, regression
+from flexhex.diagnosis.logs import Channel, Finding, Log
+from flexhex.diagnosis.motion import MotionModel, dahl_states
+from flexhex.diagnosis.rows import on_clock, parts
+from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from tests.conftest import MACHINE_FILE
 from tests.diagnosis.made import Array
 

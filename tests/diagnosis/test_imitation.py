@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import diagnosis.sides as sides
+import flexhex.diagnosis.sides as sides
 
 
 def found(id: str, *axes: int | None) -> Any:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.isolability import NOISE, Isolability, isolability
-from diagnosis.regression import ABSORBED
-from diagnosis.trajectory import Trajectory, write_trajectory
-from diagnosis.workflow import Options, silent
-from fmus.common.effects import library
-from fmus.common.errors import LogError
+from flexhex.diagnosis.isolability import NOISE, Isolability, isolability
+from flexhex.diagnosis.regression import ABSORBED
+from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
+from flexhex.diagnosis.workflow import Options, silent
+from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.single import moved
 
 Array = NDArray[np.float64]

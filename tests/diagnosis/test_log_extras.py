@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.logs import Options, read_log
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs import Options, read_log
+from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.made import columns, motion
 
 

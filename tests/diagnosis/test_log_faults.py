@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.logs import Finding, Log, Options, read_log
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs import Finding, Log, Options, read_log
+from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.made import TS, Array, columns, motion, plain_csv, write_csv
 
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from diagnosis.logs import Log, Options, read_log
-from fmus.common.errors import LogError
+from flexhex.diagnosis.logs import Log, Options, read_log
+from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.made import (
     columns,
     motion,

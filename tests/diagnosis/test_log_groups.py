@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.logs import Channel, Log, group_runs
+from flexhex.diagnosis.logs import Channel, Log, group_runs
 from tests.diagnosis.made import TS, motion
 
 

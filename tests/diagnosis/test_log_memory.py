@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.logs import Options, read_log
+from flexhex.diagnosis.logs import Options, read_log
 from tests.diagnosis.made import columns, motion, plain_csv, write_csv, write_hdf5
 
 READ = """
 import sys
-from diagnosis.logs import Options, read_log
+from flexhex.diagnosis.logs import Options, read_log
 def peak():
     # not ru_maxrss: that begins with the size of the process that forked this one
     lines = open("/proc/self/status").read().splitlines()

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-import diagnosis.places as places
-from diagnosis.compiled import compiled
-from diagnosis.scored import Found
-from fmus.common.effects import Signals, library
+import flexhex.diagnosis.places as places
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.scored import Found
+from flexhex.fmus.common.effects import Signals, library
 
 EFFECTS = {c.effect.id: c for c in compiled(2)}
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.motion import dahl_states
-from diagnosis.play import REACH, angle_noise, encoder_step, play
-from diagnosis.window import curvature
+from flexhex.diagnosis.motion import dahl_states
+from flexhex.diagnosis.play import REACH, angle_noise, encoder_step, play
+from flexhex.diagnosis.window import curvature
 
 Array = NDArray[np.float64]
 TS, SIGMA = 1e-3, 0.015

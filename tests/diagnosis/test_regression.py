@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom, kstest
 
-from diagnosis.regression import Columns, Regression
-from diagnosis.scored import PROMISING
+from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.scored import PROMISING
 from tests.diagnosis.rowsets import CLUSTER, alone, layout, regression, signals
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from diagnosis.regression import Columns
-from diagnosis.rounds import MOST, _torque, one_round, search, unexplained
+from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.rounds import MOST, _torque, one_round, search, unexplained
 from tests.diagnosis.benches import NAMES, ROWS, Array, Bench, N, bench, chosen
 from tests.diagnosis.rowsets import CLUSTER, regression, signals
 

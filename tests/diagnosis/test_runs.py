@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.blocks import Run
-from diagnosis.logs import Channel, Log, RunGroup
-from diagnosis.runs import runs_of, starts_of
+from flexhex.diagnosis.blocks import Run
+from flexhex.diagnosis.logs import Channel, Log, RunGroup
+from flexhex.diagnosis.runs import runs_of, starts_of
 
 TS = 1e-3
 

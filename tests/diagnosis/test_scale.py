@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, wanted, write
 
 OPTIONS = Options(base="axis", confidence=0)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis import workflow
+from flexhex.diagnosis import workflow
 
 WIDTHS = [8e-3, 12e-3, 14e-3, 15e-3, 15e-3]
 """Of the base model after each search: beside a friction it finds back to its own."""

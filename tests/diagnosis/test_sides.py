@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import diagnosis.sides as sides
-from diagnosis.workflow import Options, diagnose
+import flexhex.diagnosis.sides as sides
+from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import write
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
 
 
 class Locked:
-    """Stands for `diagnosis.answer.Elsewhere`: mean squares by the ids of the parts."""
+    """Stands for `flexhex.diagnosis.answer.Elsewhere`: mean squares by the ids of the parts."""
 
     def __init__(self, left: dict[str, tuple[float, float]]) -> None:
         self.left = left

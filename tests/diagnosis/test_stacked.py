@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.regression import Columns
-from diagnosis.stacked import deviations_of, stack
-from fmus.common.effects import Shape
+from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.stacked import deviations_of, stack
+from flexhex.fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
 
 ROWS = layout()

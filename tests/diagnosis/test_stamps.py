@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.logs import read_log
+from flexhex.diagnosis.logs import read_log
 from tests.diagnosis.made import Array, plain_csv
 from tests.diagnosis.test_log_faults import finding
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.candidates import Bench
+from flexhex.diagnosis.candidates import Bench
 
 Array = NDArray[np.float64]
 TS, COUNT = 0.5, 4

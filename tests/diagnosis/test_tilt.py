@@ -5,10 +5,10 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from diagnosis.base import Motion
-from diagnosis.hexapod import HexapodBase
-from fmus.common.effects import library
-from fmus.common.machine_file import load_machine
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.machine_file import load_machine
 from tests.conftest import MACHINE_FILE
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.logs import Options, read_log
 from examples.ur10e.diagnose import main, passes, periods, reversals
+from flexhex.diagnosis.logs import Options, read_log
 from tests.diagnosis.made import Array
 
 JOINT, FRICTION = 4, 0.3

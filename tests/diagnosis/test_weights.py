@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis import fit
-from diagnosis.workflow import Options, diagnose
+from flexhex.diagnosis import fit
+from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, moved, wandering
 
 CLOCK = np.arange(round(SECONDS / TS)) * TS

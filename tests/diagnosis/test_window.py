@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.axis import AxisBase
-from diagnosis.base import Motion
-from diagnosis.blocks import Run, Signal
-from diagnosis.prepare import fitted
-from diagnosis.runs import motion_of
-from diagnosis.window import LONGEST
+from flexhex.diagnosis.axis import AxisBase
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.prepare import fitted
+from flexhex.diagnosis.runs import motion_of
+from flexhex.diagnosis.window import LONGEST
 
 Array = NDArray[np.float64]
 TS, INERTIA = 1e-3, 0.08

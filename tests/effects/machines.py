@@ -9,10 +9,10 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from fmus.common.effect_bank import Bank
-from fmus.common.effect_use import EffectUse
-from fmus.common.effects import Effect, library
-from fmus.common.machine import Machine
+from flexhex.fmus.common.effects import Effect, library
+from flexhex.fmus.common.machine.effect_use import EffectUse
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.effect_bank import Bank
 from tests.conftest import MACHINE_FILE
 from tests.rooms.loaded import machine
 

@@ -9,15 +9,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fmus.common.effect_bank import Bank, columns_function, compensated
-from fmus.common.effects import library
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
-from fmus.common.model import Model
-from fmus.common.parameters import base_parameters, parameters
-from fmus.estimator.equations import functions as estimator_functions
-from fmus.feedforward.equations import functions as feedforward_functions
-from fmus.plant.equations import functions as plant_functions
+from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.effect_bank import Bank, columns_function, compensated
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.estimator.equations import functions as estimator_functions
+from flexhex.fmus.feedforward.equations import functions as feedforward_functions
+from flexhex.fmus.plant.equations import functions as plant_functions
 from tests.compare import assert_close
 from tests.conftest import MACHINE_FILE
 from tests.effects.machines import Array, axis_of, everything, on_axes, only, use, with_effects
@@ -63,7 +63,7 @@ class Point:
 
     def accelerations(self, subject: Machine, effect: Array, joint: Array) -> Array:
         """thetadd (6,) of the plant, `joint` being what leaves the drives' lags."""
-        from fmus.plant.interface import parameters as plant_parameters
+        from flexhex.fmus.plant.interface import parameters as plant_parameters
 
         fixed = {v.name: v.starts for v in plant_parameters(subject)}
         arguments = [self.theta, self.thetad, self.at.x[6:], self.at.z, joint]

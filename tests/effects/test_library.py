@@ -11,14 +11,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import pytest
-from fmugen.rooms import build_room, room_interface
-from fmugen.units import unit
 
-import fmus.common.effects as package
-from fmus.common.effects import Effect, Experiment, Gain, Signals, check, library
-from fmus.common.errors import MachineError
-from fmus.common.machine_file import load_machine
-from fmus.common.parameters import parameters
+import flexhex.fmus.common.effects as package
+from flexhex.fmugen.rooms import build_room, room_interface
+from flexhex.fmugen.units import unit
+from flexhex.fmus.common.effects import Effect, Experiment, Gain, Signals, check, library
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.parameters import parameters
 from tests.compare import assert_close
 from tests.effects.machines import Array, machine_file, use, values
 from tests.rooms.loaded import CACHE, machine
@@ -190,7 +190,7 @@ def test_effect_default_advance_agrees_with_the_exact_one(effect: Effect) -> Non
 DROPPED_IN = '''
 """A bump in the torque at one angle."""
 import casadi as ca
-from fmus.common.effects.effect import Effect, Experiment, Gain, Shape
+from flexhex.fmus.common.effects.effect import Effect, Experiment, Gain, Shape
 
 
 class TorqueBump(Effect):

@@ -12,20 +12,20 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from fmugen.rooms import build_room
 
-from diagnosis.identify import regression
-from diagnosis.logs import Log
-from diagnosis.motion import MotionModel
-from flexhex.build import Builder
-from flexhex.cases import Case
-from fmus.common.effect_bank import Bank, compensated
-from fmus.common.effects import library
-from fmus.common.machine_file import load_machine
-from fmus.common.parameters import base_parameters
-from fmus.estimator.interface import normalisation
-from ssp.executor import run
-from ssp.results import Result
+from flexhex.diagnosis.identify import regression
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.motion import MotionModel
+from flexhex.fmugen.rooms import build_room
+from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.effect_bank import Bank, compensated
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.fmus.estimator.interface import normalisation
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import Case
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Result
 from tests.conftest import OUT, one_at_a_time
 from tests.effects.machines import Array, machine_file, on_axes, only, use
 from tests.rooms.loaded import CACHE

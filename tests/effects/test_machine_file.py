@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmus.common.effect_bank import Bank
-from fmus.common.effect_use import EffectUse
-from fmus.common.errors import MachineError
-from fmus.common.machine_file import load_machine
-from fmus.common.parameters import base_parameters, parameters
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.effect_use import EffectUse
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from tests.effects.machines import axis_of, machine_file, on_axes, use
 from tests.rooms.loaded import machine
 

@@ -8,13 +8,13 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from fmugen.rooms import ROOMS, room_interface
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fmus.common.effect_bank import Bank, columns_function, followers
-from fmus.common.parameters import base_parameters
-from fmus.feedforward.equations import functions as feedforward_functions
-from fmus.filter.equations import hann
+from flexhex.fmugen.rooms import ROOMS, room_interface
+from flexhex.fmus.common.model.effect_bank import Bank, columns_function, followers
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.fmus.feedforward.equations import functions as feedforward_functions
+from flexhex.fmus.filter.equations import hann
 from tests.compare import assert_close
 from tests.effects.machines import Array, axis_of, everything, only
 from tests.rooms.loaded import Loaded, StartError, load, machine
@@ -54,7 +54,7 @@ def angles(room: Loaded, commands: Array) -> Array:
 @pytest.mark.parametrize("room", ROOMS)
 def test_machine_without_effects_has_none_of_their_c(room: str) -> None:
     """Neither sizes nor functions: what effects.h and step.c have for them is left out."""
-    module = importlib.import_module(f"fmus.{room}.equations")
+    module = importlib.import_module(f"flexhex.fmus.{room}.equations")
     for subject, wanted in ((machine(), False), (everything(), room in CHANGED)):
         names = [function.name() for function in module.functions(subject)]
         constants = room_interface(room, subject).constants

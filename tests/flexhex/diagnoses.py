@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Map, Named
+from flexhex.diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Map, Named
 
 N = 6
 FLOOR = np.full(N, 0.009)
@@ -91,7 +91,7 @@ def maps(axes: tuple[int, ...] = (3,)) -> tuple[Map, ...]:
 
 
 def shown() -> dict[str, object]:
-    """Replay of a locked run and closed loops, as `flexhex.rebuild` gives them."""
+    """Replay of a locked run and closed loops, as `flexhex.diagnose.rebuild` gives them."""
 
     def loop(before: float, after: float) -> dict[str, object]:
         sides = {"before": before, "after": after}

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from diagnosis.extend import extended_file
-from flexhex.build import Builder
-from flexhex.cases import extra_cases
 from flexhex.cli import app
+from flexhex.diagnosis.extend import extended_file
 from flexhex.experiments.missing import write_log
-from fmus.common.machine_file import load_machine
-from fmus.common.parameters import base_parameters
-from ssp.executor import run
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import extra_cases
+from flexhex.ssp.executor import run
 from tests.conftest import MACHINE_FILE, OUT, one_at_a_time
 from tests.flexhex.test_rebuild import AXIS, K_3, diagnosis, stiffness
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.identify import Fit
-from flexhex.fit_view import fit_json, print_fit
-from fmus.common.machine import Machine
-from fmus.common.parameters import parameters
+from flexhex.diagnosis.identify import Fit
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import parameters
+from flexhex.identify.view import fit_json, print_fit
 from tests.conftest import MACHINE_FILE
 
 

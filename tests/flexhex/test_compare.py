@@ -13,7 +13,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from flexhex.commands import compare_command
+from flexhex.compare.command import compare_command
 from flexhex.compare.results import (
     EQUAL,
     ONLY_FIRST,
@@ -27,10 +27,10 @@ from flexhex.compare.results import (
     compare,
     tolerances,
 )
-from flexhex.page import Part, write_page
-from flexhex.plots import figure
-from fmus.common.errors import LogError, UsageError
-from ssp.results import Group, Result, rate_name, save
+from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.output.page import Part, write_page
+from flexhex.output.plots import figure
+from flexhex.ssp.results import Group, Result, rate_name, save
 
 BASE = 0.25e-3
 N = 400

@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 import flexhex.diagnose.command as command
 import flexhex.diagnose.options as options
-from diagnosis.isolability import Isolability
-from diagnosis.logs import Options as LogOptions
-from diagnosis.verdict import Diagnosis
-from diagnosis.workflow import Options
-from fmus.common.errors import LogError, UsageError
+from flexhex.diagnosis.isolability import Isolability
+from flexhex.diagnosis.logs import Options as LogOptions
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options
+from flexhex.fmus.common.errors import LogError, UsageError
 from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NONE, SET, UNKNOWN
 
 ADDED = "out/extended.toml"
@@ -69,9 +69,9 @@ class Workflow:
 def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
     """A workflow that names Coulomb friction."""
     made = Workflow(BASIC)
-    monkeypatch.setattr("diagnosis.workflow.diagnose", made.diagnose)
+    monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", made.diagnose)
     monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
-    monkeypatch.setattr("diagnosis.experiment.with_experiments", lambda found, *more: found)
+    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", lambda found, *more: found)
     return made
 
 
@@ -225,7 +225,7 @@ def test_effect_with_rivals_gets_its_experiment_written(
         seen.extend(more)
         return found
 
-    monkeypatch.setattr("diagnosis.experiment.with_experiments", planned)
+    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", planned)
     call("a.csv")
     assert seen == [], "no rivals, no experiment"
     workflow.found = SET
@@ -287,7 +287,7 @@ def test_isolability_is_shown_and_written(
         seen.extend(words)
         return matrix()
 
-    monkeypatch.setattr("diagnosis.isolability.isolability", isolability, raising=False)
+    monkeypatch.setattr("flexhex.diagnosis.isolability.isolability", isolability, raising=False)
     done = call("a.csv", "b.csv", "--isolability")
     assert done.exit_code == 0, done.output
     assert [path.name for path in seen[0]] == ["a.csv", "b.csv"]

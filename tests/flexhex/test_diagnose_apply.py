@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.logs import Options
-from flexhex.build import Builder
 from flexhex.diagnose.apply import add, with_rebuilt
-from flexhex.rebuild import Gaps, Rebuilt, Tracking
+from flexhex.diagnose.rebuild import Gaps, Rebuilt, Tracking
+from flexhex.diagnosis.logs import Options
+from flexhex.simulation.builder import Builder
 from tests.conftest import MACHINE_FILE
 from tests.flexhex.diagnoses import BASIC, CHANGED, PAIR
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.experiment import BEFORE, USED, Array, Limits, make, with_experiments
-from diagnosis.logs import Log, read_log
-from diagnosis.trajectory import Trajectory, read_trajectory, write_trajectory
-from fmus.common.effects import Experiment, library
-from fmus.common.errors import LogError, UsageError
-from fmus.common.machine import Machine
+from flexhex.diagnosis.experiment import BEFORE, USED, Array, Limits, make, with_experiments
+from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.trajectory import Trajectory, read_trajectory, write_trajectory
+from flexhex.fmus.common.effects import Experiment, library
+from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.machine.machine import Machine
 from tests.compare import assert_close
 from tests.flexhex.diagnoses import BASIC, SET
 from tests.rooms.test_reference import CHIRP, MULTISINE, RANDOM, TRIANGLE, TS, one_pass

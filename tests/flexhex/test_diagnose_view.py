@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
 from flexhex.diagnose.next import Asked, next_steps
 from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose.view import closed, diagnosis_json, gap_rows, print_diagnosis
 from flexhex.diagnose.words import listed, measured, number, percent, phrase, verdict
-from fmus.common.effects import library
+from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
+from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,

@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.identify import Fit
-from diagnosis.motion import Columns, MotionModel
-from flexhex.build import Builder
-from flexhex.cases import SETTLE, Case
+from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.motion import Columns, MotionModel
 from flexhex.experiments import EXPERIMENTS, estimates, experiment, hysteresis, payload, render
 from flexhex.experiments import repeatability as repeat
-from flexhex.experiments.common import samples, variant
-from flexhex.metrics import PAPER, Figures, rms
-from flexhex.repeatability import PAPER_SHARE, non_repeatable
-from fmus.common.errors import MachineError, UsageError
-from fmus.common.machine import Machine
-from fmus.common.parameters import base_parameters, parameters
-from fmus.reference.interface import MAX_PAYLOADS
-from ssp.results import Group, Result
+from flexhex.fmus.common.errors import MachineError, UsageError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.reference.interface import MAX_PAYLOADS
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, Case
+from flexhex.simulation.metrics import PAPER, Figures, rms
+from flexhex.simulation.passes import PAPER_SHARE, non_repeatable
+from flexhex.simulation.runs import samples, variant
+from flexhex.ssp.results import Group, Result
 from tests.conftest import MACHINE_FILE
 
 RNG = np.random.default_rng(5)

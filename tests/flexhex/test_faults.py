@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexhex.faults import Fault, faults
-from ssp.results import Group, Result
+from flexhex.simulation.faults import Fault, faults
+from flexhex.ssp.results import Group, Result
 
 
 def test_fault_is_named_with_its_time_and_share() -> None:

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.errors import LogError, UsageError
 from tests.diagnosis.made import columns, motion, write_csv
 
 WORDS = ["--unit", "theta=deg", "--unit", "tau_meas=A", "--torque-constant", "2.5"]
@@ -24,7 +24,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         logs.extend(given)
         raise LogError("stopped here")
 
-    monkeypatch.setattr("diagnosis.identify.fit", fit)
+    monkeypatch.setattr("flexhex.diagnosis.identify.fit", fit)
     return logs
 
 

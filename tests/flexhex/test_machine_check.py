@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.build import Builder
-from flexhex.cases import whole_moves
-from flexhex.check.command import check_file
-from flexhex.run import check_actuators
-from fmus.common.errors import MachineError
-from fmus.common.machine import Machine
+from flexhex.check.files import check_file
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.run.paper import check_actuators
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import whole_moves
 from tests.common.test_machine_file import Edit, replace
 from tests.conftest import MACHINE_FILE
 

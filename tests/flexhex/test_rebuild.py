@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.extend import extended_file
-from diagnosis.identify import Fit
-from diagnosis.logs import Log, read_log
-from diagnosis.verdict import Diagnosis, Estimate, Gap, Named
-from flexhex.build import Builder
-from flexhex.cases import extra_cases
-from flexhex.rebuild import Rebuilt, rebuild
-from flexhex.replay import plant_values, replay
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
-from fmus.common.mechanism import nominal_mechanism
-from fmus.common.parameters import base_parameters
-from ssp.executor import run
+from flexhex.diagnose.rebuild import Rebuilt, rebuild
+from flexhex.diagnose.replay import plant_values, replay
+from flexhex.diagnosis.extend import extended_file
+from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.verdict import Diagnosis, Estimate, Gap, Named
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.fmus.common.model.bodies import nominal_mechanism
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import extra_cases
+from flexhex.ssp.executor import run
 from tests.conftest import MACHINE_FILE, OUT, one_at_a_time
 
 Array = NDArray[np.float64]
@@ -158,7 +158,7 @@ def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
         nothing = np.zeros(0)
         return Fit(p, 0.1 * np.ones_like(p), nothing, 1.0, 0, ())
 
-    monkeypatch.setattr("flexhex.rebuild._fit", only_old)
+    monkeypatch.setattr("flexhex.diagnose.rebuild._fit", only_old)
     bare, folder = OUT / "rebuild" / "bare.toml", OUT / "rebuild" / "unfitted"
     with one_at_a_time(OUT):
         made = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)

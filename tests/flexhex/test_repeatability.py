@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from flexhex.cases import SETTLE
 from flexhex.experiments.repeatability import evaluate
-from flexhex.metrics import PAPER, Figures, rms
-from flexhex.repeatability import PAPER_SHARE, PASSES, non_repeatable, repeatable_share
-from fmus.common.machine_file import load_machine
-from ssp.results import Group, Result
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.simulation.cases import SETTLE
+from flexhex.simulation.metrics import PAPER, Figures, rms
+from flexhex.simulation.passes import PAPER_SHARE, PASSES, non_repeatable, repeatable_share
+from flexhex.ssp.results import Group, Result
 from tests.conftest import ROOT
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from flexhex import replay
+from flexhex.diagnose import replay
 
 
 def test_relative_path_holds_while_another_replay_loads(

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from zipfile import ZipFile
 
-from fmugen.compile import STRICT, compiler
-
-from ssp.fmu import binary_path
-from ssp.read import read_ssp
+from flexhex.fmugen.compile import STRICT, compiler
+from flexhex.ssp.fmu import binary_path
+from flexhex.ssp.read import read_ssp
 from tests.gateway.cargo import headers
 
 PROXY = Path(__file__).with_name("proxy.c")

@@ -15,15 +15,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.quantisation import torque_step, variants
-from diagnosis.verdict import Diagnosis, Gap
+from flexhex.diagnosis.verdict import Diagnosis, Gap
 from flexhex.drive import cable, runs, view
 from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
 from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
-from fmus.common.errors import RunError, UsageError
-from ssp.recording import load_recording
-from ssp.results import Group, Result
+from flexhex.fmus.common.errors import RunError, UsageError
+from flexhex.recording import load_recording
+from flexhex.ssp.results import Group, Result
+from studies.quantisation import torque_step, variants
 from tests.gateway.cargo import built
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssp.read import read_ssp
+from flexhex.ssp.read import read_ssp
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench, Ran, columns
 from tests.gateway.fault_table import Row, Table

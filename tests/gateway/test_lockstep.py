@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from diagnosis.logs.read import read_log
 from flexhex.cli import app
-from ssp.executor import run
-from ssp.results import save
+from flexhex.diagnosis.logs.read import read_log
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import save
 from tests.gateway.bench import Bench, Ran, Rows
 
 SECONDS = 10.0

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from ssp.fmu import binary_path
-from ssp.read import read_ssp
+from flexhex.ssp.fmu import binary_path
+from flexhex.ssp.read import read_ssp
 from tests.gateway.archives import changed, with_fmu
 from tests.gateway.bench import Bench, drive, never_enabled
 from tests.gateway.fault_table import Row, Table

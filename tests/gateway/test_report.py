@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from flexhex.drive.recorded import changes, drive_state, errors, missed, quantiles, slower
-from fmus.common.errors import LogError
-from ssp.recording import Recording, read_recording
+from flexhex.fmus.common.errors import LogError
+from flexhex.recording import Recording, read_recording
+from flexhex.report.recorded import changes, drive_state, errors, missed, quantiles, slower
 
 CHANNELS = ("theta", "tau_meas", "e", "statusword", "error_code", "al_state")
 PLAIN = (

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from ssp.executor import run
-from ssp.results import Result
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Result
 from tests.gateway.archives import Spoil, member, spoiled
 from tests.gateway.cargo import built, cargo
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ssp.fmu import binary_path
+from flexhex.ssp.fmu import binary_path
 from tests.gateway.archives import changed, member, shared_library, with_fmu
 from tests.gateway.cargo import built
 

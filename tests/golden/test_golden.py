@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ssp.executor import run
+from flexhex.ssp.executor import run
 from tests.golden.golden import FOLDER, Table, play, read, write
 
 # FMU -> instance whose inputs are recorded, first tick, number of rows, ticks that each row is
@@ -32,7 +32,7 @@ def inputs(request: pytest.FixtureRequest, hexapod_ssp: Path) -> dict[str, Table
     """Inputs of every FMU from the adaptive loop, only when golden results are updated."""
     if not request.config.getoption("--update"):
         return None
-    from ssp.read import read_ssp
+    from flexhex.ssp.read import read_ssp
 
     package = read_ssp(hexapod_ssp)
     everything = [instance.name for instance in package.instances]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.build import Builder
+from flexhex.simulation.builder import Builder
 from tests.conftest import one_at_a_time
 from tests.importers.loop import CASE, Rows, own_rows
 

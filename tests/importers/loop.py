@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from flexhex.cases import Case
-from ssp.executor import Parameters, run
-from ssp.read import Package, period, read_ssp
+from flexhex.simulation.cases import Case
+from flexhex.ssp.executor import Parameters, run
+from flexhex.ssp.read import Package, period, read_ssp
 
 Array = npt.NDArray[np.float64]
 Rows = Mapping[str, Array]

@@ -8,12 +8,13 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
-from fmugen.container import Link, build_container
-from fmugen.container_table import parts_header
 
 from flexhex.export.container import container_of
-from fmus.common.errors import InterfaceError
-from ssp.read import read_ssp
+from flexhex.fmugen.container import build_container
+from flexhex.fmugen.container_parts import Link
+from flexhex.fmugen.container_table import parts_header
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.read import read_ssp
 from tests.importers.loop import BASE
 from tests.ssp import toys
 

@@ -13,13 +13,13 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
-from fmugen.compile import compiler
 
 from flexhex.export.container import container_of, export_container
-from fmus.common.errors import InterfaceError, RunError
-from ssp.executor import run
-from ssp.read import read_ssp
-from ssp.results import Result
+from flexhex.fmugen.compile import compiler
+from flexhex.fmus.common.errors import InterfaceError, RunError
+from flexhex.ssp.executor import run
+from flexhex.ssp.read import read_ssp
+from flexhex.ssp.results import Result
 from tests.conftest import one_at_a_time
 from tests.importers.loop import BASE, SECONDS
 

@@ -6,13 +6,13 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from fmugen.described import interface_of
-from fmugen.description import model_description
-from fmugen.rooms import ROOMS
 from lxml import etree
 
-from fmus.common.errors import InterfaceError
-from ssp.system import BASE_STEP
+from flexhex.fmugen.described import interface_of
+from flexhex.fmugen.description import model_description
+from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.system import BASE_STEP
 
 
 def description_of(path: Path) -> bytes:

@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 from flexhex.cli import app
 from flexhex.export.diagram import export_diagram
 from flexhex.export.variables import COLUMNS, export_variables
-from fmus.common.errors import InterfaceError, UsageError
-from ssp.diagram import Shape, read_diagram, symbol
+from flexhex.fmus.common.errors import InterfaceError, UsageError
+from flexhex.ssp.diagram import Shape, read_diagram, symbol
 from tests.conftest import ROOT
 from tests.ssp import toys
 

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmugen.recorded import IN, OUT
 from numpy.typing import NDArray
+
+from flexhex.fmugen.recorded import IN, OUT
 
 Array = NDArray[np.float64]
 ROOMS = (

@@ -10,7 +10,7 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.ssp.simulation import simulate_ssp
 
-from ssp.read import read_ssp
+from flexhex.ssp.read import read_ssp
 from tests.importers.loop import (
     BASE,
     N_STEPS,

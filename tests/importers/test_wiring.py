@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from flexhex.export.wiring import WIRINGS, export_wiring, maestro
-from fmus.common.errors import UsageError
-from ssp.read import read_ssp
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp.read import read_ssp
 from tests.importers.loop import (
     BASE,
     N_STEPS,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flexhex.build import Builder
-from flexhex.cases import SETTLE, extra_cases, table_cases
-from flexhex.metrics import PAPER, PAPER_ACTUATORS, rms
-from fmus.common.parameters import base_parameters, parameters
-from ssp.executor import run
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, extra_cases, table_cases
+from flexhex.simulation.metrics import PAPER, PAPER_ACTUATORS, rms
+from flexhex.ssp.executor import run
 from tests.conftest import MACHINE_FILE, OUT, one_at_a_time
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.build import Builder
-from flexhex.cases import SETTLE, Case, extra_cases, table_cases
-from flexhex.metrics import rms
-from fmus.common.parameters import base_parameters
-from ssp.executor import run
-from ssp.results import Result
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, Case, extra_cases, table_cases
+from flexhex.simulation.metrics import rms
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Result
 
 SECONDS = 6.0
 

@@ -10,7 +10,7 @@ from tests.oracles.bridge import Numeric, Paths, compiled
 from tests.oracles.machine import TFLEX, Machine, read_machine
 
 if TYPE_CHECKING:
-    from fmus.common.model import Model
+    from flexhex.fmus.common.model.model import Model
 
 
 @pytest.fixture(scope="session")
@@ -21,8 +21,8 @@ def machine() -> Machine:
 @pytest.fixture(scope="session")
 def model() -> Model:
     # imported here, so that the oracles' own tests run without fmus
-    from fmus.common.machine_file import load_machine
-    from fmus.common.model import Model
+    from flexhex.fmus.common.machine_file import load_machine
+    from flexhex.fmus.common.model.model import Model
 
     return Model(load_machine(TFLEX))
 

@@ -68,7 +68,7 @@ class Machine:
     u_B: Array
     r_EP: Array
     upper: Body
-    J_rotor: float
+    J_rotor: float | Array
     lower: Body
     end_effector: Body
     c_payload: Array

@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fmus.common.constraints import DenseForm
-from fmus.common.model import Model
+from flexhex.fmus.common.model.constraints import DenseForm
+from flexhex.fmus.common.model.model import Model
 from tests.compare import assert_close
 from tests.oracles import geometry
 from tests.oracles.bridge import Paths, compiled, same_quaternions

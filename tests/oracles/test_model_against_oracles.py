@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fmus.common import actuator as common_actuator
-from fmus.common.dynamics import loads, project
-from fmus.common.mechanism import Mechanism
-from fmus.common.model import Model
-from fmus.common.parameters import base_parameters
+from flexhex.fmus.common import actuator as common_actuator
+from flexhex.fmus.common.model.bodies import Mechanism
+from flexhex.fmus.common.model.dynamics import loads, project
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import base_parameters
 from tests.compare import assert_close
 from tests.oracles import actuator, lagrange, parameters
 from tests.oracles.bridge import Numeric, Paths, chi_of, compiled, z_of

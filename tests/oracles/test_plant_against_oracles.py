@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fmus.common.model import Model
-from fmus.plant.equations import functions
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.plant.equations import functions
 from tests.compare import assert_close
 from tests.oracles import actuator, geometry, lagrange, parameters
 from tests.oracles.bridge import Array, Paths, z_of

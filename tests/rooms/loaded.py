@@ -14,15 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmugen import codegen, sources
-from fmugen.compile import LOOPS, STRICT, compile_object, link_shared
-from fmugen.fmu import RUNTIME
-from fmugen.rooms import room_interface, step_file
 from numpy.typing import NDArray
 
-from fmus.common.interface import Interface, Variable
-from fmus.common.machine import Machine
-from fmus.common.machine_file import load_machine
+from flexhex.fmugen import codegen, sources
+from flexhex.fmugen.compile import LOOPS, STRICT, compile_object, link_shared
+from flexhex.fmugen.fmu import RUNTIME
+from flexhex.fmugen.rooms import room_interface, step_file
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,7 +120,7 @@ def machine() -> Machine:
 def build(room: str, of: Machine) -> tuple[Path, Interface]:
     """Shared library and interface of a room, compiled as the FMU's own sources are; only its
     symbols are not hidden, since they are called here."""
-    equations: Any = importlib.import_module(f"fmus.{room}.equations")
+    equations: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
     interface, functions = room_interface(room, of), equations.functions(of)
     step = step_file(room)
     texts = {

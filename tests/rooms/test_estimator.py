@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fmus.common.model import Model
-from fmus.common.parameters import base_parameters, parameters
-from fmus.estimator.interface import MOST_VARIANCE, first_variance, normalisation
+from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.estimator.interface import MOST_VARIANCE, first_variance, normalisation
 from tests.compare import assert_close
 from tests.oracles.kalman import Kalman
 from tests.rooms.loaded import Array, Loaded, StartError, build, load, machine

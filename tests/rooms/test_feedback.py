@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmus.common.errors import MachineError
-from fmus.common.machine import Machine
-from fmus.feedback.design import Gains, design
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.feedback.design import Gains, design
 from tests.compare import assert_close
 from tests.rooms.feedback_twin import Twin
 from tests.rooms.loaded import Array, Loaded, StartError, load, machine

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmus.common.parameters import base_parameters, parameters
-from fmus.feedforward.equations import functions
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.feedforward.equations import functions
 from tests.compare import assert_close
 from tests.oracles import actuator, lagrange
 from tests.oracles.machine import read_machine

@@ -14,8 +14,8 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
-from fmugen.rooms import ROOMS, build_room
 
+from flexhex.fmugen.rooms import ROOMS, build_room
 from tests.rooms.loaded import CACHE, Array, Struct, load, machine
 
 STARTS: dict[str, dict[str, float]] = {"reference": {"t_start": 0.00025}}

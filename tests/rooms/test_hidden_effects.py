@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmugen.compile import compile_object, link_shared
 from numpy.typing import NDArray
 
-from fmus.common.errors import MachineError
-from fmus.plant.truth import KINDS, WIDTH, Hidden, load_truth
+from flexhex.fmugen.compile import compile_object, link_shared
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.machine.truth import KINDS, WIDTH, Hidden, load_truth
 from tests.conftest import MACHINE_FILE
 from tests.rooms.loaded import CACHE, ROOT
 
@@ -48,7 +48,7 @@ AXIS = 2
 
 @pytest.fixture(scope="module")
 def library() -> ctypes.CDLL:
-    header = ROOT / "fmus" / "plant" / "hidden_effects.h"
+    header = ROOT / "fmus" / "machine" / "hidden_effects.h"
     CACHE.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=CACHE) as folder:
         source = Path(folder) / "hidden.c"

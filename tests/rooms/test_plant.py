@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from fmus.plant.equations import functions
+from flexhex.fmus.plant.equations import functions
 from tests.compare import assert_close
 from tests.oracles import geometry, lagrange
 from tests.oracles.machine import read_machine

@@ -9,11 +9,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Interface
-from ssp.delays import alignment, path_delay, reference_delay
-from ssp.executor import run
-from ssp.system import TORQUE_PATH, hexapod
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Interface
+from flexhex.ssp.delays import alignment, path_delay, reference_delay
+from flexhex.ssp.executor import run
+from flexhex.ssp.hexapod import TORQUE_PATH, hexapod
 from tests.ssp.test_system import rooms
 from tests.ssp.toys import chain, pack
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from fmpy.ssp.simulation import simulate_ssp
 
-from fmus.common.errors import InterfaceError, RunError, UsageError
-from ssp.executor import run
-from ssp.library import load
-from ssp.results import Result
+from flexhex.fmus.common.errors import InterfaceError, RunError, UsageError
+from flexhex.ssp.executor import run
+from flexhex.ssp.library import load
+from flexhex.ssp.results import Result
 from tests.ssp import toys
 
 STEPS = {"src": 1, "a": 1, "a2": 1, "b": 2, "c": 120}
@@ -84,7 +84,7 @@ def test_rates_stay_apart_and_time_counts_whole_steps(ring_ssp: Path, cache: Pat
 
 
 def test_default_leaves_large_arrays_out(ring_ssp: Path, cache: Path) -> None:
-    from ssp import signals
+    from flexhex.ssp import signals
 
     all_ = run(ring_ssp, 0.001, cache=cache)
     assert {"src.r", "a.y", "c.fault"} <= set(_names(all_))

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from fmugen.compile import STRICT, compiler
 
-from ssp.fmu import binary_path, read_fmu
-from ssp.library import HERE
+from flexhex.fmugen.compile import STRICT, compiler
+from flexhex.ssp.fmu import binary_path, read_fmu
+from flexhex.ssp.library import HERE
 
 HEADERS = Path(fmpy.__file__).parent / "c-code"
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")

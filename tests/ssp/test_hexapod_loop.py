@@ -10,9 +10,9 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import Parameter, ParameterSet, read_ssd
 
-from ssp.executor import run
-from ssp.read import period, read_ssp
-from ssp.results import Result
+from flexhex.ssp.executor import run
+from flexhex.ssp.read import period, read_ssp
+from flexhex.ssp.results import Result
 
 BASE = 0.00025
 # The default experiment rests for two seconds; here it moves and adapts almost at once.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fmus.common.errors import UsageError
-from ssp import memory
+from flexhex.fmus.common.errors import UsageError
+from flexhex.ssp import memory
 
 
 def test_log_must_fit_into_the_free_memory(monkeypatch: pytest.MonkeyPatch) -> None:

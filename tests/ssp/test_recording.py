@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmus.common.errors import LogError
-from ssp.recording import load_recording
+from flexhex.fmus.common.errors import LogError
+from flexhex.recording import load_recording
 
 GOOD = """# base_step_s: 0.00025
 # signals: theta=plant.theta:1 tau_ff=F.tau_ff:2 fault=W.fault:2

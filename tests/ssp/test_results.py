@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import pytest
 
-from fmus.common.errors import LogError
-from ssp.executor import run
-from ssp.results import Group, Result, load, provenance, save
+from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Group, Result, load, provenance, save
 
 
 @pytest.fixture(scope="module")

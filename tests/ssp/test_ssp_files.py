@@ -11,14 +11,15 @@ from pathlib import Path
 import fmpy
 import pytest
 from fmpy.ssp.ssd import read_ssd, read_ssv
-from fmugen.fmu import build_fmu
 from lxml import etree
 
-from fmus.common.errors import InterfaceError
-from ssp.read import period, read_ssp
-from ssp.system import System, hexapod
-from ssp.write import write_ssp
-from ssp.xml import NAMESPACES
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.hexapod import hexapod
+from flexhex.ssp.read import period, read_ssp
+from flexhex.ssp.system import System
+from flexhex.ssp.write import write_ssp
+from flexhex.ssp.xml import NAMESPACES
 from tests.ssp import toys
 from tests.ssp.test_system import rooms
 

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from fmus.common.errors import InterfaceError
-from fmus.common.interface import Interface, Variable
-from ssp.system import Component, System, hexapod
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.ssp.hexapod import hexapod
+from flexhex.ssp.system import Component, System
 from tests.ssp.toys import ring, source
 
 

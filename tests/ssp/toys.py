@@ -11,11 +11,10 @@ import itertools
 import math
 from pathlib import Path
 
-from fmugen.fmu import build_fmu
-
-from fmus.common.interface import Interface, Variable
-from ssp.system import BASE_STEP, Component, System
-from ssp.write import write_ssp
+from flexhex.fmugen.fmu import build_fmu
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.ssp.system import BASE_STEP, Component, System
+from flexhex.ssp.write import write_ssp
 
 SOURCE_C = """#include <math.h>
 #include <string.h>

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
 
-from fmus.common.effects.effect import (
+from flexhex.fmus.common.effects.effect import (
     Effect,
     Experiment,
     Expr,
@@ -18,7 +18,7 @@ from fmus.common.effects.effect import (
     Signals,
     State,
 )
-from fmus.common.errors import MachineError
+from flexhex.fmus.common.errors import MachineError
 
 __all__ = ["Effect", "Experiment", "Expr", "Gain", "Shape", "Shapes", "Signals", "State", "library"]
 

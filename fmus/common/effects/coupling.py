@@ -6,7 +6,15 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+)
 
 
 class CrossCoupling(Effect):

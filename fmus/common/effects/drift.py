@@ -6,7 +6,16 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+    State,
+)
 
 TIME = Shape("T", "s", 1.0, 1e5, 600.0, (20.0, 60.0, 200.0, 600.0, 2000.0), "thermal time constant")
 LONG = Experiment("random", {"duration": 50.0, "passes": 12.0})

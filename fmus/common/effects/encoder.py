@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
+from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
 
 
 class EncoderEccentricity(Effect):

@@ -7,8 +7,17 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.common import actuator
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+    State,
+)
 
 PRESLIDING = Shape(
     "s_0",

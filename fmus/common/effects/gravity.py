@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain
+from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain
 
 
 class GravityTilt(Effect):

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+)
 
 SWEEP = Experiment("triangle", {"speed": 0.1, "amplitude": 0.19})
 ORDERS = tuple(float(k) for k in range(24, 721, 6))

@@ -6,8 +6,17 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.common import actuator
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+    State,
+)
 
 WIDTHS = (0.002, 0.004, 0.008, 0.03, 0.06, 0.12)
 """Below 6 mrad it may also be dry friction before it slides; then both are named as a set."""

@@ -6,7 +6,16 @@ from typing import Any
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals, State
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+    State,
+)
 
 FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(47))
 """A mode is as wide as twice its damping; finer steps are the search's."""

@@ -6,7 +6,15 @@ from dataclasses import replace
 
 import casadi as ca
 
-from fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shape, Shapes, Signals
+from flexhex.fmus.common.effects.effect import (
+    Effect,
+    Experiment,
+    Expr,
+    Gain,
+    Shape,
+    Shapes,
+    Signals,
+)
 
 BRISK = Experiment("random", {"period": 0.7, "move": 0.35}, ((0.0, 0.0), (25.0, 2.0)))
 

@@ -1,0 +1,31 @@
+"""Options that several commands share, and the machine files that come with the package."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+DEFAULT_MACHINE = Path("machines/tflex.toml")
+"""The T-Flex: looked for here first, then among the machines of the package."""
+SHIPPED = Path(__file__).parent / "machines"
+
+MachineFile = Annotated[
+    Path, typer.Option("--machine", "-m", help="machine file (TOML)", show_default=True)
+]
+OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everything generated")]
+AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
+
+
+def found_machine(path: Path) -> Path:
+    """The machine file, or the one of the package when the default is not in this folder."""
+    if path == DEFAULT_MACHINE and not path.exists():
+        return SHIPPED / path.name
+    return path
+
+
+def command_line() -> str:
+    """The command line as it was typed, without the folder of the program."""
+    return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])

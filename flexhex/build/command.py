@@ -1,0 +1,35 @@
+"""Command `build`: the FMUs and system descriptions of a machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexhex.arguments import DEFAULT_MACHINE, MachineFile, OutFolder, found_machine
+
+
+def build_command(
+    machine: MachineFile = DEFAULT_MACHINE,
+    out: OutFolder = Path("out"),
+    platform: Annotated[
+        str | None,
+        typer.Option(
+            help="target platforms, comma-separated: linux64, win64, aarch64-linux, darwin64;"
+            " default: this computer"
+        ),
+    ] = None,
+) -> None:
+    """Build the FMUs and system descriptions of a machine."""
+    from flexhex.fmugen.platforms import wanted
+    from flexhex.output.progress import LiveProgress
+    from flexhex.simulation.builder import Builder
+
+    platforms = wanted(platform) if platform is not None else ()
+    with LiveProgress() as progress:
+        progress.stage("building the FMUs")
+        builder = Builder(found_machine(machine), out, progress.building, platforms)
+        written = builder.systems()
+    for path in written:
+        print(path)

@@ -1,0 +1,53 @@
+"""`flexhex check`: complaints about an FMU, a system description or a machine file.
+
+`check_fmu` (archive, variables, structure, the binary in a child process), `check_ssp`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexhex.fmus.common.errors import FlexhexError, UsageError
+
+
+def check_file(path: Path) -> list[str]:
+    """Complaints, none when all is well. UsageError for a file of another kind."""
+    if path.suffix not in _CHECKS:
+        raise UsageError(f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}")
+    if not path.is_file():
+        raise UsageError(f"{path}: {'a folder, not a file' if path.is_dir() else 'no such file'}")
+    try:
+        return _CHECKS[path.suffix](path)
+    except FlexhexError as error:
+        return str(error).splitlines()
+
+
+def _fmu(path: Path) -> list[str]:
+    from flexhex.check.fmu import check_fmu
+
+    return check_fmu(path)
+
+
+def _ssp(path: Path) -> list[str]:
+    from flexhex.check.ssp import check_ssp
+
+    return check_ssp(path)
+
+
+def _toml(path: Path) -> list[str]:
+    from flexhex.fmugen.rooms import machine_interface
+    from flexhex.fmus.common.machine_file import is_truth, load_machine, read_toml
+    from flexhex.simulation.builder import Builder
+    from flexhex.simulation.machine_check import named
+
+    if not is_truth(read_toml(path)):
+        Builder(path, path.parent).check()
+        return []
+    belongs = path.with_name(path.name.replace("-truth.toml", ".toml"))
+    if belongs == path or not belongs.is_file():
+        return [f"{path}: a truth file without its machine file: name it <machine>-truth.toml"]
+    named(path, lambda: machine_interface(load_machine(belongs), path), "machine")
+    return []
+
+
+_CHECKS = {".fmu": _fmu, ".ssp": _ssp, ".toml": _toml}

@@ -1,0 +1,252 @@
+"""The model with what a diagnosis found: FMUs built anew, locked runs replayed, the loop closed.
+
+OUT/machine.toml          the extended machine file
+OUT/fmus, OUT/hexapod.ssp what it builds
+OUT/before                the same for the machine file as it was
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnose.replay import replay
+from flexhex.diagnosis.extend import extend
+from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
+from flexhex.diagnosis.logs import Log, Options, read_log
+from flexhex.diagnosis.verdict import Diagnosis, Named
+from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import truth_file
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, table_cases
+from flexhex.simulation.metrics import rms
+from flexhex.ssp.executor import run
+
+Array = NDArray[np.float64]
+Say = Callable[[str], None]
+WORSE = 1.02
+"""Ratio of gaps on a locked run above which a change makes it worse."""
+MICRO = 1e6
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Simulation gap of one run (n,) [N m]: the model as it was, and extended."""
+
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Closed loop, adaptive: RMS of e [urad] and of the feedback's torque [N m], all joints."""
+
+    e: float
+    tau_fb: float
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """What was built, and how it does beside the model as it was.
+
+    machine_file: the extended one; left_out: what it cannot hold; withdrawn: ids of effects that
+    made a locked run worse; gaps by locked run; loops by `model` (on the extended plant: a
+    prediction) and `machine` (on machine.fmu), each as (before, after); notes for the reader.
+    """
+
+    builder: Builder
+    machine_file: Path
+    left_out: tuple[str, ...]
+    withdrawn: tuple[str, ...]
+    gaps: Mapping[str, Gaps]
+    loops: Mapping[str, tuple[Tracking, Tracking]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def data(self) -> dict[str, Any]:
+        """For `Diagnosis.shown` and `--json`."""
+        return {
+            "machine": str(self.machine_file),
+            "left_out": list(self.left_out),
+            "withdrawn": list(self.withdrawn),
+            "simulation_gap": {
+                name: {"unit": "N m", "before": list(g.before), "after": list(g.after)}
+                for name, g in self.gaps.items()
+            },
+            "closed_loop": {
+                name: {"before": asdict(before), "after": asdict(after), "unit": "urad, N m"}
+                for name, (before, after) in self.loops.items()
+            },
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True)
+class _Side:
+    """A model beside the data: its builder, fitted p with standard deviations."""
+
+    builder: Builder
+    p: Array
+    std: Array | None = None
+
+
+def rebuild(
+    machine_file: Path,
+    diagnosis: Diagnosis,
+    out: Path,
+    runs: Sequence[Path] = (),
+    locked: Sequence[Path] = (),
+    *,
+    options: Options | None = None,
+    seconds: float = 20.0,
+    loops: bool = True,
+    say: Say = lambda text: None,
+) -> Rebuilt:
+    """Extend, build, replay the locked runs, withdraw what makes one worse, close the loop.
+
+    runs: what p is fitted to, for both models; seconds: judged time of the closed loops. Raises
+    MachineError, LogError or BuildError for what cannot be read or built.
+    """
+    ours = [read_log(path, options) for path in runs]
+    theirs = [read_log(path, options) for path in locked]
+    notes: list[str] = []
+    say("building the model as it was")
+    before = _side(machine_file, out / "before", ours, notes, say)
+    target, withdrawn = out / "machine.toml", list[str]()
+    while True:
+        made = extend(machine_file, diagnosis, target)
+        say("building the extended model")
+        after = _side(target, out, ours, notes, say)
+        say("replaying the locked runs")
+        gaps = {log.name: _gaps(log, *_alike(before, after)) for log in theirs}
+        worst = _culprit(machine_file, diagnosis, gaps, theirs, ours, out, say)
+        if worst is None:
+            break
+        withdrawn.append(worst.id)
+        notes.append(f"{worst.id} was withdrawn: it makes the simulation of a locked run worse")
+        kept = tuple(effect for effect in diagnosis.effects if effect is not worst)
+        diagnosis = replace(diagnosis, effects=kept)
+    found = _loops(*_alike(before, after), seconds, say) if loops else {}
+    lists = made.left_out, tuple(withdrawn), gaps, found, tuple(dict.fromkeys(notes))
+    return Rebuilt(after.builder, target, *lists)
+
+
+def _side(machine_file: Path, out: Path, logs: Sequence[Log], notes: list[str], say: Say) -> _Side:
+    builder = Builder(machine_file, out, say)
+    builder.systems()
+    machine, found = builder.machine, _fit(builder.machine, logs, notes)
+    return _Side(builder, base_parameters(machine)) if found is None else _side_of(builder, found)
+
+
+def _alike(before: _Side, after: _Side) -> tuple[_Side, _Side]:
+    """Both models with fitted parameters, or both with those of their files: a fit of one alone
+    would decide for it."""
+    if (before.std is None) == (after.std is None):
+        return before, after
+    plain = [_Side(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
+    return plain[0], plain[1]
+
+
+def _side_of(builder: Builder, found: Fit) -> _Side:
+    return _Side(builder, found.p, found.std)
+
+
+def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
+    if not logs:
+        return None
+    try:
+        found = fit(machine, logs, tolerance=TOLERANCE)
+    except LogError as error:
+        notes.append(f"parameters stay those of the machine file: {error}")
+        return None
+    notes.extend(found.warnings)
+    return found
+
+
+def _gaps(log: Log, before: _Side, after: _Side) -> Gaps:
+    with ThreadPoolExecutor(2) as pool:
+        jobs = [pool.submit(_gap, log, side) for side in (before, after)]
+        return Gaps(*(job.result() for job in jobs))
+
+
+def _gap(log: Log, side: _Side) -> Array:
+    plant = side.builder.out / "fmus" / "plant.fmu"
+    return replay(plant, side.builder.machine, side.p, log).rms
+
+
+def _culprit(
+    machine_file: Path,
+    diagnosis: Diagnosis,
+    gaps: Mapping[str, Gaps],
+    theirs: Sequence[Log],
+    ours: Sequence[Log],
+    out: Path,
+    say: Say,
+) -> Named | None:
+    """The effect without which a locked run that became worse on its axes is best."""
+    suspects = [
+        effect
+        for effect in diagnosis.effects
+        if any(_worse(gap.before, gap.after, effect) for gap in gaps.values())
+    ]
+    if len(suspects) < 2:
+        return suspects[0] if suspects else None
+    least: tuple[float, Named] | None = None
+    for effect in suspects:
+        say(f"the model without {effect.id}")
+        rest = replace(diagnosis, effects=tuple(e for e in diagnosis.effects if e is not effect))
+        folder = out / "without" / effect.id
+        path = extend(machine_file, rest, folder / "machine.toml").path
+        side = _side(path, folder, ours, [], say)
+        total = math.fsum(float((_gap(log, side) ** 2).sum()) for log in theirs)
+        if least is None or total < least[0]:
+            least = total, effect
+    return least[1] if least else None
+
+
+def _worse(before: Array, after: Array, effect: Named) -> bool:
+    axes = [axis - 1 for axis in effect.axes] or list(range(len(before)))
+    return float(np.linalg.norm(after[axes])) > WORSE * float(np.linalg.norm(before[axes]))
+
+
+def _loops(
+    before: _Side, after: _Side, seconds: float, say: Say
+) -> dict[str, tuple[Tracking, Tracking]]:
+    """Adaptive loop of both models on the extended plant, and on machine.fmu if there is one."""
+    plant = after.builder
+    kinds = {
+        "model": [_Side(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
+    }
+    if truth_file(after.builder.machine_file).exists():
+        kinds["machine"] = [before, after]
+    found = {}
+    for kind, sides in kinds.items():
+        say(f"closing the loop on the {kind}")
+        with ThreadPoolExecutor(2) as pool:
+            jobs = [pool.submit(_track, side, kind, plant, seconds) for side in sides]
+            first, second = (job.result() for job in jobs)
+            found[kind] = first, second
+    return found
+
+
+def _track(side: _Side, kind: str, plant: Builder, seconds: float) -> Tracking:
+    name = "plant" if kind == "model" else "machine"
+    adaptive = table_cases(side.builder.machine, side.p, seconds, side.std)[-1]
+    starts = dict(adaptive.starts)
+    if name == "plant":
+        starts.pop("plant", None)
+    case = replace(adaptive, name=f"shown-{kind}", plant=name, starts=starts)
+    result = run(
+        side.builder.case(case, plant), case.duration, signals=("feedback.e", "feedback.tau_fb")
+    )
+    judged = result.time("feedback.e") > SETTLE
+    e, tau = result["feedback.e"][judged], result["feedback.tau_fb"][judged]
+    return Tracking(rms(e) * MICRO, rms(tau))

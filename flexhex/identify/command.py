@@ -1,0 +1,37 @@
+"""Command `identify`: the parameters of a machine by least squares from logs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, found_machine
+from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
+
+
+def identify_command(
+    logs: Annotated[list[Path], typer.Argument(help="logs of one machine (CSV, HDF5)")],
+    machine: MachineFile = DEFAULT_MACHINE,
+    settle: Annotated[
+        float, typer.Option(help="seconds left out at the start of each log", min=0.0, max=1e6)
+    ] = 2.0,
+    torque_constant: TorqueConstant = None,
+    unit: Unit = None,
+    rename: Rename = None,
+    json: AsJson = False,
+) -> None:
+    """Fit the 162 parameters to logs by least squares."""
+    from flexhex.diagnosis.identify import fit
+    from flexhex.diagnosis.logs import read_log
+    from flexhex.fmus.common.machine_file import load_machine
+    from flexhex.identify.view import fit_json, print_fit
+
+    given = log_options(torque_constant, unit or [], rename or [])
+    described = load_machine(found_machine(machine))
+    found = fit(described, [read_log(path, given) for path in logs], settle)
+    if json:
+        print(fit_json(described, found))
+    else:
+        print_fit(described, found)

@@ -1,0 +1,121 @@
+"""Recordings of the gateway: their columns, and as results to be compared with simulations.
+
+A recording is a measured log in CSV whose line `# signals: theta=plant.theta:1 ...` says which
+signal of the system each channel is, and every how many base steps it changes. Only the cycles
+in which the controller ran (`phase` 1) are signals; enabling and stopping are not simulated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.results import Array, Group, Result, rate_name
+
+RUNNING = 1.0
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a file holds. rows: (cycles, columns); meta: its `# key: value` lines."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: Array
+    meta: dict[str, str]
+
+    @cached_property
+    def base(self) -> float:
+        """Base step [s]."""
+        return float(self.meta["base_step_s"])
+
+    def places(self, channel: str) -> list[int]:
+        """Columns of `theta` are those of theta[1], theta[2] ...; ValueError without any."""
+        found = [k for k, name in enumerate(self.names) if name.partition("[")[0] == channel]
+        return found or [self.names.index(channel)]
+
+    def __getitem__(self, channel: str) -> Array:
+        """A channel: (cycles, n), or (cycles,) where it has one column."""
+        found = self.places(channel)
+        return self.rows[:, found] if len(found) > 1 else self.rows[:, found[0]]
+
+
+def read_recording(path: str | Path) -> Recording:
+    """Read the file. Raises LogError for one that is no recording, or a damaged one."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise LogError(f"{path}: cannot be read ({error})") from None
+    head = [line[1:].partition(":") for line in lines if line.startswith("#")]
+    meta = {key.strip(): value.strip() for key, _, value in head}
+    rows = [line for line in lines if not line.startswith("#")]
+    if "signals" not in meta or "base_step_s" not in meta or len(rows) < 3:
+        raise LogError(
+            f"{path}: no recording of the gateway: it has no lines `# signals:` and rows"
+        )
+    try:
+        data = np.loadtxt(rows[2:], delimiter=",", ndmin=2)
+        found = Recording(tuple(rows[0].split(",")), tuple(rows[1].split(",")), data, meta)
+        found.places("phase"), found.places("time")
+        if not found.base > 0.0 or len(found.names) != data.shape[1]:
+            raise ValueError(f"{data.shape[1]} columns, {len(found.names)} names")
+    except ValueError as error:
+        raise LogError(f"{path}: a damaged recording ({error})") from None
+    return found
+
+
+def load_recording(path: str | Path) -> Result:
+    """A recording as a result. Raises LogError for a file that is none, or says too little."""
+    found = read_recording(path)
+    try:
+        wanted = [word.rpartition(":") for word in found.meta["signals"].split()]
+        plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
+        running = found.rows[found["phase"] == RUNNING]
+        data = _bridged(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
+        return _result(plans, data, found)
+    except (ValueError, IndexError) as error:
+        raise LogError(f"{path}: a damaged recording ({error})") from None
+
+
+def _at_its_time(data: Array, steps: Array) -> Array:
+    """Rows (cycles, columns), one for each base step; NaN where the clock left a cycle out."""
+    place = np.rint(steps - steps[0]).astype(int)
+    full = np.full((place[-1] + 1, data.shape[1]), np.nan)
+    full[place] = data
+    return full
+
+
+def _bridged(data: Array) -> Array:
+    """Rows (cycles, columns) with a straight line where nothing was measured, or left out."""
+    rows = np.arange(len(data))
+    for column in data.T:
+        gap = np.isnan(column)
+        if gap.any() and not gap.all():
+            column[gap] = np.interp(rows[gap], rows[~gap], column[~gap])
+    return data
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """`theta=plant.theta` in two; ValueError when it is not."""
+    channel, signal = text.split("=")
+    return channel, signal
+
+
+def _result(plans: list[tuple[str, str, int]], data: Array, found: Recording) -> Result:
+    groups: dict[str, Group] = {}
+    for channel, signal, period in plans:
+        places = found.places(channel)
+        values = data[::period, places] if len(places) > 1 else data[::period, places[0]]
+        key = rate_name(period, found.base)
+        old = groups.get(key, Group(period, found.base, {}))
+        groups[key] = Group(
+            period,
+            found.base,
+            {**old.signals, signal: values},
+            {**old.units, signal: found.units[places[0]]},
+        )
+    return Result(groups, duration=len(data) * found.base, meta=found.meta)

@@ -1,0 +1,28 @@
+"""Command `report`: how a recording of the gateway went."""
+
+from __future__ import annotations
+
+import json as to_json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from flexhex.arguments import AsJson
+
+
+def report_command(
+    recording: Annotated[Path, typer.Argument(help="recording of the gateway (CSV)")],
+    page: Annotated[Path, typer.Option(help="where the plots go")] = Path("out/recording.html"),
+    json: AsJson = False,
+) -> None:
+    """Tell how a recording of the gateway went: errors, times, states, what was missed, trip."""
+    from flexhex.recording import read_recording
+    from flexhex.report.page import data, show, write_recording
+
+    found = read_recording(recording)
+    written = write_recording(found, str(recording), page)
+    if json:
+        print(to_json.dumps(data(found) | {"page": str(written)}, indent=2))
+    else:
+        show(found, str(recording), written)

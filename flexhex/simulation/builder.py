@@ -1,0 +1,171 @@
+"""From a machine file to FMUs and system descriptions under `out/`.
+
+out/fmus/*.fmu                  nominal FMUs
+out/hexapod.ssp                 the adaptive loop around the model (plant.fmu)
+out/machine/hexapod.ssp         the adaptive loop around machine.fmu
+out/cases/<case>/hexapod.ssp    variants of it, each with its own start values
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+
+from flexhex.fmugen.rooms import (
+    ROOMS,
+    Starts,
+    build_machine,
+    build_room,
+    machine_interface,
+    room_interface,
+    with_starts,
+)
+from flexhex.fmus.common.interface import Interface
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.simulation.cases import Case, check_settle, table_cases
+from flexhex.simulation.machine_check import named
+from flexhex.ssp.delays import alignment, reference_delay
+from flexhex.ssp.hexapod import INSTANCES, hexapod
+from flexhex.ssp.system import System
+from flexhex.ssp.write import write_ssp
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Builder:
+    """Builds for one machine file into `out`; `say` hears what is being built."""
+
+    machine_file: Path
+    out: Path
+    say: Say = lambda text: None
+    platforms: tuple[str, ...] = ()
+    """For which computers, as in `flexhex.fmugen.platforms`; default: this one."""
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine, read and checked once."""
+        return load_machine(self.machine_file)
+
+    def check(self) -> None:
+        """Make all but the C code: MachineError names file and field of what a room refuses."""
+        path, truth = self.machine_file, truth_file(self.machine_file)
+        rooms = {room: partial(room_interface, room, self.machine) for room in ROOMS}
+        for room, make in rooms.items():
+            named(path, make, room)
+        named(path, partial(check_settle, self.machine))
+        named(path, lambda: self.schedule, "feedback")
+        for room, make in rooms.items():
+            named(path, partial(make, starts=self._starts_of(room)), room)
+        if truth.exists():
+            named(truth, partial(machine_interface, self.real, truth), "machine")
+
+    @cached_property
+    def real(self) -> Machine:
+        """What machine.fmu is built from: the machine without what a diagnosis added."""
+        return load_machine(real_file(self.machine_file))
+
+    @cached_property
+    def schedule(self) -> dict[str, dict[str, float]]:
+        """Delays that follow from the schedule, by instance."""
+        system = self._system({})
+        return {
+            "feedback": {"reference_delay": reference_delay(system, self.machine.drive)},
+            "W": {"alignment": float(alignment(system))},
+        }
+
+    def fmus(self) -> list[Path]:
+        """Nominal FMUs into `out/fmus`, and machine.fmu when a truth file exists."""
+        self.check()
+        folder, truth = self.out / "fmus", truth_file(self.machine_file)
+        # the largest first; compilers run side by side
+        largest_first = sorted(ROOMS, key=("plant", "estimator").count, reverse=True)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            jobs = [
+                pool.submit(self._room, room, folder, self._starts_of(room))
+                for room in largest_first
+            ]
+            if truth.exists():
+                cache = self.out / "cache"
+                job = partial(build_machine, self.real, truth, folder, None, cache, self.platforms)
+                jobs.insert(0, pool.submit(job))
+            return [job.result() for job in jobs]
+
+    def systems(self) -> list[Path]:
+        """FMUs, `out/hexapod.ssp` and, with a truth file, `out/machine/hexapod.ssp`."""
+        self.fmus()
+        p = base_parameters(self.machine)
+        adaptive = table_cases(self.machine, p, self.machine.reference.duration)[-1]
+        written = [self._write(self._around_model(adaptive), self.out / "hexapod.ssp")]
+        if truth_file(self.machine_file).exists():
+            written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
+        return written
+
+    def case(self, case: Case, plant: Builder | None = None) -> Path:
+        """`out/cases/<case>/hexapod.ssp`; plant: whose plant the controllers of this one drive."""
+        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp", plant)
+
+    @staticmethod
+    def _around_model(case: Case) -> Case:
+        """The case with plant.fmu in the place of machine.fmu."""
+        starts = {name: values for name, values in case.starts.items() if name != "plant"}
+        return Case(case.name, case.title, "plant", case.duration, starts)
+
+    def _write(self, case: Case, path: Path, plant: Builder | None = None) -> Path:
+        folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
+        interfaces: dict[str, Interface] = {}
+        for instance, room in INSTANCES.items():
+            name = case.plant if instance == "plant" else room
+            starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
+            owner = plant if plant and instance == "plant" else self
+            interfaces[instance] = owner.interface_of(room, name, starts)
+            owner.place(room, name, starts, folder)
+        system = hexapod(
+            interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
+        )
+        return write_ssp(system, folder, path, stop=case.duration)
+
+    def place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
+        """Build a variant into `folder`, or copy the FMU that needs none."""
+        if starts and name == "machine":
+            build_machine(
+                self.real,
+                truth_file(self.machine_file),
+                folder,
+                starts,
+                self.out / "cache",
+                self.platforms,
+            )
+            return
+        if starts:
+            self._room(room, folder, starts)
+            return
+        source = self.out / "fmus" / f"{name}.fmu"
+        folder.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / source.name)
+
+    def _room(self, room: str, folder: Path, starts: Starts) -> Path:
+        self.say(room)
+        cache = self.out / "cache"
+        return build_room(room, self.machine, folder, starts, cache, self.platforms)
+
+    def _starts_of(self, room: str) -> Starts:
+        found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
+        return next((self.schedule[i] for i in found if i in self.schedule), {})
+
+    def interface_of(self, room: str, name: str, starts: Starts) -> Interface:
+        """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
+        if name == "machine":
+            return room_interface(room, self.real)
+        return with_starts(room_interface(room, self.machine), starts)
+
+    def _system(self, starts: Mapping[str, Starts]) -> System:
+        rooms = {room: room_interface(room, self.machine) for room in ROOMS}
+        return hexapod(rooms, base=self.machine.timing.base)

@@ -1,0 +1,91 @@
+"""Runs of cases: variants of a case of Table I, simulated side by side, their samples."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.output.progress import Progress
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import SETTLE, Case
+from flexhex.ssp.executor import run
+from flexhex.ssp.results import Result, provenance, save
+
+T = TypeVar("T")
+Array = NDArray[np.float64]
+Starts = Mapping[str, Mapping[str, float | Array]]
+WORKERS = 2
+"""Runs at the same time; the executor leaves Python alone, so threads are enough."""
+
+
+def variant(base: Case, name: str, title: str, duration: float, starts: Starts) -> Case:
+    """A case of another name and whole duration [s]; `starts` go over those of the base."""
+    named = [*base.starts, *(k for k in starts if k not in base.starts)]
+    merged = {k: {**base.starts.get(k, {}), **starts.get(k, {})} for k in named}
+    return dataclasses.replace(base, name=name, title=title, duration=duration, starts=merged)
+
+
+def side_by_side(cases: Sequence[Case], one: Callable[[Case], T]) -> list[T]:
+    """`one` of every case, in their order, `WORKERS` at a time; the first error ends them all."""
+    with ThreadPoolExecutor(WORKERS) as pool:
+        waiting = [pool.submit(one, case) for case in cases]
+        try:
+            return [future.result() for future in waiting]
+        except BaseException:
+            for future in waiting:
+                future.cancel()
+            raise
+
+
+def record(
+    builder: Builder,
+    cases: Sequence[Case],
+    signals: Sequence[str],
+    command: str,
+    progress: Progress,
+) -> list[Result]:
+    """Build and run cases side by side, log `signals` alone, save `out/runs/<case>.h5`.
+
+    Memory is why not all signals are logged: three passes of 50 s are 600 000 samples.
+    The first error ends them all.
+    """
+
+    def one(case: Case) -> Result:
+        return recorded(builder, case, signals, command, progress)[0]
+
+    return side_by_side(cases, one)
+
+
+def recorded(
+    builder: Builder, case: Case, signals: Sequence[str], command: str, progress: Progress
+) -> tuple[Result, Path, dict[str, str | int | float]]:
+    """Build the variant of one case, run it, save `out/runs/<case>.h5`.
+
+    Returns result, path and provenance.
+    """
+    description = builder.case(case)
+    result = run(description, case.duration, signals=signals, progress=progress.case(case))
+    versions = provenance(command=command, case=case.name, machine=builder.machine.name)
+    made = {**versions, **result.meta}
+    path = builder.out / "runs" / f"{case.name}.h5"
+    save(result, path, made)
+    return result, path, made
+
+
+def samples(result: Result, signal: str, after: float = SETTLE) -> tuple[Array, Array, float]:
+    """Time since `after` [s], samples from then on, sample time [s] of a signal."""
+    group = result.group(signal)
+    first = math.ceil(after / group.Ts - 1e-9)
+    return group.time[first:] - after, group.signals[signal][first:], group.Ts
+
+
+def whole(time: float, base: float) -> float:
+    """The multiple of the base step that is nearest to a time [s]."""
+    return round(time / base) * base

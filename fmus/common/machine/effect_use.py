@@ -1,0 +1,134 @@
+"""An entry of a machine file's `[[effects]]`: which effect, on which axes, how large.
+
+    [[effects]]
+    id = "coulomb_friction"
+    axes = [3, 5]
+    [effects.parameters]
+    F_c = { value = [0.05, 0.04], unit = "N m", source = "diagnosed", ci95 = [0.04, 0.06] }
+    s_0 = { value = 0.002, unit = "rad", source = "assumed" }
+
+A gain has one value for all its axes or one for each, a shape has one.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from flexhex.fmus.common.effects import Effect, Gain, Shape, library
+from flexhex.fmus.common.machine.quantity import quantity
+from flexhex.fmus.common.machine.sections import Section
+
+_KEYS = ("id", "axes", "parameters")
+
+
+class EffectUse(Section):
+    """One effect on some axes (from 1; none where it belongs to the whole machine).
+
+    gains: a row for each gain, a value for each axis; shapes: a value for each shape; both in
+    the order and units of the library.
+    """
+
+    id: str
+    axes: tuple[Annotated[int, Field(ge=1, strict=True)], ...] = ()
+    gains: tuple[tuple[float, ...], ...]
+    shapes: tuple[float, ...]
+
+    @staticmethod
+    def of(id: str, axes: Sequence[int] = (), **values: float | Sequence[float]) -> EffectUse:
+        """An entry from plain numbers [library's units], checked like a file's."""
+        effect = _known(id)
+        units = {gain.name: gain.unit for gain in effect.gains}
+        units |= {shape.name: shape.unit for shape in effect.shapes}
+        tables = {
+            name: {"value": _plain(value), "unit": units.get(name, ""), "source": "assumed"}
+            for name, value in values.items()
+        }
+        entry = {"id": id, "parameters": tables} | ({"axes": list(axes)} if axes else {})
+        return EffectUse.model_validate(entry)
+
+    @property
+    def effect(self) -> Effect:
+        """The effect of the library."""
+        return library()[self.id]
+
+    @property
+    def shape(self) -> dict[str, float]:
+        """Values of the shapes by name."""
+        names = (shape.name for shape in self.effect.shapes)
+        return dict(zip(names, self.shapes, strict=True))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("parameters"), dict):
+            raise ValueError("wants id, axes and a table [effects.parameters]")
+        unknown = sorted(set(data) - set(_KEYS))
+        if unknown:
+            raise ValueError(f"{unknown[0]!r} is not a known key, allowed: {', '.join(_KEYS)}")
+        effect, tables = _known(data.get("id")), data["parameters"]
+        axes = _axes(effect, data.get("axes"))
+        names = [*(g.name for g in effect.gains), *(s.name for s in effect.shapes)]
+        for name in names:
+            if name not in tables:
+                raise ValueError(f"parameters.{name}: is missing; {effect.id} has {_text(names)}")
+        for name in tables:
+            if name not in names:
+                raise ValueError(f"parameters.{name}: {effect.id} has only {_text(names)}")
+        gains = [_gain(gain, tables[gain.name], max(1, len(axes))) for gain in effect.gains]
+        shapes = [_shape(shape, tables[shape.name]) for shape in effect.shapes]
+        return {"id": effect.id, "axes": axes, "gains": gains, "shapes": shapes}
+
+
+def _known(id: Any) -> Effect:
+    effects: Mapping[str, Effect] = library()
+    if id in effects:
+        return effects[id]
+    near = difflib.get_close_matches(str(id), effects, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else f"there are {_text(list(effects))}"
+    raise ValueError(f"there is no effect {id!r}, {hint}")
+
+
+def _axes(effect: Effect, axes: Any) -> list[int]:
+    if effect.acts_on == "mechanism":
+        if axes is not None:
+            raise ValueError(f"axes: {effect.id} belongs to the whole machine, take axes out")
+        return []
+    if not isinstance(axes, list) or not axes:
+        raise ValueError("axes: wants a list of axes such as [1, 3]")
+    if len(set(map(str, axes))) < len(axes):
+        raise ValueError(f"axes: {axes} names an axis twice")
+    return axes
+
+
+def _gain(gain: Gain, table: Any, n_axes: int) -> tuple[float, ...]:
+    many = isinstance(table, dict) and isinstance(table.get("value"), list)
+    values = _quantity(gain, table, *((n_axes,) if many else ()))
+    return tuple(values) if many else (values,) * n_axes
+
+
+def _shape(shape: Shape, table: Any) -> float:
+    value: float = _quantity(shape, table)
+    if shape.whole and value not in shape.grid:
+        allowed = _text([f"{v:g}" for v in shape.grid])
+        raise ValueError(f"parameters.{shape.name}: {value:g}, allowed: {allowed}")
+    return value
+
+
+def _quantity(par: Gain | Shape, table: Any, *size: int) -> Any:
+    read: Any = quantity(par.unit, *size, ge=par.low, le=par.high).func
+    try:
+        return read(table)
+    except ValueError as error:
+        raise ValueError(f"parameters.{par.name}: {error}") from None
+
+
+def _plain(value: float | Sequence[float]) -> Any:
+    return float(value) if isinstance(value, (int, float)) else [float(v) for v in value]
+
+
+def _text(names: Sequence[str]) -> str:
+    return ", ".join(names)

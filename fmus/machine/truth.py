@@ -1,0 +1,244 @@
+"""The real machine for `machine.fmu`: the nominal plant plus what nobody was told.
+
+Reads `machines/*-truth.toml`. Nothing but the build of machine.fmu may read it; its
+effects are written apart from those the diagnosis knows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine.quantity import quantity
+from flexhex.fmus.common.machine_file import complaint, read_toml
+from flexhex.fmus.plant import equations
+from flexhex.fmus.plant import interface as nominal
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Errors(_Section):
+    """Relative standard deviations by which each body and joint differs from the file."""
+
+    inertia: Annotated[float, quantity("1", ge=0, le=0.5)]
+    stiffness: Annotated[float, quantity("1", ge=0, le=0.5)]
+    actuator: Annotated[float, quantity("1", ge=0, le=0.5)]
+
+
+class Cogging(_Section):
+    """Harmonics of omega_cog that the model does not have; rms [N m] of their sum."""
+
+    orders: tuple[Annotated[float, Field(gt=0, le=200)], ...]
+    rms: Annotated[float, quantity("N m", ge=0)]
+
+
+class Noise(_Section):
+    """White noise a base step [N m]: on the motor torque, and on its reading."""
+
+    torque: Annotated[float, quantity("N m", ge=0)]
+    reading: Annotated[float, quantity("N m", ge=0)]
+
+
+class Drift(_Section):
+    """What creeps in as the machine warms up: offset torque (rms over the joints), relative
+    loss of the motor constant, time constant."""
+
+    torque: Annotated[float, quantity("N m", ge=0)]
+    gain: Annotated[float, quantity("1", ge=0, le=0.5)]
+    time: Annotated[float, quantity("s", gt=0)]
+
+
+KINDS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "lugre": (("F_c", "N m"), ("F_s", "N m"), ("v_s", "rad/s"), ("sigma_0", "N m/rad")),
+    "cubic": (("k", "N m/rad3"),),
+    "cable": (("k", "N m/rad"), ("begin", "rad"), ("side", "1")),
+    "saturation": (("level", "N m"),),
+    "harmonic": (("size", "N m"), ("order", "1/rad"), ("phase", "rad")),
+    "drag": (("d", "N m s2/rad2"),),
+    "ripple": (("size", "1"), ("order", "1/rad"), ("phase", "rad")),
+    "bump": (("height", "N m"), ("at", "rad"), ("width", "rad")),
+    "inertia": (("size", "kg m2"), ("order", "1/rad"), ("phase", "rad")),
+}
+"""Hidden effects and their values, in the order of `hidden_kind` in hidden_effects.h."""
+WIDTH = 6
+"""HIDDEN_WIDTH there: kind, axis, values."""
+_DIVISORS = {"F_c", "F_s", "v_s", "sigma_0", "level", "width"}
+
+
+class Hidden(_Section):
+    """An effect that hidden_effects.h computes: kind, axes from 1, values by name."""
+
+    kind: str
+    axes: Annotated[tuple[Annotated[int, Field(ge=1, le=6)], ...], Field(min_length=1)]
+    values: Mapping[str, float]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        known = KINDS.get(data.get("kind", "")) if isinstance(data, dict) else None
+        if known is None:
+            raise ValueError(f"kind must be one of {', '.join(KINDS)}")
+        tables = data.get("values", {})
+        if sorted(tables) != sorted(name for name, _ in known):
+            raise ValueError(f"{data['kind']} has the values {', '.join(n for n, _ in known)}")
+        read = {}
+        for name, unit in known:
+            limit = 0.0 if name in _DIVISORS else None
+            read[name] = quantity(unit, gt=limit).func(tables[name])  # type: ignore[call-arg]
+        return {**data, "values": read}
+
+    def rows(self) -> list[float]:
+        """Numbers for hidden_effects.h, axis by axis."""
+        given = [self.values[name] for name, _ in KINDS[self.kind]]
+        kind = float(list(KINDS).index(self.kind))
+        numbers = []
+        for axis in self.axes:
+            # unused widths are 1: the C divides before it knows its kind
+            numbers += [kind, axis - 1.0, *given, *[1.0] * (WIDTH - 2 - len(given))]
+        return numbers
+
+
+class Truth(_Section):
+    """All that the machine has and its model lacks, drawn from `seed`."""
+
+    seed: Annotated[int, Field(ge=0, lt=2**53)]
+    errors: Errors
+    cogging: Cogging
+    noise: Noise
+    drift: Drift
+    hidden: tuple[Hidden, ...] = ()
+
+
+def load_truth(path: str | Path) -> Truth:
+    """Read and check a truth file; MachineError names file and field."""
+    try:
+        return Truth.model_validate(read_toml(path))
+    except ValidationError as error:
+        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
+
+
+def interface(machine: Machine, truth: Truth) -> Interface:
+    """`machine`: the plant's interface with the truth in its parameters' start values."""
+    base, n = nominal.interface(machine), machine.n_arms
+    known = {v.name: v for v in base.variables}
+    altered = {
+        "mechanism": _mechanism(known["mechanism"], truth),
+        "actuator": _actuator(known["actuator"].starts, truth),
+    }
+    variables = [
+        dataclasses.replace(v, start=altered[v.name]) if v.name in altered else v
+        for v in base.variables
+    ]
+    cogging, draw = _cogging(truth, n), _draw(truth, "drift")
+    creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
+    noise = truth.noise
+    # nothing but nonsense is refused: values beyond would make torques that are no numbers
+    whole: dict[str, Any] = {"causality": "parameter", "min": 0}
+    few: dict[str, Any] = {**whole, "max": 1e4}
+    torque: dict[str, Any] = {"causality": "parameter", "unit": "N m", "min": -1e4, "max": 1e4}
+    long: dict[str, Any] = {"causality": "parameter", "unit": "s", "max": 1e12}
+    texts = {
+        "hidden_cogging": "cogging that the model lacks: cos, sin of each order",
+        "drift_torque": "drift: torque offset after a long time",
+        "drift_gain": "drift: loss of the motor constant after a long time",
+        "drift_time": "drift: time constant",
+        "age": "drift: time since it was switched on",
+        "noise_torque": "noise of the motor torque: standard deviation, white each base step",
+        "noise_reading": "noise of the torque reading: standard deviation, white each base step",
+        "seed": "seed of the noise, whole",
+    }
+
+    def named(name: str, **about: Any) -> Variable:
+        return Variable(name, description=texts[name], **about)
+
+    hidden = [
+        named("hidden_cogging", size=len(cogging), start=cogging, **torque),
+        named("drift_torque", size=n, start=creep, **torque),
+        named("drift_gain", unit="1", start=truth.drift.gain, **few),
+        named("drift_time", start=truth.drift.time, **{**long, "min": 1e-6}),
+        named("age", **{**long, "min": 0}),
+        named("noise_torque", unit="N m", start=noise.torque, **few),
+        named("noise_reading", unit="N m", start=noise.reading, **few),
+        named("seed", unit="1", start=truth.seed, max=2**53, **whole),
+    ]
+    rows = [number for effect in truth.hidden for number in effect.rows()]
+    constants = {**base.constants, "HIDDEN": 1}
+    if rows:
+        wide: dict[str, Any] = {"min": -1e12, "max": 1e12}
+        listed = Variable(
+            "hidden_effects",
+            "parameter",
+            "1",
+            "hidden effects, a row each: kind, axis, numbers",
+            len(rows),
+            rows,
+            **wide,
+        )
+        hidden.append(listed)
+        constants["N_HIDDEN"] = len(rows) // WIDTH
+    text = "The real machine: same interface as plant"
+    return Interface("machine", text, base.Ts, (*variables, *hidden), constants)
+
+
+def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
+    """The plant's functions and the torque (6,) that the model does not know:
+    plant_hidden(theta, tau_motor, age, cogging, drift, gain, time)."""
+    n, orders = machine.n_arms, truth.cogging.orders
+    theta, tau_motor = ca.SX.sym("theta", n), ca.SX.sym("tau_motor", n)
+    age, gain, time = ca.SX.sym("age"), ca.SX.sym("gain"), ca.SX.sym("time")
+    cogging, drift = ca.SX.sym("cogging", 2 * n * len(orders)), ca.SX.sym("drift", n)
+    torque = (drift + gain * tau_motor) * (1 - ca.exp(-age / time))
+    for i in range(n):
+        for k, order in enumerate(orders):
+            angle, at = order * machine.actuator.omega_cog * theta[i], 2 * (len(orders) * i + k)
+            torque[i] += cogging[at] * ca.cos(angle) + cogging[at + 1] * ca.sin(angle)
+    hidden = ca.Function(
+        "plant_hidden",
+        [theta, tau_motor, age, cogging, drift, gain, time],
+        [torque],
+        ["theta", "tau_motor", "age", "cogging", "drift", "gain", "time"],
+        ["torque"],
+    )
+    return [*equations.functions(machine), hidden]
+
+
+def _draw(truth: Truth, what: str) -> random.Random:
+    """Random numbers for one thing, the same whatever else is drawn."""
+    return random.Random(f"{truth.seed}:{what}")
+
+
+def _actuator(values: Sequence[float], truth: Truth) -> list[float]:
+    draw = _draw(truth, "actuator")
+    return [value * (1 + truth.errors.actuator * draw.gauss(0, 1)) for value in values]
+
+
+def _mechanism(variable: Variable, truth: Truth) -> list[float]:
+    """Bodies keep their shape: one factor for all inertias of a body, stiffness each its own."""
+    changed = []
+    for name, value in zip(variable.elements, variable.starts, strict=True):
+        flexure = name.startswith("flexure")
+        sigma = truth.errors.stiffness if flexure else truth.errors.inertia
+        draw = _draw(truth, name if flexure else name.split(".")[0])
+        changed.append(value * (1 + sigma * draw.gauss(0, 1)))
+    return changed
+
+
+def _cogging(truth: Truth, n: int) -> NDArray[np.float64]:
+    """cos, sin amplitudes by joint and order, scaled to the wanted rms for each joint."""
+    count, draw = len(truth.cogging.orders), _draw(truth, "cogging")
+    raw = np.array([draw.gauss(0, 1) for _ in range(2 * n * count)]).reshape(n, 2 * count)
+    rms = np.sqrt((raw**2).sum(axis=1, keepdims=True) / 2) if count else 1.0
+    return np.asarray((truth.cogging.rms * raw / rms).ravel())

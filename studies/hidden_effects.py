@@ -1,0 +1,233 @@
+"""`python -m studies.hidden_effects --seeds A:B [--closed A:B] [--machines] [--jobs N]
+[--dask ADDRESS] [--store FILE]`: measured runs in which an effect is hidden, diagnosed, judged.
+
+Each case comes from `studies/generator`, which shares no code with the library of effects, then
+diagnosed from its logs, then scored against the truth, which lies in another folder and is
+opened by the scorer alone. One JSON line a case in the store: a study goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import multiprocessing
+import os
+import shutil
+import signal
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from studies import tables
+from studies.generator.closed import closed_case, simulate_closed
+from studies.generator.draw import Case, draw
+from studies.generator.inverse import simulate
+from studies.generator.machines import COUNT, machine
+from studies.generator.write import Written, write
+from studies.score import Score, beside, score
+
+OUT = Path("out") / "hidden"
+MACHINE_FILE = Path("machines") / "tflex.toml"
+SIDE_BY_SIDE = 8
+"""Closed-loop cases integrated at one step."""
+Diagnose = Callable[[Sequence[Path], Sequence[Path], Path], dict[str, Any]]
+Task = tuple[str, int]
+"""Kind of case (seed, closed, machine) and its number."""
+
+
+def diagnose(paths: Sequence[Path], locked: Sequence[Path], machine_file: Path) -> dict[str, Any]:
+    """What `flexhex diagnose --json` prints, in this process, with the default options."""
+    workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
+    found: dict[str, Any] = workflow.diagnose_files(paths, locked, machine_file)
+    return found
+
+
+def case_of(task: Task) -> Case:
+    """The case that a task stands for."""
+    kinds: dict[str, Callable[[int], Case]] = {
+        "seed": draw,
+        "closed": closed_case,
+        "machine": machine,
+    }
+    return kinds[task[0]](task[1])
+
+
+def generate(case: Case, logs: Path, sealed: Path, ending: str = "h5") -> Written:
+    """Logs and sealed truth of a case."""
+    if case.closed:
+        return write(case, simulate_closed([case], OUT / "closed")[0], logs, sealed, ending)
+    return write(case, simulate(case), logs, sealed, ending)
+
+
+def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -> Score:
+    """Generate, diagnose, score; where an effect that is to be seen was named, the same runs
+    without it as well. Logs and truth go to folders apart, removed afterwards unless they are kept
+    under `keep`."""
+    case = case_of(task)
+    found, judged = _judged(case, diagnose, keep)
+    if found["effects"] and any(part >= tables.SEEN for part in judged.observable):
+        twin, _ = _judged(without(case), diagnose)
+        judged = beside(judged, twin)
+    return judged
+
+
+def without(case: Case) -> Case:
+    """The same motion and noise with nothing hidden."""
+    return replace(case, hidden=())
+
+
+def _judged(
+    case: Case, diagnose: Diagnose, keep: Path | None = None
+) -> tuple[dict[str, Any], Score]:
+    # two folders that do not know each other: nothing near the logs leads to the truth
+    folder = tempfile.TemporaryDirectory
+    with folder(prefix="hidden-") as first, folder(prefix="sealed-") as second:
+        # every ninth case as CSV: slower to read, the same numbers
+        ending = "csv" if case.seed % 9 == 4 else "h5"
+        written = generate(case, Path(first), Path(second), ending)
+        found = diagnose(written.paths, written.locked, MACHINE_FILE)
+        judged = score(found, written.sealed)
+        if keep is not None:
+            shutil.copytree(first, keep / "logs" / str(case.seed), dirs_exist_ok=True)
+            shutil.copytree(second, keep / "sealed", dirs_exist_ok=True)
+    return found, judged
+
+
+def close_loops(numbers: Sequence[int]) -> int:
+    """Integrate closed-loop cases side by side, which is far quicker than one by one; also the same
+    without what they hide, where `judge` may ask for it."""
+    cases = [closed_case(k) for k in numbers]
+    twins = [without(case) for case in cases if case.category == "single"]
+    return len(simulate_closed([*cases, *twins], OUT / "closed"))
+
+
+def attempt(task: Task) -> Score | str:
+    """`judge` for a pool: what fails comes back in words, and the study goes on."""
+    try:
+        return judge(task)
+    except Exception:
+        return traceback.format_exc(limit=6)
+
+
+class Store:
+    """Finished cases, one JSON line each; a last line without its end is cut off."""
+
+    def __init__(self, path: Path) -> None:
+        """ValueError, with the line, where the file holds anything else."""
+        self.path = path
+        self.done: dict[Task, Score] = {}
+        content = path.read_bytes() if path.exists() else b""
+        whole = content.rfind(b"\n") + 1
+        for number, line in enumerate(content[:whole].splitlines(), start=1):
+            try:
+                row = json.loads(line)
+                task, found = row.pop("task"), Score(**row)
+            except (ValueError, TypeError, KeyError) as error:
+                raise ValueError(f"{path}:{number}: no case of this study ({error})") from None
+            self.done[task[0], task[1]] = _tuples(found)
+        if whole < len(content):
+            os.truncate(path, whole)
+
+    def add(self, task: Task, found: Score) -> None:
+        """Append a case; it is on the disk when this returns."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"task": task, **asdict(found)}) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        self.done[task] = found
+
+
+def _tuples(s: Score) -> Score:
+    """A score as read back, lists made tuples again."""
+    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(s).items()}
+    return Score(**values)
+
+
+def local(jobs: int) -> Callable[[Sequence[Task]], Iterator[tuple[Task, Score | str]]]:
+    """Processes of this computer."""
+
+    def pool(tasks: Sequence[Task]) -> Iterator[tuple[Task, Score | str]]:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_deaf) as executor:
+            futures = {executor.submit(attempt, task): task for task in tasks}
+            try:
+                for future in as_completed(futures):
+                    yield futures[future], future.result()
+            finally:
+                executor.shutdown(wait=False, cancel_futures=True)
+
+    return pool
+
+
+def _deaf() -> None:
+    """Ctrl-C is for the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def over_dask(address: str) -> Callable[[Sequence[Task]], Iterator[tuple[Task, Score | str]]]:
+    """Workers of a dask scheduler; each runs in a checkout of this project."""
+    distributed: Any = importlib.import_module("distributed")
+
+    def pool(tasks: Sequence[Task]) -> Iterator[tuple[Task, Score | str]]:
+        with distributed.Client(address, timeout=10) as client:
+            futures = {client.submit(attempt, task, pure=False): task for task in tasks}
+            for future in distributed.as_completed(list(futures)):
+                yield futures[future], future.result()
+
+    return pool
+
+
+def _range(text: str) -> range:
+    first, _, end = text.partition(":")
+    found = range(int(first), int(end) if end else int(first) + 1)
+    if not found or found[0] < 0:
+        raise argparse.ArgumentTypeError(f"{text}: A:B with 0 <= A < B, B not included")
+    return found
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0; 1 when a case failed."""
+    parser = argparse.ArgumentParser(prog="hidden_effects", description=__doc__)
+    parser.add_argument("--seeds", type=_range, default=range(0), help="A:B, B not included")
+    parser.add_argument("--closed", type=_range, default=range(0), help="of the closed loop")
+    parser.add_argument("--machines", action="store_true", help=f"the {COUNT} of the showcase")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--dask", metavar="ADDRESS", help="tcp://host:port of a scheduler")
+    parser.add_argument("--store", type=Path, default=OUT / "study.jsonl")
+    given = parser.parse_args(arguments)
+    tasks: list[Task] = [("seed", k) for k in given.seeds]
+    tasks += [("closed", k) for k in given.closed]
+    tasks += [("machine", k) for k in range(1, COUNT + 1) if given.machines]
+    store, failed = Store(given.store), []
+    waiting = [t for t in tasks if t not in store.done]
+    print(f"{len(tasks)} cases, {len(tasks) - len(waiting)} done before")
+    loops = [number for kind, number in waiting if kind == "closed"]
+    groups = [loops[k : k + SIDE_BY_SIDE] for k in range(0, len(loops), SIDE_BY_SIDE)]
+    if groups and not given.dask:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(min(given.jobs, len(groups)), mp_context=context) as executor:
+            print(f"{sum(executor.map(close_loops, groups))} closed loops integrated", flush=True)
+    pool = over_dask(given.dask) if given.dask else local(given.jobs)
+    for task, found in pool(waiting) if waiting else ():
+        if isinstance(found, str):
+            failed.append((task, found))
+            print(f"{task[0]} {task[1]}: FAILED\n{found}", flush=True)
+            continue
+        store.add(task, found)
+        truth = " + ".join(found.truth) or "nothing"
+        said = " + ".join(found.named) or found.verdict
+        print(f"{task[0]} {task[1]}: {truth} -> {said}: {found.outcome}", flush=True)
+    print(tables.text([store.done[t] for t in tasks if t in store.done]))
+    if failed:
+        print(f"\n{len(failed)} cases failed and count nowhere: {[t for t, _ in failed]}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,71 @@
+"""A sample of the study: effects hidden by the foreign generator, diagnosed from the logs.
+
+Minutes, not hours: a few cases of each category, so only gross failures show. The figures with
+their intervals come from `python -m studies.hidden_effects` over some hundred seeds.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studies.generator.draw import ROUND, slots
+from studies.hidden_effects import case_of, diagnose, generate, judge
+from studies.score import Score
+from studies.tables import SEEN
+from tests.conftest import MACHINE_FILE
+
+SAMPLE_FROM = 3 * ROUND
+"""First seed of the round that the sample is taken from."""
+
+
+def seed_of(category: str, id: str = "", size: float | None = None) -> int:
+    """The first seed of that round with such a case."""
+    for k, row in enumerate(slots()):
+        if row[0] == category and id in ("", row[1]) and size in (None, row[2]):
+            return SAMPLE_FROM + k
+    raise LookupError(f"{category} {id} {size}: not in a round")
+
+
+def verdict(category: str, id: str = "", size: float | None = None) -> Score:
+    """Generated, diagnosed and judged."""
+    return judge(("seed", seed_of(category, id, size)))
+
+
+def test_nothing_hidden_names_nothing() -> None:
+    found = verdict("nothing")
+    assert found.outcome != "false_alarm", found
+
+
+@pytest.mark.parametrize("id", ["cogging_harmonic", "torque_ripple", "drive_lag"])
+def test_large_effect_is_found(id: str) -> None:
+    """3 % of torque RMS, of which far more than the least share is observable."""
+    found = verdict("single", id, 0.03)
+    assert found.observable[0] > SEEN, "the case does not test what it says"
+    assert found.outcome in ("alone", "set"), found
+
+
+def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> None:
+    """Fitted without the friction the model's hysteresis is half as wide as it should be; beside
+    that the friction seemed more than twice as large, and a second hysteresis was named."""
+    case = case_of(("seed", seed_of("single", "coulomb_friction", 0.03)))
+    made = generate(case, tmp_path / "logs", tmp_path / "sealed")
+    found = diagnose(made.paths, made.locked, MACHINE_FILE)
+    (hidden,) = json.loads(made.sealed.read_text(encoding="utf-8"))["hidden"]
+    (effect,) = found["effects"]
+    assert (effect["id"], effect["axes"]) == (hidden["id"], hidden["axes"])
+    values = {name: e["value"] for name, e in effect["parameters"].items() if "F_c" in name}
+    np.testing.assert_allclose(list(values.values()), hidden["gain"], rtol=0.15)
+
+
+def test_effect_outside_the_list_gets_no_name() -> None:
+    found = verdict("outside", "limit_cycle", 0.03)
+    assert found.outcome == "right", found
+
+
+def test_payload_is_a_changed_parameter() -> None:
+    found = verdict("changed", "payload")
+    assert found.outcome == "right", found

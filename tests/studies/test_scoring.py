@@ -1,0 +1,269 @@
+"""The scorer, its tables, and the study around them with stand-ins for the diagnosis."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from studies import hidden_effects, tables
+from studies.generator.draw import slots
+from studies.hidden_effects import Store, judge
+from studies.score import Score, beside, score
+from tests.oracles.calculus import Array
+
+Found = dict[str, Any]
+
+
+def truth(tmp_path: Path, category: str, *hidden: tuple[str, list[int]], kind: str = "") -> Path:
+    """A sealed file."""
+    rows = [
+        {"id": id, "axes": axes, "size": 0.01, "observable": 0.006, "wanted": 0.01}
+        for id, axes in hidden
+    ]
+    changed = [{"kind": kind, "parameter": "end_effector.m"}] if kind else []
+    path = tmp_path / "truth.json"
+    row = {"seed": 1, "category": category, "closed": False, "hidden": rows, "changed": changed}
+    path.write_text(json.dumps(row))
+    return path
+
+
+def effect(id: str, axes: Sequence[int] = (), *rivals: str) -> Found:
+    return {"id": id, "axes": list(axes), "rivals": list(rivals)}
+
+
+def said(verdict: str, *effects: Found, changed: Sequence[str] = ()) -> Found:
+    return {
+        "verdict": verdict,
+        "effects": list(effects),
+        "changed": [{"parameter": name} for name in changed],
+        "gap": {"before": 0.05, "after": 0.014, "floor": 0.01},
+    }
+
+
+DRAG, BEND = ("quadratic_drag", [2]), ("cubic_stiffness", [4])
+
+
+@pytest.mark.parametrize(
+    ("category", "hidden", "found", "outcome"),
+    [
+        ("nothing", (), said("none"), "right"),
+        ("nothing", (), said("changed", changed=["actuator.k[1]"]), "right"),
+        ("nothing", (), said("unknown"), "unknown"),
+        ("nothing", (), said("named", effect("quadratic_drag", [2])), "false_alarm"),
+        ("nothing", (), said("set", effect("quadratic_drag", [2], "time_delay")), "false_alarm"),
+        ("single", (DRAG,), said("named", effect("quadratic_drag", [2])), "alone"),
+        ("single", (DRAG,), said("named", effect("quadratic_drag", [3])), "wrong"),
+        ("single", (DRAG,), said("set", effect("cubic_stiffness", [2], "quadratic_drag")), "set"),
+        ("single", (DRAG,), said("set", effect("a", [2], "b", "c", "quadratic_drag")), "wrong"),
+        ("single", (DRAG,), said("named", effect("cubic_stiffness", [2])), "wrong"),
+        (
+            "single",
+            (DRAG,),
+            said("named", effect("quadratic_drag", [2]), effect("cubic_stiffness", [2])),
+            "wrong",
+        ),
+        ("single", (DRAG,), said("none"), "missed"),
+        ("single", (DRAG,), said("unknown"), "missed"),
+        ("outside", (("backlash", [1]),), said("unknown"), "right"),
+        ("outside", (("backlash", [1]),), said("named", effect("quadratic_drag", [1])), "wrong"),
+        (
+            "pair",
+            (DRAG, BEND),
+            said("named", effect("quadratic_drag", [2]), effect("cubic_stiffness", [4])),
+            "both",
+        ),
+        ("pair", (DRAG, BEND), said("named", effect("cubic_stiffness", [4])), "some"),
+        ("pair", (DRAG, BEND), said("named", effect("time_delay", [4])), "wrong"),
+    ],
+)
+def test_outcome_of_a_verdict(
+    tmp_path: Path,
+    category: str,
+    hidden: tuple[tuple[str, list[int]], ...],
+    found: Found,
+    outcome: str,
+) -> None:
+    judged = score(found, truth(tmp_path, category, *hidden))
+    assert judged.outcome == outcome
+    assert judged.closed_gap == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(
+    ("found", "outcome"),
+    [
+        (said("changed", changed=["end_effector.m"]), "right"),
+        (said("changed", changed=["actuator.o[2]", "end_effector.m"]), "right"),
+        (said("changed", changed=["actuator.o[2]"]), "wrong"),
+        (said("named", effect("quadratic_drag", [2])), "wrong"),
+        (said("named", effect("payload")), "right"),
+        (said("none"), "missed"),
+    ],
+)
+def test_outcome_of_a_changed_parameter(tmp_path: Path, found: Found, outcome: str) -> None:
+    assert score(found, truth(tmp_path, "changed", kind="payload")).outcome == outcome
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("offset", "o[4]"),
+        ("damping", "d[1]"),
+        ("stiffness", "flexure.k_u3"),
+        ("payload", "end_effector.m"),
+    ],
+)
+def test_changed_parameters_are_known_by_the_names_that_the_diagnosis_gives(
+    tmp_path: Path, kind: str, name: str
+) -> None:
+    def outcome(told: str) -> str:
+        found = said("changed", changed=[told])
+        return score(found, truth(tmp_path, "changed", kind=kind)).outcome
+
+    assert outcome(name) == "right"
+    assert outcome("upper[1].J_xx") == "wrong"
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        {"verdict": "sure", "effects": [], "changed": []},
+        {"verdict": "named", "effects": [], "changed": []},
+        {"verdict": "none", "effects": None, "changed": []},
+        {"verdict": "named", "effects": [{"axes": [1]}], "changed": []},
+    ],
+)
+def test_score_refuses_what_is_no_verdict(tmp_path: Path, found: Found) -> None:
+    with pytest.raises(ValueError, match=r"verdict|effects"):
+        score(found, truth(tmp_path, "nothing"))
+
+
+def test_gap_without_a_gap_has_no_reduction(tmp_path: Path) -> None:
+    found = said("none") | {"gap": {"before": 0.01, "after": 0.01, "floor": 0.01}}
+    assert score(found, truth(tmp_path, "nothing")).closed_gap is None
+
+
+@pytest.mark.parametrize(("floor", "closed"), [(0.0103, 1.0), (0.02, 0.9), (0.005, 0.9)])
+def test_gap_of_an_effect_is_what_it_adds_to_the_same_runs_without_it(
+    tmp_path: Path, floor: float, closed: float
+) -> None:
+    """Unless the floors differ: then only the gap's own floor is a measure of it."""
+    twin = said("none") | {"gap": {"before": 0.014, "after": 0.014, "floor": floor}}
+    found = said("named", effect("quadratic_drag", [2]))
+    judged = beside(score(found, truth(tmp_path, "single", DRAG)), twin)
+    assert judged.closed_gap == pytest.approx(0.9)
+    assert judged.closed_effect == pytest.approx(closed)
+
+
+def test_wilson_is_the_textbooks() -> None:
+    """Newcombe (1998), table I: 81 of 263 and 0 of 20."""
+    assert tables.wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert tables.wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
+    assert tables.wilson(0, 0) == (0.0, 1.0)
+
+
+def judged(category: str, outcome: str, named: tuple[str, ...] = (), seen: float = 0.006) -> Score:
+    hidden = ("quadratic_drag",) if category == "single" else ()
+    sizes = (seen,) if hidden else ()
+    return Score(1, category, False, hidden, sizes, sizes, "named", named, outcome, None, 0.95)
+
+
+def test_tables_count_what_is_there() -> None:
+    scores = [judged("nothing", "right")] * 3 + [judged("nothing", "false_alarm", ("time_delay",))]
+    scores += [judged("single", "alone", ("quadratic_drag",))] * 2
+    scores += [judged("single", "wrong", ("time_delay",)), judged("single", "missed", (), 0.001)]
+    rows = {claim: found for claim, _, found in tables.targets(scores)}
+    assert rows["nothing hidden: an effect named"].startswith("1/4 = 25.0 %")
+    assert rows["seen: named alone"].startswith("2/3")
+    assert rows["faint: alone or in a set"].startswith("0/1")
+    assert rows["outside: unknown or none"] == "no case"
+    columns, matrix = tables.confusion(scores)
+    counts = {truth: dict(zip(columns, row, strict=True)) for truth, row in matrix}
+    assert counts["quadratic_drag"]["quadratic_drag"] == 2
+    assert counts["(nothing)"]["time_delay"] == 1
+    assert "quadratic_drag" in tables.text(scores)
+
+
+def test_store_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    path = tmp_path / "study.jsonl"
+    one = judged("single", "alone", ("quadratic_drag",))
+    Store(path).add(("seed", 4), one)
+    with path.open("a") as file:
+        file.write('{"task": ["seed", 5], "see')
+    again = Store(path)
+    assert again.done == {("seed", 4): replace(one, notes={})}
+    again.add(("machine", 1), one)
+    assert set(Store(path).done) == {("seed", 4), ("machine", 1)}
+    path.write_text('{"foreign": 1}\n')
+    with pytest.raises(ValueError, match="jsonl:1"):
+        Store(path)
+
+
+def quick(monkeypatch: pytest.MonkeyPatch, seconds: float = 1.0) -> None:
+    """Runs of 1 s instead of 12."""
+    monkeypatch.setattr(hidden_effects, "draw", lambda seed: draw_of(seed, seconds))
+
+
+draw_of: Callable[..., Any] = hidden_effects.draw
+
+
+def test_study_hands_over_logs_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stand-in for the diagnosis looks around: it gets logs of all passes, the last trajectory
+    apart, and no truth near them; what it says is judged."""
+    quick(monkeypatch)
+    seen: list[Path] = []
+
+    def blind(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
+        assert len(paths) == 4
+        assert len(locked) == 2
+        near = [p for path in paths for p in path.parent.rglob("*")]
+        assert {p.suffix for p in near} <= {".h5", ".csv"}
+        seen.extend(paths)
+        return said("none")
+
+    listed = [row[0] for row in slots()]
+    expected = {"nothing": "right", "single": "missed", "outside": "right", "changed": "missed"}
+    for category, outcome in expected.items():
+        found = judge(("seed", listed.index(category)), blind, keep=tmp_path)
+        assert (found.category, found.outcome) == (category, outcome)
+    assert not any(path.exists() for path in seen)
+    assert len(list((tmp_path / "sealed").iterdir())) == 4
+
+
+def test_effect_that_is_named_is_held_against_the_same_runs_without_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A stand-in that names the effect is given a second case: the same motion and noise, and the
+    torques differ by what is hidden alone."""
+    quick(monkeypatch, 3.0)
+    given: list[Array] = []
+
+    def knowing(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
+        with h5py.File(sorted(paths)[0]) as file:
+            given.append(np.asarray(file["tau_meas"]))
+        gap = {"before": 0.05 / len(given), "after": 0.014, "floor": 0.01}
+        return said("named", effect("cogging_harmonic", range(1, 7))) | {"gap": gap}
+
+    number = slots().index(("single", "cogging_harmonic", 0.03, False))
+    found = judge(("seed", number), knowing)
+    hidden, bare = given
+    (axis,) = (k for h in hidden_effects.case_of(("seed", number)).hidden for k in h.axes)
+    shares = np.std(hidden - bare, axis=0) / np.std(bare, axis=0)
+    assert shares[axis] > 0.05
+    assert np.delete(shares, axis).max() < 0.02, "quantisation alone"
+    assert found.truth == ("cogging_harmonic",)
+    assert found.closed_effect == pytest.approx((0.05 - 0.014) / 0.025)
+
+
+def test_study_goes_on_after_a_failed_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(task: object) -> Score:
+        raise RuntimeError("no such thing")
+
+    monkeypatch.setattr(hidden_effects, "judge", broken)
+    assert "no such thing" in str(hidden_effects.attempt(("seed", 1)))
