@@ -49,9 +49,9 @@ static bool start(const filter_parameters *p, void *memory, filter_outputs *y, c
   filter_taps(s->taps);
   filter_basis(s->theta_last, s->z, y->chi_f);
 #ifdef FILTER_N_EFFECT
-  const filter_instant rest = {.time = 0.0};
-  filter_effect_start(rest.theta, s->effects.state);
-  filter_effect_columns(rest.theta, s->effects.state, y->chi_f + N_CHI);
+  const filter_instant rest = {.all = {0.0}};
+  filter_effect_start(rest.of.theta, s->effects.state);
+  filter_effect_columns(rest.all, s->effects.state, y->chi_f + N_CHI);
 #endif
   return true;
 }
@@ -122,7 +122,7 @@ static void note_effects(const filter_parameters *p, state *s) {
 }
 
 static void differentiate(const filter_parameters *p, state *s, filter_outputs *y) {
-  memmove(s->theta_f[1], s->theta_f[0], 2 * sizeof s->theta_f[0]);
+  memmove(s->theta_f + 1, s->theta_f, 2 * sizeof s->theta_f[0]);
   window(s, 0, N, s->theta_f[0]);
   if (s->started == 0.0) {
     memcpy(s->theta_f[1], s->theta_f[0], sizeof s->theta_f[0]);
