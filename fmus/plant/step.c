@@ -11,7 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { N = PLANT_N, N_D = PLANT_N_D };
+/* C has no empty array: a machine without a platform has one d, which stays zero */
+enum { N = PLANT_N, N_D = PLANT_N_D > 0 ? PLANT_N_D : 1 };
 static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0, TWO_PI = 6.283185307179586;
 /* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
 static const double LEAP = 1.0, LARGEST_Z = 2.0;
@@ -113,6 +114,9 @@ static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
 static void derive(const plant_parameters *p, const state *s, const motion *at, int stage,
                    double tau[3][N], double payload, motion *rate) {
   memcpy(rate->of.theta, at->of.thetad, sizeof rate->of.theta);
+#if PLANT_N_D == 0
+  rate->of.d[0] = 0.0;
+#endif
 #ifdef PLANT_N_EFFECT
   const plant_effects *e = &s->effects;
   plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, tau[stage], p->mechanism,
@@ -204,7 +208,7 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
   plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.of.theta, s->tau_motor, disturbance);
   for (int k = 0; k < substeps; ++k) {
     const motion before = s->now;
-    double tau[3][N], d[N_D], residual;
+    double tau[3][N], d[N_D] = {0.0}, residual;
     current_loop(p, s, command, h, tau);
 #ifdef PLANT_N_EFFECT
     plant_transmit(&s->effects, command, TWO_PI * p->f_current, s->ticks * p->Ts + k * h, h, tau);
