@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import casadi as ca
 
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model import quaternion as qn
 from flexhex.fmus.common.model.bodies import Mechanism, mechanism_names, point_mass
@@ -26,11 +28,7 @@ def spatial_inertia(par: ca.SX) -> ca.SX:
     par (10,): m, mc, J.   2 T = m v.v + 2 v.(omega x mc) + omega.J omega
     """
     m, S = par[0], ca.skew(par[1:4])
-    J = ca.vertcat(
-        ca.horzcat(par[4], par[7], par[8]),
-        ca.horzcat(par[7], par[5], par[9]),
-        ca.horzcat(par[8], par[9], par[6]),
-    )
+    J = ca.blockcat(inertia_rows([par[k] for k in range(4, 10)]))
     return ca.vertcat(ca.horzcat(m * ca.SX.eye(3), -S), ca.horzcat(S, J))
 
 
@@ -88,11 +86,6 @@ def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
     return Mechanism(par.upper, par.lower, carried, par.stiffness)
 
 
-def dahl_rate(z: ca.SX, thetad: ca.SX, sigma: float) -> ca.SX:
-    """z' = (thetad - |thetad| z) / sigma.  [SH, Eq. (23)]"""
-    return (thetad - ca.fabs(thetad) * z) / sigma
-
-
 def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
@@ -120,7 +113,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
     M, force = mass_matrix(linkage, par), tau - chi - bias
     arguments, more_in = [theta, thetad, d, z, tau, mechanism, p, payload], list[str]()
-    rates, more_out = [xd[n:], dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
+    rates, more_out = [xd[n:], actuator.dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
     bank, symmetric = Bank.real(machine), True
     if bank:
         given = effects.Inputs.of(bank)
