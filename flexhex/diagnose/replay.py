@@ -95,7 +95,7 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
 
 def plant_values(machine: Machine, p: Array) -> dict[str, Array]:
     """Parameters of plant.fmu for estimated ones p: mechanism, actuators, gains of effects."""
-    bank, known, n = Bank.real(machine), Bank.known(machine), machine.n_arms
+    bank, known, n = Bank.all(machine), Bank.compensated(machine), machine.n_arms
     end = len(p) - known.n_gains
     split = n * (4 + 2 * machine.actuator.n_harmonics)
     mechanism = base_mechanism(machine, p[split:end]).vector()

@@ -82,7 +82,7 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["z", "theta_last", "theta"],
             ["z_next"],
         ),
-        *effects(Bank.known(machine)),
+        *effects(Bank.compensated(machine)),
     ]
 
 

@@ -190,7 +190,7 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         hidden.append(listed)
         constants["N_HIDDEN"] = len(rows) // WIDTH
     text = "The real machine: same interface as plant"
-    return Interface("machine", text, base.Ts, (*variables, *hidden), constants)
+    return Interface("machine", text, base.Ts, (*variables, *hidden), constants, base.faults)
 
 
 def functions(machine: Machine, truth: Truth) -> list[ca.Function]:

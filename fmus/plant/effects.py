@@ -102,7 +102,7 @@ def functions(bank: Bank) -> list[ca.Function]:
 
 def constants(machine: Machine) -> dict[str, int]:
     """Sizes for effects.h: LINE is how many substeps a delay can reach back."""
-    bank = Bank.real(machine)
+    bank = Bank.all(machine)
     if not bank:
         return {}
     reach = [gain.high for part, gain in bank.gains if part.effect.line == "delay"]

@@ -114,7 +114,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     M, force = mass_matrix(linkage, par), tau - chi - bias
     arguments, more_in = [theta, thetad, d, z, tau, mechanism, p, payload], list[str]()
     rates, more_out = [xd[n:], actuator.dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
-    bank, symmetric = Bank.real(machine), True
+    bank, symmetric = Bank.all(machine), True
     if bank:
         given = effects.Inputs.of(bank)
         taken, added, stated = effects.torque(bank, theta, thetad, given)

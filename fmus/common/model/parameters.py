@@ -81,7 +81,7 @@ def mechanism_parameters(machine: Machine) -> list[Parameter]:
 
 def effect_parameters(machine: Machine) -> list[Parameter]:
     """Gains of the machine's effects, as far as the feedforward compensates them."""
-    bank = Bank.known(machine)
+    bank = Bank.compensated(machine)
     return [
         Parameter(name, gain.unit, "effects", gain.typical)
         for name, (_, gain) in zip(bank.names, bank.gains, strict=True)
@@ -121,7 +121,7 @@ def base_parameters(machine: Machine) -> Array:
     for i in range(machine.n_arms):
         parts += [a.o[i], a.k[i], a.d[i], a.c[i]]
         parts += [value for pair in zip(a.a[i], a.b[i], strict=True) for value in pair]
-    effects = Bank.known(machine).values
+    effects = Bank.compensated(machine).values
     return np.concatenate([parts, regrouped(machine, nominal_mechanism(machine)), effects])
 
 
