@@ -1,4 +1,4 @@
-/* Torque of the effects along the wanted motion. Without effects all of this does nothing. */
+/* Torque of the effects along the reference motion. Without effects all of this does nothing. */
 #ifndef FLEXHEX_FEEDFORWARD_EFFECTS_H
 #define FLEXHEX_FEEDFORWARD_EFFECTS_H
 
@@ -24,15 +24,7 @@ typedef struct {
   double ticks;
 } feedforward_effects;
 
-/* Rate of the torque from this sample and the two before, none at the first two. */
-static void torque_rate(const feedforward_effects *e, const double *tau, double Ts, double *taud) {
-  for (int i = 0; i < FEEDFORWARD_N; ++i) {
-    const double rate = (3 * tau[i] - 4 * e->base[0][i] + e->base[1][i]) / (2 * Ts);
-    taud[i] = e->ticks > 1.0 ? rate : 0.0;
-  }
-}
-
-/* Adds to the model's torque what the effects ask for; the states go along the wanted motion. */
+/* Adds the effects' torque to the model's; the states are advanced along the reference motion. */
 static void add_effects(const feedforward_parameters *p, const feedforward_inputs *u,
                         feedforward_effects *e, double tau[FEEDFORWARD_N]) {
   feedforward_instant now;
@@ -40,7 +32,10 @@ static void add_effects(const feedforward_parameters *p, const feedforward_input
   memcpy(now.of.thetad, u->xd, sizeof now.of.thetad);
   memcpy(now.of.thetadd, u->xdd, sizeof now.of.thetadd);
   memcpy(now.of.tau, tau, sizeof now.of.tau);
-  torque_rate(e, tau, p->Ts, now.of.taud);
+  memset(now.of.taud, 0, sizeof now.of.taud);
+  if (e->ticks > 1.0) { /* the first two samples have no two before them */
+    feedforward_effect_torque_rate(e->base[1], e->base[0], tau, &p->Ts, now.of.taud);
+  }
   now.of.time = (e->ticks + 1.0) * p->Ts;
   if (e->ticks == 0.0) {
     feedforward_effect_start(now.of.theta, e->state);

@@ -86,6 +86,23 @@ def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
     return Mechanism(par.upper, par.lower, carried, par.stiffness)
 
 
+def drive_torque(
+    tau: ca.SX, command: ca.SX, f_current: ca.SX, h: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Torque (n,) [N m] of first-order current loops at start, middle and end of a time h [s].
+
+        tau' = 2 pi f_current (command - tau)
+
+    in closed form for a constant command. The middle value is the one for which Simpson's rule,
+    which the integrator applies, gives the exact impulse.
+    """
+    reach = 2 * ca.pi * f_current * h
+    mean = -ca.expm1(-reach) / reach
+    gap = tau - command
+    end = command + ca.exp(-reach) * gap
+    return tau, effects.simpson_middle(tau, command + mean * gap, end), end
+
+
 def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
@@ -94,6 +111,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
     plant_neutral() -> d (31,)
     plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E; not without a platform
+    plant_drive(tau_motor, command, f_current, h) -> start, middle, end (6,): `drive_torque`
 
     With effects plant_rates has further arguments (`effects.Inputs`), of which tau is then
     what the joints get, and gives the rates of their states; `effects.functions` come too.
@@ -140,9 +158,22 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["d_next", "residual"],
         ),
         ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
+        _drive(n),
         *effects.functions(bank),
     ]
     if machine.has_platform:
         x_E, phi_E = d[n_d - 7 : n_d - 4], qn.rotation_vector(d[n_d - 4 :])
         made.append(ca.Function("plant_pose", [d], [x_E, phi_E], ["d"], ["x_E", "phi_E"]))
     return made
+
+
+def _drive(n: int) -> ca.Function:
+    tau, command = ca.SX.sym("tau_motor", n), ca.SX.sym("command", n)
+    f_current, h = ca.SX.sym("f_current"), ca.SX.sym("h")
+    return ca.Function(
+        "plant_drive",
+        [tau, command, f_current, h],
+        ca.cse(list(drive_torque(tau, command, f_current, h))),
+        ["tau_motor", "command", "f_current", "h"],
+        ["start", "middle", "end"],
+    )

@@ -1,8 +1,8 @@
 /* Plant: quantised drives with a current loop, the mechanism integrated at fixed steps, encoders.
 
    A tick takes the state from kTs to (k+1)Ts under a torque command that is constant meanwhile.
-   The current loop's answer is known in closed form; the mechanism is stepped by the classical
-   Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
+   The current loop is solved in closed form (plant_drive); the mechanism is stepped by the
+   classical Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
 #include "plant.h"
 
 #include "effects.h"
@@ -13,7 +13,7 @@
 
 /* C has no empty array: a machine without a platform has one d, which stays zero */
 enum { N = PLANT_N, N_D = PLANT_N_D > 0 ? PLANT_N_D : 1 };
-static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0, TWO_PI = 6.283185307179586;
+static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0;
 /* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
 static const double LEAP = 1.0, LARGEST_Z = 2.0;
 
@@ -98,7 +98,7 @@ static bool start(const plant_parameters *p, void *memory, plant_outputs *y, cha
   return true;
 }
 
-/* What the current loop is asked for: the command after delay, limit and quantum. */
+/* Input of the current loop: the command after delay, limit and quantisation. */
 static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
                   double tau_command[N]) {
   const int delay = (int)p->command_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
@@ -154,21 +154,6 @@ static void integrate(const plant_parameters *p, state *s, double tau[3][N], dou
   }
 }
 
-/* The drives' torque at the start, for the middle and at the end of a substep of h. The middle
-   value is such that Simpson's rule, which the integrator applies, gives the exact impulse. */
-static void current_loop(const plant_parameters *p, state *s, const double *command, double h,
-                         double tau[3][N]) {
-  const double reach = TWO_PI * p->f_current * h, left = exp(-reach);
-  const double mean = -expm1(-reach) / reach;
-  for (int i = 0; i < N; ++i) {
-    const double gap = s->tau_motor[i] - command[i];
-    tau[0][i] = s->tau_motor[i];
-    tau[2][i] = command[i] + left * gap;
-    tau[1][i] = (6 * (command[i] + mean * gap) - tau[0][i] - tau[2][i]) / 4;
-    s->tau_motor[i] = tau[2][i];
-  }
-}
-
 /* True when the step's numbers are no motion of any machine: h is too long for the equations. */
 static bool diverged(const motion *before, const motion *now) {
   for (int k = 0; k < N_MOTION; ++k) {
@@ -209,9 +194,10 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
   for (int k = 0; k < substeps; ++k) {
     const motion before = s->now;
     double tau[3][N], d[N_D] = {0.0}, residual;
-    current_loop(p, s, command, h, tau);
+    plant_drive(s->tau_motor, command, &p->f_current, &h, tau[0], tau[1], tau[2]);
+    memcpy(s->tau_motor, tau[2], sizeof s->tau_motor);
 #ifdef PLANT_N_EFFECT
-    plant_transmit(&s->effects, command, TWO_PI * p->f_current, s->ticks * p->Ts + k * h, h, tau);
+    plant_transmit(&s->effects, command, p->f_current, s->ticks * p->Ts + k * h, h, tau);
 #endif
     for (int i = 0; i < 3 * N; ++i) {
       tau[i / N][i % N] -= disturbance[i % N];
