@@ -25,7 +25,7 @@ typedef struct {
   double ticks;
 } filter_effects;
 
-/* Columns of the middle one of three samples (theta, then tau), whose neighbours tell its rates.
+/* Columns of the middle one of three samples (theta, then tau), whose neighbours give its rates.
    At the first tick all three are one sample, at the second the middle one is that sample still:
    only then does time go on. */
 static void filter_effects_at(filter_effects *e, double Ts, const double *past, const double *now,

@@ -78,8 +78,8 @@ static void window(const state *s, int age, int count, double *restrict sum) {
   }
 }
 
-/* Dahl states follow the angle alone, through a gap that keeps the way of its noise from them;
-   the first angle knows no earlier one. */
+/* Dahl states follow the angle alone, through a backlash that removes its noise; at the first
+   sample there is no earlier angle. */
 static void follow(const filter_parameters *p, state *s, const double *theta) {
   double moved[N], z_next[N];
   if (s->started == 0.0) {
@@ -104,7 +104,7 @@ static void keep(state *s, const double *now) {
   s->newest = newest;
 }
 
-/* The columns of an effect want the rates at their instant, so they are known one sample later;
+/* The columns of an effect need the rates at their instant, so they are computed one sample later;
    the first ones fill the ring. */
 static void note_effects(const filter_parameters *p, state *s) {
 #ifdef FILTER_N_EFFECT

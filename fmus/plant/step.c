@@ -154,7 +154,7 @@ static void integrate(const plant_parameters *p, state *s, double tau[3][N], dou
   }
 }
 
-/* True when the step's numbers are no motion of any machine: h is too long for the equations. */
+/* True when the step is no plausible motion: h is too long for the equations. */
 static bool diverged(const motion *before, const motion *now) {
   for (int k = 0; k < N_MOTION; ++k) {
     if (!isfinite(now->all[k])) {

@@ -1,7 +1,7 @@
-"""The constraint set D(x~) in the paper's own form, and the dense solves (14)-(17), (29).
+"""The constraint set D(x~) in the paper's own form.
 
 x~ (37) = theta (6), lam_Q1 ... lam_Q6 (4 each), x_E (3), lam_E (4); d is all but theta.
-This is the reference that the structured form of `linkage.py` must equal to rounding.
+`tests/oracles/dense_form.py` solves it densely; `linkage.py` must equal that to rounding.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The estimated parameters p: 22 of each actuator and 30 of the mechanism (162).
 
 [SH, III-E] keeps 162 after "excluding parameters that have become redundant" without
-naming them. docs/decisions/0002-parameters.md tells why these: the mass and mc_x of the
+naming them. docs/decisions/0002-parameters.md gives the reasons: the mass and mc_x of the
 lower arm are redundant (two point masses at its ends act alike), the rest is shared
 between the arms as far as the arms are made alike, the actuators are each their own.
 Gains of a machine's effects come behind the 162.
@@ -35,7 +35,7 @@ _LOWER = (2, 3, 4, 5, 6, 7, 8, 9)
 @dataclass(frozen=True)
 class Parameter:
     """One estimated parameter: name, unit, the body it belongs to, and a scale [unit] below
-    which its size is not told from zero (floor of the normalisation)."""
+    which its size counts as zero (floor of the normalisation)."""
 
     name: str
     unit: str
