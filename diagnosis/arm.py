@@ -20,11 +20,14 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
+AS_BODIES = (0, 3, 5, 1, 2, 4)
+"""Where J_xx, J_yy, J_zz, J_xy, J_xz, J_yz stand among the six J of TEN."""
 TEN_UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
 THICK = 0.05
 """Radius of gyration of a link about its own centre of mass [m]."""
@@ -76,7 +79,7 @@ def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX
         w = before + z * thetad[k]
         wd = ca.mtimes(R.T, wd) + z * thetadd[k] + ca.cross(before, z * thetad[k])
         ten = p[10 * k : 10 * k + 10]
-        mc, J = ten[1:4], _symmetric(ten[4:])
+        mc, J = ten[1:4], ca.blockcat(inertia_rows([ten[4 + j] for j in AS_BODIES]))
         forces.append(ten[0] * a + ca.mtimes(S(wd) + ca.mtimes(S(w), S(w)), mc))
         moments.append(ca.cross(mc, a) + ca.mtimes(J, wd) + ca.cross(w, ca.mtimes(J, w)))
         turns.append(R)
@@ -185,9 +188,3 @@ def _rotation(rpy: tuple[float, float, float]) -> Array:
 def _about_z(angle: ca.SX) -> ca.SX:
     s, c = ca.sin(angle), ca.cos(angle)
     return ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.SX([[0, 0, 1]]))
-
-
-def _symmetric(six: ca.SX) -> ca.SX:
-    xx, xy, xz, yy, yz, zz = (six[k] for k in range(6))
-    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    return ca.vertcat(*(ca.horzcat(*row) for row in rows))

@@ -16,11 +16,11 @@ from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.compiled import N_SIGNAL, Compiled, compiled
-from flexhex.diagnosis.motion import hann
 from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.play import angle_noise
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
 SLOW = 2e-3

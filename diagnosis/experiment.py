@@ -6,6 +6,7 @@ begins and ends at rest at the same place, so that it can be repeated as often a
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex import fmus
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
 from flexhex.diagnosis.verdict import Diagnosis
@@ -31,10 +33,16 @@ from flexhex.fmus.reference.equations import (
     triangle,
     triangle_times,
 )
+from flexhex.numeric.library import loaded, pointer
 
 Array = NDArray[np.float64]
 Motion = tuple[Array, Array, Array]
 """r, rd, rdd, each (samples, n)."""
+_UNIFORMS = """
+void uniforms(double seed, long count, double *values) {
+  for (long k = 0; k < count; ++k) { values[k] = uniform(seed, (double)k); }
+}
+"""
 DEFAULTS: Mapping[str, float] = {
     "seed": 1,
     "duration": 50.0,
@@ -209,15 +217,12 @@ def _along(t: ca.SX, values: Sequence[ca.SX], time: NDArray[Any]) -> list[Array]
 
 
 def uniform(seed: int, count: int) -> Array:
-    """First doubles in [0, 1) (count,) of splitmix64, as the reference room draws them."""
-    with np.errstate(over="ignore"):
-        x = np.uint64(seed) + np.arange(1, count + 1, dtype=np.uint64) * np.uint64(
-            0x9E3779B97F4A7C15
-        )
-        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        x ^= x >> np.uint64(31)
-    return np.asarray((x >> np.uint64(11)) * 2.0**-53, dtype=np.float64)
+    """First doubles in [0, 1) (count,) of the reference room's generator, its own C."""
+    header = Path(fmus.__path__[0], "reference", "splitmix64.h").read_text(encoding="utf-8")
+    library = loaded(header + _UNIFORMS, "splitmix64")
+    values = np.empty(count)
+    library.uniforms(ctypes.c_double(seed), ctypes.c_long(count), pointer(values))
+    return values
 
 
 def with_experiments(

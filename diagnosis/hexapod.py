@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import DELAY, Known, Motion
-from flexhex.fmus.common import actuator
+from flexhex.diagnosis.closure import Closure, dahl_scan
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
     INERTIA_NAMES,
@@ -30,10 +30,8 @@ from flexhex.fmus.common.model.dynamics import loads, project
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
 from flexhex.numeric.rows import native
-from flexhex.numeric.scan import scans
 
 Array = NDArray[np.float64]
-NEWTON_STEPS = 8
 CHUNK = 4000
 """Samples whose columns are held at a time."""
 INERTIA, STIFFNESS, ACTUATOR = 0.015, 0.05, 0.05
@@ -69,10 +67,7 @@ class HexapodBase:
         model = Model(self.machine)
         n, n_x = model.n, model.n_x
         x, xd, xdd = (ca.SX.sym(name, n_x) for name in ("x", "xd", "xdd"))
-        rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
         linkage = model.linkage(x)
-        v = linkage.rates(rate)
-        a = linkage.accelerations(v, acceleration)
         par, g = ca.SX.sym("p", len(self.linear)), ca.SX.sym("g", 3)
         full = ca.SX.zeros(n_actuator)
         for place, k in enumerate(self._kept):
@@ -86,28 +81,15 @@ class HexapodBase:
         self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
         entries: Any = Phi.nonzeros()
         functions = [
-            ca.Function("native_newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())])),
-            ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a])),
             ca.Function("native_full", [x, xd, xdd], ca.cse([ca.vertcat(*entries)])),
             ca.Function("native_torque", [x, xd, xdd, par, g], ca.cse([tau])),
         ]
-        self._newton, self._rates, self._full, self._torque = native(functions)
-        self._x0 = model.frames.x0
-        z, before, now, sigma = (ca.SX.sym(s, n) for s in ("z", "before", "now", "sigma"))
-        steps = [
-            actuator.dahl(z[i], now[i] - before[i], sigma[i])  # type: ignore[arg-type]
-            for i in range(n)
-        ]
-        (self._dahl,) = scans(
-            [ca.Function("scan_dahl", [z, before, now, sigma], [ca.vertcat(*steps)])]
-        )
+        self._full, self._torque = native(functions)
+        self._closure, self._dahl = Closure(model), dahl_scan(n)
 
     def _state(self, motion: Motion) -> tuple[Array, Array, Array]:
-        x = np.tile(self._x0, (len(motion.theta), 1))
-        x[:, : self.n] = motion.theta
-        for _ in range(NEWTON_STEPS):
-            (x,) = self._newton(x)
-        xd, xdd = self._rates(x, motion.thetad, motion.thetadd)
+        x = self._closure.solve(motion.theta)
+        xd, xdd = self._closure.rates(x, motion.thetad, motion.thetadd)
         return x, xd, xdd
 
     def loaded(self, p: Array, payload: float) -> Array:

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from flexhex.diagnosis.closure import Closure, dahl_scan
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import columns_function, followers
 from flexhex.fmus.common.model.model import Model
+from flexhex.fmus.filter.equations import derivatives
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
-NEWTON_STEPS = 8
 
 
 @dataclass(frozen=True)
@@ -44,12 +45,6 @@ class Columns:
         return dense.reshape(-1, self.shape[1])
 
 
-def hann(points: int) -> Array:
-    """Window of [SH, Eq. (27)] with unit sum; its first tap is zero."""
-    taps = np.sin(np.pi * np.arange(points) / points) ** 2
-    return np.asarray(taps / taps.sum())
-
-
 def smooth(signal: Array, window: Array) -> Array:
     """Windowed signal (samples - points + 1, ...): only where the window is filled."""
     flat = signal.reshape(len(signal), -1)
@@ -59,19 +54,14 @@ def smooth(signal: Array, window: Array) -> Array:
 
 def differences(theta: Array, ts: float) -> tuple[Array, Array]:
     """thetad, thetadd (samples - 2, n) by the stencils of [SH, IV-D] (second one with its sign)."""
-    first = (theta[2:] - theta[:-2]) / (2 * ts)
-    second = (theta[2:] - 2 * theta[1:-1] + theta[:-2]) / ts**2
+    first, second = derivatives(theta[:-2], theta[1:-1], theta[2:], ts)
     return first, second
 
 
 def dahl_states(theta: Array, sigma: float) -> Array:
     """z (samples, n) along the angles, from zero, exact for steps of one sign.  [SH, Eq. (23)]"""
-    delta = np.diff(theta, axis=0)
-    sign, decay = np.sign(delta), np.exp(-np.abs(delta) / sigma)
-    z = np.zeros_like(theta)
-    for k in range(len(delta)):
-        z[k + 1] = sign[k] + (z[k] - sign[k]) * decay[k]
-    return z
+    n = theta.shape[1]
+    return dahl_scan(n)(np.zeros(n), theta, np.full(n, sigma))
 
 
 class MotionModel:
@@ -81,13 +71,7 @@ class MotionModel:
         self.machine, self.model = machine, Model(machine)
         model, n = self.model, self.model.n
         x, xd, xdd = (ca.SX.sym(name, model.n_x) for name in ("x", "xd", "xdd"))
-        rate, acceleration = ca.SX.sym("thetad", n), ca.SX.sym("thetadd", n)
         z = ca.SX.sym("z", n)
-        linkage = model.linkage(x)
-        newton = ca.Function("native_newton", [x], ca.cse([ca.vertcat(x[:n], linkage.newton())]))
-        v = linkage.rates(rate)
-        a = linkage.accelerations(v, acceleration)
-        rates = ca.Function("native_rates", [x, rate, acceleration], ca.cse([v, a]))
         effects = ca.SX.sym("effects", model.bank.n_gains)
         Phi = model.regressor(x, xd, xdd, ca.vertcat(model.basis(x[:n], z), effects))
         sparsity = Phi.sparsity()
@@ -96,20 +80,16 @@ class MotionModel:
         entries: Any = Phi.nonzeros()
         values = ca.vertcat(*entries)
         phi = ca.Function("native_phi", [x, xd, xdd, z, effects], ca.cse([values]))
-        self._newton, self._rates, self._phi = native([newton, rates, phi])
+        (self._phi,) = native([phi])
+        self._closure = Closure(model)
 
     def close(self, theta: Array) -> Array:
         """x~ (samples, 37) for angles (samples, n), each solved from neutral."""
-        x = np.tile(self.model.frames.x0, (len(theta), 1))
-        x[:, : self.model.n] = theta
-        for _ in range(NEWTON_STEPS):
-            (x,) = self._newton(x)
-        return x
+        return self._closure.solve(theta)
 
     def rates(self, x: Array, thetad: Array, thetadd: Array) -> tuple[Array, Array]:
         """xd, xdd (samples, 37)."""
-        xd, xdd = self._rates(x, thetad, thetadd)
-        return xd, xdd
+        return self._closure.rates(x, thetad, thetadd)
 
     def effects(self, time: Array, theta: Array, tau: Array) -> Array:
         """Columns of the machine's effects at raw samples (samples, n_gains), from rest.

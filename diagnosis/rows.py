@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Channel, Log
-from flexhex.diagnosis.motion import Columns, MotionModel, dahl_states, differences, hann, smooth
+from flexhex.diagnosis.motion import Columns, MotionModel, dahl_states, differences, smooth
 from flexhex.diagnosis.play import REACH, angle_noise, play
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

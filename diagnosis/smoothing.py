@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from flexhex.fmus.filter.equations import hann_window
+
 Array = NDArray[np.float64]
 FILLED = 0.9
 """Share of the window's weight that must lie on valid samples."""
@@ -27,7 +29,7 @@ def hann_weights(
     reach = int(np.ceil(window / 2 / ts))
     centre = (at - t0) / ts
     index = np.round(centre).astype(int)[:, None] + np.arange(-reach, reach + 1)
-    weight = np.cos(np.pi * np.clip((index - centre[:, None]) * ts / window, -0.5, 0.5)) ** 2
+    weight = hann_window((index - centre[:, None]) * ts + window / 2, window)
     total = weight.sum(axis=1)
     inside = (index >= 0) & (index < len(valid))
     good = inside & valid[np.clip(index, 0, len(valid) - 1)]

@@ -62,21 +62,30 @@ def casadi_source(functions: Sequence[ca.Function], room: str, identifier: str) 
 
 
 def wrappers(functions: Sequence[ca.Function], room: str, identifier: str) -> str:
-    """Typed inline functions for step.c, named as in equations.py, pointers in order."""
+    """Inline functions for step.c, named as in equations.py, arrays of stated size in order.
+
+    From the sizes a compiler sees a call whose array is too small (-Wstringop-overflow).
+    """
     return "\n".join(_wrapper(f, symbol(f, room, identifier)) for f in functions)
 
 
 def _wrapper(function: ca.Function, name: str) -> str:
     ins, outs = function.name_in(), function.name_out()
-    pointers = [f"const double *{n}" for n in ins] + [f"double *{n}" for n in outs]
+    given = [_array(f"const double {n}", function.numel_in(k)) for k, n in enumerate(ins)]
+    taken = [_array(f"double {n}", function.numel_out(k)) for k, n in enumerate(outs)]
     sizes = [f"{n} ({function.numel_in(k)})" for k, n in enumerate(ins)]
     results = [f"{n} ({function.numel_out(k)})" for k, n in enumerate(outs)]
     return (
         f"int {name}(const double **arg, double **res, int *iw, double *w, int mem);\n"
         f"/* {', '.join(sizes) or 'nothing'} -> {', '.join(results)} */\n"
-        f"static inline void {function.name()}({', '.join(pointers)}) {{\n"
+        f"static inline void {function.name()}({', '.join(given + taken)}) {{\n"
         f"  const double *arg[] = {{{', '.join(ins) or '0'}}};\n"
         f"  double *res[] = {{{', '.join(outs)}}};\n"
         f"  (void){name}(arg, res, 0, 0, 0);\n"
         "}\n"
     )
+
+
+def _array(declared: str, size: int) -> str:
+    """A parameter that is an array; C has none of size zero."""
+    return f"{declared}[{size or 1}]"

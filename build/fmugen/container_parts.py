@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import itertools
 import re
 import zipfile
 from collections.abc import Mapping
@@ -110,7 +111,14 @@ class Container:
         ]
         outputs = [self._output(name, *origin) for name, origin in self.outputs.items()]
         listed = (*parameters, *self.inputs, *outputs)
-        return Interface(NAME, self.description, self.base, listed)
+        return Interface(NAME, self.description, self.base, listed, faults=self._faults)
+
+    @property
+    def _faults(self) -> tuple[str, ...]:
+        """What the faults of all parts mean, code by code; the highest is shown."""
+        named = [[f"{p.name}: {text}" for text in p.interface.faults] for p in self.parts]
+        codes = itertools.zip_longest(*named)
+        return tuple(", ".join(text for text in texts if text) for texts in codes)
 
     def _output(self, name: str, part: str, variable: str) -> Variable:
         listed = self.part(part).interface.outputs

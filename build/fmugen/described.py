@@ -35,8 +35,10 @@ def interface_of(description: bytes, where: str) -> Interface:
     listed = [_variable(name, list(parts), sources) for name, parts in groups]
     Ts = next(v for v in listed if v.name == "Ts")
     variables = tuple(v for v in listed if v.name not in _OWN)
+    codes = next(v for v in listed if v.name == "fault").description.split("; ")
+    faults = tuple(code.partition(": ")[2] for code in codes[2:])
     name, text = root.get("modelName", ""), root.get("description", "")
-    return Interface(name, text, Ts.starts[0], variables)
+    return Interface(name, text, Ts.starts[0], variables, faults=faults)
 
 
 def _base(name: str) -> str:

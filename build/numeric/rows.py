@@ -7,20 +7,14 @@ CasADi's interpreter and its conversions to NumPy take some 50 us a sample; a lo
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from flexhex.fmugen.codegen import casadi_source
-from flexhex.fmugen.compile import compile_object, link_shared
+from flexhex.numeric.library import DEFAULT_CACHE, Array, short, with_loops
 
-Array = NDArray[np.float64]
-DEFAULT_CACHE = Path("out/cache")
 _MAP = """
 int native_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
 void {name}_map(long rows, const double **arg, double **res) {{
@@ -40,7 +34,7 @@ class RowFunction:
     """One function over rows: inputs (rows, size) each, outputs likewise, vectors only."""
 
     def __init__(self, library: ctypes.CDLL, function: ca.Function) -> None:
-        self._call = getattr(library, f"{_short(function)}_map")
+        self._call = getattr(library, f"{short(function)}_map")
         self._call.restype = None
         self._ins = [function.numel_in(k) for k in range(function.n_in())]
         self._outs = [function.numel_out(k) for k in range(function.n_out())]
@@ -62,27 +56,15 @@ def native(functions: Sequence[ca.Function], cache: Path = DEFAULT_CACHE) -> lis
 
     Raises BuildError when there is no compiler or it fails.
     """
-    text = casadi_source(functions, "native", "native") + "".join(_map(f) for f in functions)
-    library = cache / f"native-{hashlib.sha256(text.encode()).hexdigest()[:24]}.so"
-    if not library.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as folder:
-            source = Path(folder) / "native.c"
-            source.write_text(text, encoding="utf-8")
-            link_shared([compile_object(source, "", cache)], library)
-    loaded = ctypes.CDLL(str(library.resolve()))
-    return [RowFunction(loaded, function) for function in functions]
-
-
-def _short(function: ca.Function) -> str:
-    return str(function.name()).removeprefix("native_")
+    library = with_loops(functions, [_map(f) for f in functions], "native", cache)
+    return [RowFunction(library, function) for function in functions]
 
 
 def _map(function: ca.Function) -> str:
     ins = [str(function.numel_in(k)) for k in range(function.n_in())]
     outs = [str(function.numel_out(k)) for k in range(function.n_out())]
     return _MAP.format(
-        name=_short(function),
+        name=short(function),
         ins=", ".join(ins),
         outs=", ".join(outs),
         n_in=len(ins),

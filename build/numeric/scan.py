@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from flexhex.fmugen.codegen import casadi_source
-from flexhex.fmugen.compile import compile_object, link_shared
-from flexhex.numeric.rows import DEFAULT_CACHE
+from flexhex.numeric.library import DEFAULT_CACHE, Array, pointer, short, with_loops
 
-Array = NDArray[np.float64]
 _SCAN = """
 int scan_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
 void {name}_along(long rows, const double *inputs, const double *fixed, double *states) {{
@@ -34,7 +28,7 @@ class ScanFunction:
     """next = f(state, inputs before, inputs now, fixed) from sample to sample."""
 
     def __init__(self, library: ctypes.CDLL, function: ca.Function) -> None:
-        self._call = getattr(library, f"{_short(function)}_along")
+        self._call = getattr(library, f"{short(function)}_along")
         self._call.restype = None
         self._sizes = [function.numel_in(k) for k in range(4)]
 
@@ -50,10 +44,7 @@ class ScanFunction:
             raise ValueError(f"inputs {inputs.shape}, fixed {fixed.shape}; wants {self._sizes}")
         states = np.empty((len(inputs), n_state))
         states[0] = start
-        self._call(
-            ctypes.c_long(len(inputs)),
-            *(array.ctypes.data_as(ctypes.c_void_p) for array in (inputs, fixed, states)),
-        )
+        self._call(ctypes.c_long(len(inputs)), *map(pointer, (inputs, fixed, states)))
         return states
 
 
@@ -62,22 +53,10 @@ def scans(functions: Sequence[ca.Function], cache: Path = DEFAULT_CACHE) -> list
 
     Raises BuildError when there is no compiler or it fails.
     """
-    text = casadi_source(functions, "scan", "scan") + "".join(_loop(f) for f in functions)
-    library = cache / f"scan-{hashlib.sha256(text.encode()).hexdigest()[:24]}.so"
-    if not library.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as folder:
-            source = Path(folder) / "scan.c"
-            source.write_text(text, encoding="utf-8")
-            link_shared([compile_object(source, "", cache)], library)
-    loaded = ctypes.CDLL(str(library.resolve()))
-    return [ScanFunction(loaded, function) for function in functions]
-
-
-def _short(function: ca.Function) -> str:
-    return str(function.name()).removeprefix("scan_")
+    library = with_loops(functions, [_loop(f) for f in functions], "scan", cache)
+    return [ScanFunction(library, function) for function in functions]
 
 
 def _loop(function: ca.Function) -> str:
     n_state, n_input = function.numel_in(0), function.numel_in(1)
-    return _SCAN.format(name=_short(function), n_state=n_state, n_input=n_input)
+    return _SCAN.format(name=short(function), n_state=n_state, n_input=n_input)

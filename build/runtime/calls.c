@@ -2,7 +2,7 @@
 
    The standard's states stepInProgress, stepFailed and stepCanceled do not occur, because a step
    is complete when fmi2DoStep returns. Nor does error: a refused call leaves the instance as it
-   was, and the output fault tells of it. */
+   was, and the output fault shows it. */
 #include "instance.h"
 
 enum {

@@ -1,11 +1,12 @@
-/* The life of an instance: made, set up, initialised, terminated, reset, freed. */
+/* Life cycle of an instance: instantiate, set up, initialise, terminate, reset, free. */
 #include "instance.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const double LATEST = 562949953421312.0; /* 2^49 base steps: a double still tells eighths */
+static const double LATEST =
+    562949953421312.0; /* 2^49 base steps: a double still resolves eighths */
 
 const char *fmi2GetTypesPlatform(void) {
   return fmi2TypesPlatform;
@@ -46,7 +47,7 @@ static bool is_consistent(void) {
          fits(model->room->outputs, total(FLEXHEX_OUTPUT, FLEXHEX_OUTPUT));
 }
 
-/* As instantiated: start values, time zero, logging as asked for then */
+/* As instantiated: start values, time zero, logging as requested there */
 static void make_fresh(flexhex_instance *m) {
   memset(m->head, 0, m->block_size);
   memcpy(m->values, FLEXHEX_MODEL.starts, m->n_values * sizeof *m->values);

@@ -1,4 +1,4 @@
-/* What the importer is told, and how a refused call is marked. */
+/* Messages to the importer, and the mark of a refused call. */
 #include "instance.h"
 
 #include <math.h>

@@ -73,7 +73,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 }
 
 /* Status: the instance when value can be written. fmi2Discard means: not known of this kind. */
-static flexhex_instance *asked(fmi2Component c, flexhex_call call, const void *value) {
+static flexhex_instance *status_query(fmi2Component c, flexhex_call call, const void *value) {
   flexhex_instance *m = flexhex_enter(c, call);
   if (m && !value) {
     (void)flexhex_refuse(m, "%s: value is NULL", flexhex_call_name(call));
@@ -83,7 +83,7 @@ static flexhex_instance *asked(fmi2Component c, flexhex_call call, const void *v
 }
 
 fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *value) {
-  if (!asked(c, FLEXHEX_GET_STATUS, value)) {
+  if (!status_query(c, FLEXHEX_GET_STATUS, value)) {
     return fmi2Error;
   }
   if (s != fmi2DoStepStatus) {
@@ -95,11 +95,11 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind s, fmi2Status *va
 
 fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind s, fmi2Integer *value) {
   (void)s;
-  return asked(c, FLEXHEX_GET_INTEGER_STATUS, value) ? fmi2Discard : fmi2Error;
+  return status_query(c, FLEXHEX_GET_INTEGER_STATUS, value) ? fmi2Discard : fmi2Error;
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value) {
-  if (!asked(c, FLEXHEX_GET_BOOLEAN_STATUS, value)) {
+  if (!status_query(c, FLEXHEX_GET_BOOLEAN_STATUS, value)) {
     return fmi2Error;
   }
   if (s != fmi2Terminated) {
@@ -110,7 +110,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind s, fmi2Boo
 }
 
 fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind s, fmi2String *value) {
-  if (!asked(c, FLEXHEX_GET_STRING_STATUS, value)) {
+  if (!status_query(c, FLEXHEX_GET_STRING_STATUS, value)) {
     return fmi2Error;
   }
   if (s != fmi2PendingStatus) {

@@ -1,4 +1,4 @@
-/* What a room's step.c offers to the FMI adapter: sizes, a start and a tick. Knows no FMI. */
+/* Interface from an FMU's step.c to the FMI adapter: sizes, a start and a tick; no FMI in it. */
 #ifndef FLEXHEX_ROOM_H
 #define FLEXHEX_ROOM_H
 
@@ -8,7 +8,7 @@
 #include <stdio.h>
 
 typedef struct {
-  /* bytes of the room's structs; the first three are plain arrays of double */
+  /* bytes of the structs of step.c; the first three are plain arrays of double */
   size_t parameters, inputs, outputs, state;
 
   /* Check the parameters p, fill the state s and the initial outputs y (both come in zeroed).

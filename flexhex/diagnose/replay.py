@@ -22,13 +22,16 @@ from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import hann, smooth
+from flexhex.diagnosis.motion import smooth
 from flexhex.diagnosis.rows import on_clock
 from flexhex.diagnosis.runs import payload_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_mechanism
+from flexhex.fmus.feedback import equations as feedback
 from flexhex.fmus.feedback.design import Gains, design
+from flexhex.fmus.filter.equations import hann
+from flexhex.fmus.reference.equations import smooth_step
 
 Array = NDArray[np.float64]
 CROSSOVER = 40.0
@@ -92,7 +95,7 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
 
 def plant_values(machine: Machine, p: Array) -> dict[str, Array]:
     """Parameters of plant.fmu for estimated ones p: mechanism, actuators, gains of effects."""
-    bank, known, n = Bank.real(machine), Bank.known(machine), machine.n_arms
+    bank, known, n = Bank.all(machine), Bank.compensated(machine), machine.n_arms
     end = len(p) - known.n_gains
     split = n * (4 + 2 * machine.actuator.n_harmonics)
     mechanism = base_mechanism(machine, p[split:end]).vector()
@@ -109,7 +112,7 @@ def _approach(theta: Array, base: float) -> Array:
     if np.abs(theta).max() < NEUTRAL:
         return np.zeros((0, 1))
     s = np.arange(round(APPROACH / base)) * base / APPROACH
-    return np.asarray((s**3 * (10 - 15 * s + 6 * s**2))[:, None])
+    return np.asarray(smooth_step(s)[:, None])
 
 
 class _Follower:
@@ -131,17 +134,17 @@ class _Follower:
     ) -> tuple[Array, Array]:
         """Torque of the feedback and remaining angle (samples, n)."""
         g, Ts = self.gains, self.Ts
-        rest, rise = (2 * g.t_f - Ts) / (2 * g.t_f + Ts), 2 * g.t_d / (2 * g.t_f + Ts)
         held, left = np.zeros_like(wanted), np.zeros_like(wanted)
-        integral = slope = np.zeros(self.n)
+        e_I = e_D = np.zeros(self.n)
         last = wanted[0].copy()
         with _Plant(plant, values, payload) as machine:
             theta = machine.theta
             for k in range(len(wanted)):
                 e = wanted[k] - theta
-                integral = integral + Ts / (2 * g.t_i) * (e + last)
-                slope = rest * slope + rise * (e - last)
-                held[k], left[k], last = g.kp * (e + integral + slope), e, e
+                e_I = feedback.integrated(e_I, last, e, Ts)
+                e_D = feedback.differentiated(e_D, last, e, g.t_f, Ts)
+                held[k] = feedback.torque(e, e_I, e_D, g.kp, g.t_i, g.t_d)
+                left[k], last = e, e
                 machine.step(given[k] + held[k], k * Ts, Ts)
         return held, left
 

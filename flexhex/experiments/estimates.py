@@ -96,7 +96,7 @@ def start_values(path: Path) -> dict[str, Array]:
 def projected(machine: Machine, values: Mapping[str, Array]) -> Array:
     """The cold machine's actuators, mechanism and effects as its parameters (n_p,)."""
     full = Mechanism.split(ca.DM(values["mechanism"]), machine.n_arms)
-    effects = Bank.known(machine).values
+    effects = Bank.compensated(machine).values
     return np.concatenate([values["actuator"], regrouped(machine, full), effects])
 
 

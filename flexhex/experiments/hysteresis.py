@@ -15,7 +15,8 @@ import numpy as np
 
 from flexhex.diagnosis.identify import Fit, regression
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import Columns, MotionModel, hann, smooth
+from flexhex.diagnosis.motion import Columns, MotionModel, smooth
+from flexhex.fmus.filter.equations import hann
 from flexhex.output.plots import Figure, figure, trace
 from flexhex.output.progress import Progress
 from flexhex.simulation.builder import Builder

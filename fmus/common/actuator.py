@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 
-def dahl(z: ca.SX, delta: ca.SX, sigma: float) -> ca.SX:
+def dahl(z: ca.SX, delta: ca.SX, sigma: ca.SX | float) -> ca.SX:
     """Dahl state after an angle step `delta` [rad], exact for a step of one sign.
 
         z+ = s + (z - s) exp(-|delta| / sigma),  s = sign(delta)      [SH, Eq. (23)]
@@ -14,6 +14,11 @@ def dahl(z: ca.SX, delta: ca.SX, sigma: float) -> ca.SX:
     """
     s = ca.sign(delta)
     return s + (z - s) * ca.exp(-ca.fabs(delta) / sigma)
+
+
+def dahl_rate(z: ca.SX, thetad: ca.SX, sigma: ca.SX | float) -> ca.SX:
+    """z' = (thetad - |thetad| z) / sigma.  [SH, Eq. (23)]"""
+    return (thetad - ca.fabs(thetad) * z) / sigma
 
 
 def cogging_basis(theta: ca.SX, omega: float, n_harmonics: int) -> ca.SX:

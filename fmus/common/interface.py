@@ -1,6 +1,6 @@
-"""What a room says about its FMU: variables with unit and range, sample time, constants.
+"""What an FMU shows: variables with unit and range, sample time, constants, faults.
 
-A room's `interface.py` builds one `Interface` for a machine; `fmugen` turns it into
+The `interface.py` of an FMU's folder builds one `Interface` for a machine; `fmugen` turns it into
 modelDescription.xml, C structs and value references. Names are scalar (`fault`) or
 arrays (`theta`, shown as `theta[1]` ... in FMI and SSP, `theta[0]` ... in C).
 """
@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from flexhex.fmus.common.errors import InterfaceError, StartValueError
 
 Causality = Literal["parameter", "input", "output"]
 Variability = Literal["fixed", "tunable", "discrete"]
+Start = float | Sequence[float] | NDArray[np.float64]
 _NAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_]*")
 
 
@@ -43,7 +44,7 @@ class Variable:
     unit: str
     description: str
     size: int | None = None
-    start: float | Sequence[float] | NDArray[np.float64] = 0.0
+    start: Start = 0.0
     min: float = -math.inf
     max: float = math.inf
     nominal: float | None = None
@@ -98,10 +99,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Interface:
-    """The FMU of one room: `name` is its modelIdentifier, `Ts` its sample time [s].
+    """One FMU: `name` is its modelIdentifier, `Ts` its sample time [s].
 
-    `constants` become #defines of the generated header, prefixed with the room's
-    name in capitals. Every interface gets the parameter `Ts` and the output `fault`.
+    `constants` become #defines of the generated header, prefixed with the folder's
+    name in capitals. Every interface gets the parameter `Ts` and the output `fault`; faults:
+    what its values from 2 on mean.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Interface:
     Ts: float
     variables: tuple[Variable, ...]
     constants: Mapping[str, int] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [v.name for v in self.variables]
@@ -134,9 +137,17 @@ class Interface:
     @property
     def outputs(self) -> tuple[Variable, ...]:
         """Outputs in value-reference order (after the inputs); `fault` comes last."""
-        text = "0: none; 1: refused input or call; 2 and up: see the documentation"
+        codes = ("none", "refused input or call", *self.faults)
+        text = "; ".join(f"{code}: {meaning}" for code, meaning in enumerate(codes))
         fault = Variable("fault", "output", "1", text, min=0.0, max=255.0)
         return (*self._of("output"), fault)
 
     def _of(self, causality: Causality) -> tuple[Variable, ...]:
         return tuple(v for v in self.variables if v.causality == causality)
+
+
+def parameter(
+    name: str, unit: str, description: str, start: Start, low: float, high: float, **more: Any
+) -> Variable:
+    """A parameter that is fixed unless `more` says otherwise; low, high [unit]: its range."""
+    return Variable(name, "parameter", unit, description, start=start, min=low, max=high, **more)

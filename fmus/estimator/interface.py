@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from flexhex.fmus.estimator.equations import row_width
 
+INNOVATION = "innovation: measured torque minus its prediction with the estimate before the update"
 MOST_VARIANCE = 1e-2
 """Largest first variance, normalised: a tenth of a parameter's size. A weak direction's deviation
 is shared by parameters that are known well together, and without their correlation more than
@@ -54,6 +56,24 @@ def first_variance(
     return np.asarray(np.clip(fitted, least, np.maximum(least, MOST_VARIANCE)))
 
 
+def _settings(
+    machine: Machine, p0: NDArray[np.float64], named: Mapping[str, Any]
+) -> tuple[Variable, ...]:
+    """Parameters of the FMU; named: size, names and units of p."""
+    each = {key: named[key] for key in ("size", "elements")}
+    c, scale, noise = machine.control, normalisation(machine, p0), process_noise(machine)
+    drift = "normalised variance added at each update"
+    return (
+        parameter("p0", "1", "first estimate", p0, -1e4, 1e4, **named),
+        parameter("scale", "1", "normalisation of each parameter", scale, 1e-12, 1e4, **named),
+        parameter("adapt", "1", "1: estimated, 0: fixed at p0", 1, 0, 1, **each),
+        parameter("R1", "1", drift, noise, 0, 1, **each),
+        parameter("R2", "N2 m2", "variance of the measured torque", c.R2, 1e-9, 1e3),
+        parameter("P0", "1", "first normalised variance of each parameter", c.P0, 0, 1e3, **each),
+        parameter("t_start", "s", "time of the first update", 0.3, 0, 1e6),
+    )
+
+
 def interface(machine: Machine) -> Interface:
     """Estimator of a machine: filtered motion, basis and torque in, parameters out."""
     n, x0, listed = machine.n_arms, Frames.of(machine).x0, parameters(machine)
@@ -63,70 +83,24 @@ def interface(machine: Machine) -> Interface:
         "elements": tuple(par.name for par in listed),
         "units": tuple(par.unit for par in listed),
     }
-    each: dict[str, Any] = {"size": len(listed), "elements": named["elements"]}
-    n_effects = Bank.known(machine).n_gains
+
+    def from_(*sources: str) -> dict[str, Any]:
+        return {**named, "initial_from": sources}
+
+    n_effects = Bank.compensated(machine).n_gains
     n_chi = n * (1 + 2 * machine.actuator.n_harmonics) + n_effects
-    # columns of effects have units of their own: nothing but nonsense is refused
+    # columns of effects have units of their own, so their range is wide
     reach = 1e9 if n_effects else 2.0
-    c = machine.control
     variables = (
-        Variable("p0", "parameter", "1", "first estimate", start=p0, min=-1e4, max=1e4, **named),
-        Variable(
-            "scale",
-            "parameter",
-            "1",
-            "normalisation of each parameter",
-            start=normalisation(machine, p0),
-            min=1e-12,
-            max=1e4,
-            **named,
-        ),
-        Variable(
-            "adapt", "parameter", "1", "1: adapts, 0: stays at p0", start=1, min=0, max=1, **each
-        ),
-        Variable(
-            "R1",
-            "parameter",
-            "1",
-            "normalised drift variance an update",
-            start=process_noise(machine),
-            min=0,
-            max=1,
-            **each,
-        ),
-        Variable("R2", "parameter", "N2 m2", "torque variance", start=c.R2, min=1e-9, max=1e3),
-        Variable(
-            "P0",
-            "parameter",
-            "1",
-            "first normalised variance of each parameter",
-            start=c.P0,
-            min=0,
-            max=1e3,
-            **each,
-        ),
-        Variable("t_start", "parameter", "s", "nothing adapts before", start=0.3, min=0, max=1e6),
+        *_settings(machine, p0, named),
         *coordinate_inputs(machine, "filtered x~"),
         Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
         Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
+        Variable("p", "output", "1", "estimated parameters", start=p0, **from_("p0", "scale")),
         Variable(
-            "p",
-            "output",
-            "1",
-            "estimated parameters",
-            start=p0,
-            initial_from=("p0", "scale"),
-            **named,
+            "p_std", "output", "1", "their standard deviations", **from_("scale", "adapt", "P0")
         ),
-        Variable(
-            "p_std",
-            "output",
-            "1",
-            "their standard deviations",
-            initial_from=("scale", "adapt", "P0"),
-            **named,
-        ),
-        Variable("innovation", "output", "N m", "torque that p before the update missed", size=n),
+        Variable("innovation", "output", "N m", INNOVATION, size=n),
     )
     return Interface(
         "estimator",
@@ -134,4 +108,5 @@ def interface(machine: Machine) -> Interface:
         machine.timing.adaptation,
         variables,
         {"N": n, "N_X": len(x0), "N_P": len(listed), "WIDTH": row_width(machine)},
+        ("regressor not finite, p unchanged", "covariance not positive definite, p unchanged"),
     )

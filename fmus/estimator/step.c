@@ -44,20 +44,20 @@ static bool start(const estimator_parameters *p, void *memory, estimator_outputs
   return true;
 }
 
-/* One row of the measurement: its nonzeros h, where they stand, and what p misses of the torque. */
+/* One row of the measurement: its nonzeros h, their columns, and the innovation. */
 typedef struct {
   double h[WIDTH];
   int column[WIDTH];
-  double miss;
+  double innovation;
 } measurement;
 
 static void measure(const estimator_parameters *p, const state *s, const double *phi,
                     const double *columns, double tau, measurement *m) {
-  m->miss = tau;
+  m->innovation = tau;
   for (int k = 0; k < WIDTH; ++k) {
     m->column[k] = (int)columns[k];
     m->h[k] = phi[k] * p->scale[m->column[k]];
-    m->miss -= m->h[k] * s->q[m->column[k]];
+    m->innovation -= m->h[k] * s->q[m->column[k]];
   }
 }
 
@@ -69,7 +69,7 @@ static double along(const measurement *m, const double *w) {
   return sum;
 }
 
-/* W[i] starts as P h_i; L and W are found row by row. False when P is no covariance any more. */
+/* W[i] starts as P h_i; L and W are computed row by row. False when S is not positive definite. */
 static bool factorise(const estimator_parameters *p, const state *s, const measurement *m,
                       double W[N][N_P], double *error) {
   double L[N][N];
@@ -91,7 +91,7 @@ static bool factorise(const estimator_parameters *p, const state *s, const measu
       }
     }
     double pivot = p->R2 + along(&m[i], W[i]);
-    error[i] = m[i].miss;
+    error[i] = m[i].innovation;
     for (int l = 0; l < i; ++l) {
       L[i][l] = along(&m[i], W[l]);
       pivot -= L[i][l] * L[i][l];
@@ -170,7 +170,7 @@ static void tick(const estimator_parameters *p, const estimator_inputs *u, void 
   double W[N][N_P], error[N];
   for (int i = 0; i < N; ++i) {
     measure(p, s, phi + i * WIDTH, s->columns + i * WIDTH, u->tau_f[i], &m[i]);
-    y->innovation[i] = m[i].miss;
+    y->innovation[i] = m[i].innovation;
   }
   for (int k = 0; k < N_P; ++k) {
     s->P[k][k] += p->R1[k] * p->adapt[k];

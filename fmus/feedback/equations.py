@@ -1,6 +1,8 @@
-"""Feedback C: discrete PID and the fractional delay of the reference."""
+"""Feedback C: discrete PID, of SX or arrays, and the fractional delay of the reference."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import casadi as ca
 
@@ -21,12 +23,12 @@ def lagrange(mu: ca.SX) -> ca.SX:
     return ca.vertcat(*weights)
 
 
-def integrated(e_I: ca.SX, e_last: ca.SX, e: ca.SX, Ts: ca.SX) -> ca.SX:
+def integrated(e_I: Any, e_last: Any, e: Any, Ts: Any) -> Any:
     """Integral of e [rad s], one step on, by Tustin's rule."""
     return e_I + Ts / 2 * (e_last + e)
 
 
-def differentiated(e_D: ca.SX, e_last: ca.SX, e: ca.SX, t_f: ca.SX, Ts: ca.SX) -> ca.SX:
+def differentiated(e_D: Any, e_last: Any, e: Any, t_f: Any, Ts: Any) -> Any:
     """Derivative of e [rad/s] behind a first-order lag t_f, one step on, by Tustin's rule.
 
     s / (t_f s + 1) with s = 2 / Ts (z - 1) / (z + 1).
@@ -34,7 +36,7 @@ def differentiated(e_D: ca.SX, e_last: ca.SX, e: ca.SX, t_f: ca.SX, Ts: ca.SX) -
     return ((2 * t_f - Ts) * e_D + 2 * (e - e_last)) / (2 * t_f + Ts)
 
 
-def torque(e: ca.SX, e_I: ca.SX, e_D: ca.SX, kp: ca.SX, t_i: ca.SX, t_d: ca.SX) -> ca.SX:
+def torque(e: Any, e_I: Any, e_D: Any, kp: Any, t_i: Any, t_d: Any) -> Any:
     """tau_fb = kp (e + e_I / t_i + t_d e_D) [N m]; the PID of [SH, IV-C]."""
     return kp * (e + e_I / t_i + t_d * e_D)
 

@@ -56,8 +56,8 @@ static double clipped(double value, double limit) {
   return fmax(-limit, fmin(limit, value));
 }
 
-/* What the drive is given for a wanted torque: whole current steps, whose rest the next command
-   makes good, within the limit. The limit itself is taken down to whole steps: what lies beyond
+/* Torque command for a wanted torque: whole current steps within the limit; the remainder is
+   added to the next command. The limit itself is taken down to whole steps: what lies beyond
    is never given, so it is not owed either, and the rest stays within half a step. */
 static double command(const feedback_parameters *p, double wanted, double *carried) {
   if (p->tau_step <= 0.0) {
@@ -92,19 +92,19 @@ static void tick(const feedback_parameters *p, const feedback_inputs *u, void *m
   }
   feedback_torque(y->e, e_I, s->e_D, p->kp, &p->t_i, &p->t_d, y->tau_fb);
 
-  bool saturated = false, lost = false, held = false;
+  bool saturated = false, lost = false, clamped = false;
   for (int i = 0; i < N; ++i) {
     const double wanted = y->tau_fb[i] + p->ff_gain * u->tau_ff[i];
     const bool beyond = fabs(wanted) > p->tau_max;
     /* anti-windup: in the limit the integral may only lead out of it */
     if (beyond && (e_I[i] - s->e_I[i]) * wanted > 0.0) {
       e_I[i] = s->e_I[i];
-      held = true;
+      clamped = true;
     }
     saturated = saturated || beyond;
     lost = lost || fabs(y->e[i]) > p->e_max;
   }
-  if (held) {
+  if (clamped) {
     feedback_torque(y->e, e_I, s->e_D, p->kp, &p->t_i, &p->t_d, y->tau_fb);
   }
   memcpy(s->e_I, e_I, sizeof s->e_I);

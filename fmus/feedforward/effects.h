@@ -1,4 +1,4 @@
-/* Torque of the effects along the wanted motion. Without effects all of this does nothing. */
+/* Torque of the effects along the reference motion. Without effects all of this does nothing. */
 #ifndef FLEXHEX_FEEDFORWARD_EFFECTS_H
 #define FLEXHEX_FEEDFORWARD_EFFECTS_H
 
@@ -6,11 +6,15 @@
 
 #ifdef FEEDFORWARD_N_EFFECT
 
-/* what the columns are evaluated at; all doubles, as the generated functions want it */
+/* signals at which the columns are evaluated: by name here, as one vector in generated functions */
 typedef struct {
   double theta[FEEDFORWARD_N], thetad[FEEDFORWARD_N], thetadd[FEEDFORWARD_N];
   double tau[FEEDFORWARD_N], taud[FEEDFORWARD_N];
   double time;
+} feedforward_signals;
+typedef union {
+  feedforward_signals of;
+  double all[sizeof(feedforward_signals) / sizeof(double)];
 } feedforward_instant;
 
 typedef struct {
@@ -20,38 +24,33 @@ typedef struct {
   double ticks;
 } feedforward_effects;
 
-/* Rate of the torque from this sample and the two before, none at the first two. */
-static void torque_rate(const feedforward_effects *e, const double *tau, double Ts, double *taud) {
-  for (int i = 0; i < FEEDFORWARD_N; ++i) {
-    const double rate = (3 * tau[i] - 4 * e->base[0][i] + e->base[1][i]) / (2 * Ts);
-    taud[i] = e->ticks > 1.0 ? rate : 0.0;
-  }
-}
-
-/* Adds to the model's torque what the effects ask for; the states go along the wanted motion. */
+/* Adds the effects' torque to the model's; the states are advanced along the reference motion. */
 static void add_effects(const feedforward_parameters *p, const feedforward_inputs *u,
                         feedforward_effects *e, double tau[FEEDFORWARD_N]) {
   feedforward_instant now;
-  memcpy(now.theta, u->x, sizeof now.theta);
-  memcpy(now.thetad, u->xd, sizeof now.thetad);
-  memcpy(now.thetadd, u->xdd, sizeof now.thetadd);
-  memcpy(now.tau, tau, sizeof now.tau);
-  torque_rate(e, tau, p->Ts, now.taud);
-  now.time = (e->ticks + 1.0) * p->Ts;
+  memcpy(now.of.theta, u->x, sizeof now.of.theta);
+  memcpy(now.of.thetad, u->xd, sizeof now.of.thetad);
+  memcpy(now.of.thetadd, u->xdd, sizeof now.of.thetadd);
+  memcpy(now.of.tau, tau, sizeof now.of.tau);
+  memset(now.of.taud, 0, sizeof now.of.taud);
+  if (e->ticks > 1.0) { /* the first two samples have no two before them */
+    feedforward_effect_torque_rate(e->base[1], e->base[0], tau, &p->Ts, now.of.taud);
+  }
+  now.of.time = (e->ticks + 1.0) * p->Ts;
   if (e->ticks == 0.0) {
-    feedforward_effect_start(now.theta, e->state);
+    feedforward_effect_start(now.of.theta, e->state);
   } else {
     feedforward_instant whole = now;
     double state_next[FEEDFORWARD_N_EFFECT_STATE];
-    feedforward_with_effects(now.theta, e->state, u->p, whole.tau);
-    feedforward_effect_advance(e->last.theta, whole.theta, e->state, &p->Ts, state_next);
+    feedforward_with_effects(now.all, e->state, u->p, whole.of.tau);
+    feedforward_effect_advance(e->last.all, whole.all, e->state, &p->Ts, state_next);
     memcpy(e->state, state_next, sizeof state_next);
   }
-  feedforward_with_effects(now.theta, e->state, u->p, tau);
+  feedforward_with_effects(now.all, e->state, u->p, tau);
   memcpy(e->base[1], e->base[0], sizeof e->base[0]);
-  memcpy(e->base[0], now.tau, sizeof e->base[0]);
+  memcpy(e->base[0], now.of.tau, sizeof e->base[0]);
   e->last = now;
-  memcpy(e->last.tau, tau, sizeof e->last.tau);
+  memcpy(e->last.of.tau, tau, sizeof e->last.of.tau);
   e->ticks += 1.0;
 }
 

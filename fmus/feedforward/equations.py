@@ -9,14 +9,15 @@ from flexhex.fmus.common.model.effect_bank import SIGNALS, followers, instant
 from flexhex.fmus.common.model.model import Model
 
 STEPS = 4
-"""Fixed-point steps for what drives lose."""
+"""Fixed-point steps for the losses of the drives."""
 
 
 def functions(machine: Machine) -> list[ca.Function]:
     """feedforward_torque(x, xd, xdd, z, p) -> tau_ff (6,) [N m].  [SH, Eq. (31)]
 
     with effects, feedforward_torque leaves them out; beside it
-    feedforward_with_effects(now, state, p) -> tau_ff, now.tau being what feedforward_torque gave
+    feedforward_with_effects(now, state, p) -> tau_ff, now.tau being that of feedforward_torque
+    feedforward_effect_torque_rate(before, last, tau, Ts) -> taud: `torque_rate`
     and `followers` of effect_bank
     """
     model = Model(machine)
@@ -35,12 +36,17 @@ def functions(machine: Machine) -> list[ca.Function]:
     ]
 
 
+def torque_rate(before: ca.SX, last: ca.SX, tau: ca.SX, Ts: ca.SX) -> ca.SX:
+    """Rate at the newest of three samples, second order: (tau_-2 - 4 tau_-1 + 3 tau) / (2 Ts)."""
+    return (3 * tau - 4 * last + before) / (2 * Ts)
+
+
 def effects(model: Model) -> list[ca.Function]:
     """Functions of effects.h; none without effects.
 
-    What a drive loses depends on the torque that it reports, which is the sum itself: STEPS
-    steps of tau <- base + gain column(tau). Each leaves as much of the last one's change as
-    the loss changes with the torque, a few percent.
+    A drive's loss depends on the torque that it reports, which is the sum itself: STEPS
+    fixed-point steps of tau <- base + gain column(tau). Each reduces the error to a few percent,
+    the derivative of the loss by the torque.
     """
     bank, n = model.bank, model.n
     if not bank:
@@ -59,4 +65,13 @@ def effects(model: Model) -> list[ca.Function]:
         ["now", "state", "p"],
         ["tau_ff"],
     )
-    return [whole, *followers(bank, "feedforward")]
+    before, last, newest = (ca.SX.sym(name, n) for name in ("before", "last", "tau"))
+    Ts = ca.SX.sym("Ts")
+    rate = ca.Function(
+        "feedforward_effect_torque_rate",
+        [before, last, newest, Ts],
+        [torque_rate(before, last, newest, Ts)],
+        ["before", "last", "tau", "Ts"],
+        ["taud"],
+    )
+    return [whole, rate, *followers(bank, "feedforward")]

@@ -10,12 +10,12 @@ from flexhex.fmus.common.model.parameters import parameters
 
 
 def interface(machine: Machine) -> Interface:
-    """Feedforward of a machine: wanted motion and parameters in, torque out."""
+    """Feedforward of a machine: reference motion and parameters in, torque out."""
     n, x0, listed = machine.n_arms, Frames.of(machine).x0, parameters(machine)
     names = tuple(par.name for par in listed)
     units = tuple(par.unit for par in listed)
     variables = (
-        *coordinate_inputs(machine, "wanted x~"),
+        *coordinate_inputs(machine, "reference x~"),
         Variable("z", "input", "1", "Dahl states", size=n, min=-1, max=1),
         Variable(
             "p",
@@ -32,8 +32,9 @@ def interface(machine: Machine) -> Interface:
     )
     return Interface(
         "feedforward",
-        "Inverse dynamics of the wanted motion [SH, Eq. (31)]",
+        "Inverse dynamics of the reference motion [SH, Eq. (31)]",
         machine.timing.feedforward,
         variables,
-        {"N": n, "N_X": len(x0), "N_P": len(listed), **Bank.known(machine).constants},
+        {"N": n, "N_X": len(x0), "N_P": len(listed), **Bank.compensated(machine).constants},
+        ("torque not finite, the last finite torque is shown",),
     )

@@ -1,4 +1,4 @@
-/* Feedforward torque of the wanted motion; the last good torque when the input is no pose. */
+/* Feedforward torque of the reference motion; the last finite torque when the input is no pose. */
 #include "feedforward.h"
 
 #include "effects.h"

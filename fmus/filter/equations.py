@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,15 @@ from flexhex.fmus.common.model.effect_bank import Bank, columns_function, follow
 from flexhex.fmus.common.model.model import Model
 
 
+def hann_window(at: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """Hann window over [0, length] at the places `at`, largest value 1, zero outside.
+
+    sin^2(pi at / length)
+    """
+    inside = np.maximum(np.minimum(at, length - at), 0)
+    return np.asarray(np.sin(np.pi * inside / length) ** 2)
+
+
 def hann(points: int) -> NDArray[np.float64]:
     """Taps of W (points,), the newest sample's first.  [SH, Eq. (27)]
 
@@ -20,14 +31,13 @@ def hann(points: int) -> NDArray[np.float64]:
     The print has no division; its 101 taps sum to 50.5. They delay by points / 2 samples:
     w_0 = 0 and w_n = w_(points - n).
     """
-    n = np.arange(points)
-    taps = np.sin(np.pi * np.minimum(n, points - n) / points) ** 2
+    taps = hann_window(np.arange(points, dtype=np.float64), points)
     normalised: NDArray[np.float64] = taps / taps.sum()
     return normalised
 
 
-def derivatives(past: ca.SX, now: ca.SX, new: ca.SX, Ts: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """First and second derivative at `now` from three samples.  [SH, IV-D]
+def derivatives(past: Any, now: Any, new: Any, Ts: Any) -> tuple[Any, Any]:
+    """First and second derivative at `now` from three samples, SX or arrays.  [SH, IV-D]
 
         [-1, 0, 1] / (2 Ts),  [1, -2, 1] / Ts^2
 
@@ -72,7 +82,7 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["z", "theta_last", "theta"],
             ["z_next"],
         ),
-        *effects(Bank.known(machine)),
+        *effects(Bank.compensated(machine)),
     ]
 
 

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, columns_function
 
@@ -16,45 +16,27 @@ MAX_ALIGNMENT = 20
 
 def switches() -> tuple[Variable, ...]:
     """Parameters of the filter."""
+    alignment = (
+        "delay of tau_f and chi_f in samples, whole: that of the kinematics after the filter"
+    )
+    basis = "1: filtered basis of the raw angle; 0: basis at the filtered angle, as in [SH]"
+    play = (
+        "half width of the backlash between an angle and its Dahl state: four standard deviations"
+        " of the angle's noise; 0: none"
+    )
     return (
-        Variable(
-            "alignment",
-            "parameter",
-            "1",
-            "samples by which tau_f and chi_f wait for the kinematics behind the filter, whole",
-            start=1,
-            min=0,
-            max=MAX_ALIGNMENT,
-        ),
-        Variable(
-            "basis",
-            "parameter",
-            "1",
-            "1: filtered basis of the raw angle; 0: basis at the filtered angle, as in [SH]",
-            start=1,
-            min=0,
-            max=1,
-        ),
-        Variable(
-            "play",
-            "parameter",
-            "rad",
-            "half the gap through which an angle moves its Dahl state: four standard deviations of"
-            " the angle's noise; 0: none",
-            start=0,
-            min=0,
-            max=1e-3,
-            display="urad",
-        ),
+        parameter("alignment", "1", alignment, 1, 0, MAX_ALIGNMENT),
+        parameter("basis", "1", basis, 1, 0, 1),
+        parameter("play", "rad", play, 0, 0, 1e-3, display="urad"),
     )
 
 
 def interface(machine: Machine) -> Interface:
-    """Filter of a machine: raw angles and torques in, all of them smooth and of one instant out."""
+    """Filter of a machine: raw angles and torques in, filtered signals of one instant out."""
     n, n_basis = machine.n_arms, 1 + 2 * machine.actuator.n_harmonics
     reach = round(1.15 * machine.geometry.stroke, 6)
     at_zero = np.tile([0.0, *(1.0, 0.0) * machine.actuator.n_harmonics], n)
-    bank = Bank.known(machine)
+    bank = Bank.compensated(machine)
     chi = np.concatenate([at_zero, columns_at_rest(bank)])
     variables = (
         *switches(),

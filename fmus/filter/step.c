@@ -49,9 +49,9 @@ static bool start(const filter_parameters *p, void *memory, filter_outputs *y, c
   filter_taps(s->taps);
   filter_basis(s->theta_last, s->z, y->chi_f);
 #ifdef FILTER_N_EFFECT
-  const filter_instant rest = {.time = 0.0};
-  filter_effect_start(rest.theta, s->effects.state);
-  filter_effect_columns(rest.theta, s->effects.state, y->chi_f + N_CHI);
+  const filter_instant rest = {.all = {0.0}};
+  filter_effect_start(rest.of.theta, s->effects.state);
+  filter_effect_columns(rest.all, s->effects.state, y->chi_f + N_CHI);
 #endif
   return true;
 }
@@ -78,8 +78,8 @@ static void window(const state *s, int age, int count, double *restrict sum) {
   }
 }
 
-/* Dahl states follow the angle alone, through a gap that keeps the way of its noise from them;
-   the first angle knows no earlier one. */
+/* Dahl states follow the angle alone, through a backlash that removes its noise; at the first
+   sample there is no earlier angle. */
 static void follow(const filter_parameters *p, state *s, const double *theta) {
   double moved[N], z_next[N];
   if (s->started == 0.0) {
@@ -104,7 +104,7 @@ static void keep(state *s, const double *now) {
   s->newest = newest;
 }
 
-/* The columns of an effect want the rates at their instant, so they are known one sample later;
+/* The columns of an effect need the rates at their instant, so they are computed one sample later;
    the first ones fill the ring. */
 static void note_effects(const filter_parameters *p, state *s) {
 #ifdef FILTER_N_EFFECT
@@ -122,7 +122,7 @@ static void note_effects(const filter_parameters *p, state *s) {
 }
 
 static void differentiate(const filter_parameters *p, state *s, filter_outputs *y) {
-  memmove(s->theta_f[1], s->theta_f[0], 2 * sizeof s->theta_f[0]);
+  memmove(s->theta_f + 1, s->theta_f, 2 * sizeof s->theta_f[0]);
   window(s, 0, N, s->theta_f[0]);
   if (s->started == 0.0) {
     memcpy(s->theta_f[1], s->theta_f[0], sizeof s->theta_f[0]);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.geometry import Frames, coordinates
 
@@ -12,23 +12,16 @@ def interface(machine: Machine) -> Interface:
     n, x0 = machine.n_arms, Frames.of(machine).x0
     reach = round(1.15 * machine.geometry.stroke, 6)
     variables = (
-        Variable(
-            "corrections",
-            "parameter",
-            "1",
-            "Newton corrections a step, whole; [SH] uses one",
-            start=1,
-            min=1,
-            max=10,
+        parameter(
+            "corrections", "1", "Newton corrections per tick, whole; [SH] uses one", 1, 1, 10
         ),
-        Variable(
+        parameter(
             "tolerance",
-            "parameter",
             "1",
             "largest |D| that counts as converged (m and 1 mixed, as the rows of D are)",
-            start=1e-6,
-            min=1e-14,
-            max=1e-2,
+            1e-6,
+            1e-14,
+            1e-2,
         ),
         Variable("theta", "input", "rad", "actuator angles", size=n, min=-reach, max=reach),
         Variable("thetad", "input", "rad/s", "their rates", size=n, min=-1e3, max=1e3),
@@ -53,4 +46,5 @@ def interface(machine: Machine) -> Interface:
         machine.timing.feedforward,
         variables,
         {"N": n, "N_X": len(x0), "N_D": len(x0) - n},
+        ("pose out of reach, the last good pose is shown",),
     )

@@ -1,4 +1,4 @@
-/* Newton-Raphson kinematics: predict, correct, judge; hold the last good pose otherwise. */
+/* Newton-Raphson kinematics: predict, correct, check; the last good pose where that fails. */
 #include "kinematics.h"
 
 #include <math.h>
@@ -65,7 +65,7 @@ static void hold(kinematics_outputs *y) {
 static void tick(const kinematics_parameters *p, const kinematics_inputs *u, void *memory,
                  kinematics_outputs *y) {
   state *s = memory;
-  /* hysteresis follows the angle alone; the first tick knows no earlier one */
+  /* hysteresis follows the angle alone; at the first tick there is no earlier one */
   if (s->started != 0.0) {
     double z_next[KINEMATICS_N];
     kinematics_dahl(s->z, s->theta_last, u->theta, z_next);

@@ -1,5 +1,5 @@
-/* Effects of one machine that its truth file lists under [[hidden]], in the forms nature gives
-   them. Written apart from the library of effects: nothing here knows it.
+/* Effects of one machine that its truth file lists under [[hidden]], in physical forms.
+   Written independently of the library of effects.
 
    Rates are differences of the exact angle over the last tick. */
 #ifndef FLEXHEX_MACHINE_HIDDEN_EFFECTS_H

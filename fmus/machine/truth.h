@@ -39,7 +39,7 @@ static void plant_hidden_start(const plant_parameters *p, plant_hidden_state *s)
 #endif
 }
 
-/* Torque on the joints that the model does not know, t [s] after the start. */
+/* Torque on the joints that the model lacks, t [s] after the start. */
 static void plant_hidden_torque(const plant_parameters *p, plant_hidden_state *s, double t,
                                 const double *theta, const double *tau_motor, double *torque) {
   const double age = p->age + t;

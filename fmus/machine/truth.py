@@ -1,7 +1,7 @@
-"""The real machine for `machine.fmu`: the nominal plant plus what nobody was told.
+"""Ground truth of `machine.fmu`: the nominal plant plus deviations that its model lacks.
 
 Reads `machines/*-truth.toml`. Nothing but the build of machine.fmu may read it; its
-effects are written apart from those the diagnosis knows.
+effects are written independently of the library of effects.
 """
 
 from __future__ import annotations
@@ -106,13 +106,13 @@ class Hidden(_Section):
         kind = float(list(KINDS).index(self.kind))
         numbers = []
         for axis in self.axes:
-            # unused widths are 1: the C divides before it knows its kind
+            # unused widths are 1: the C divides by them for every kind
             numbers += [kind, axis - 1.0, *given, *[1.0] * (WIDTH - 2 - len(given))]
         return numbers
 
 
 class Truth(_Section):
-    """All that the machine has and its model lacks, drawn from `seed`."""
+    """Deviations of the machine from its model, drawn from `seed`."""
 
     seed: Annotated[int, Field(ge=0, lt=2**53)]
     errors: Errors
@@ -145,7 +145,7 @@ def interface(machine: Machine, truth: Truth) -> Interface:
     cogging, draw = _cogging(truth, n), _draw(truth, "drift")
     creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
     noise = truth.noise
-    # nothing but nonsense is refused: values beyond would make torques that are no numbers
+    # wide ranges, within which all torques are finite
     whole: dict[str, Any] = {"causality": "parameter", "min": 0}
     few: dict[str, Any] = {**whole, "max": 1e4}
     torque: dict[str, Any] = {"causality": "parameter", "unit": "N m", "min": -1e4, "max": 1e4}
@@ -189,8 +189,8 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         )
         hidden.append(listed)
         constants["N_HIDDEN"] = len(rows) // WIDTH
-    text = "The real machine: same interface as plant"
-    return Interface("machine", text, base.Ts, (*variables, *hidden), constants)
+    text = "Ground truth for tests of the loop and the diagnosis: the plant with deviations from its model"
+    return Interface("machine", text, base.Ts, (*variables, *hidden), constants, base.faults)
 
 
 def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
@@ -216,7 +216,7 @@ def functions(machine: Machine, truth: Truth) -> list[ca.Function]:
 
 
 def _draw(truth: Truth, what: str) -> random.Random:
-    """Random numbers for one thing, the same whatever else is drawn."""
+    """Random numbers of one quantity, independent of the other draws."""
     return random.Random(f"{truth.seed}:{what}")
 
 

@@ -1,7 +1,7 @@
 /* What the effects of the machine file do to the plant. Without effects all of this does nothing.
 
-   Torques and losses of the drives are part of plant_rates. Here are what it wants to know of a
-   substep, the drives that answer late, and what the encoders read. */
+   Torques and losses of the drives are part of plant_rates. Here are its further inputs in a
+   substep, lag and delay of the drives, and the encoder readings. */
 #ifndef FLEXHEX_PLANT_EFFECTS_H
 #define FLEXHEX_PLANT_EFFECTS_H
 
@@ -38,21 +38,6 @@ static bool plant_effects_refuse(const plant_effects *e, double h, char *message
   return false;
 }
 
-/* The lag T x' = tau - x behind the current loop, both answered in closed form over a substep of h;
-   the middle value is such that Simpson's rule gives the exact impulse, as in current_loop. */
-static double plant_lag(double command, double rate, double T, double h, double tau[3], double x) {
-  const double gap = tau[0] - command, decay = 1.0 / T, apart = (decay - rate) * h;
-  const double shared = apart != 0.0 ? -expm1(-apart) / apart : 1.0;
-  const double through = decay * h * exp(-rate * h) * shared;
-  const double mean_tau = command - gap * expm1(-rate * h) / (rate * h);
-  const double last = command + gap * through + (x - command) * exp(-decay * h);
-  const double mean = mean_tau - T * (last - x) / h;
-  tau[0] = x;
-  tau[1] = (6 * mean - x - last) / 4;
-  tau[2] = last;
-  return last;
-}
-
 /* The torque of a substep as it was `delay` [s] before: between two whole numbers of substeps. */
 static void plant_delay(const plant_effects *e, int i, double h, double tau[3][PLANT_N]) {
   const double steps = e->delay[i] / h, whole = floor(steps), share = steps - whole;
@@ -64,8 +49,8 @@ static void plant_delay(const plant_effects *e, int i, double h, double tau[3][P
 }
 
 /* From the torque that the drives report, tau at start, middle and end of the substep of h at
-   `time`, to what leaves them. rate [1/s]: of the current loop. */
-static void plant_transmit(plant_effects *e, const double *command, double rate, double time,
+   `time`, to the torque at their output. f_current [Hz]: of the current loop. */
+static void plant_transmit(plant_effects *e, const double *command, double f_current, double time,
                            double h, double tau[3][PLANT_N]) {
   memcpy(e->motor, tau, sizeof e->motor);
   for (int k = 0; k < 3; ++k) {
@@ -74,9 +59,11 @@ static void plant_transmit(plant_effects *e, const double *command, double rate,
   for (int i = 0; i < PLANT_N; ++i) {
     e->taud[i] = (tau[2][i] - tau[0][i]) / h;
     if (e->lag[i] > 0.0) {
-      double own[3] = {tau[0][i], tau[1][i], tau[2][i]};
-      e->lagged[i] = plant_lag(command[i], rate, e->lag[i], h, own, e->lagged[i]);
+      double own[3];
+      plant_effect_lag(&tau[0][i], &command[i], &f_current, &e->lag[i], &h, &e->lagged[i], &own[0],
+                       &own[1], &own[2]);
       tau[0][i] = own[0], tau[1][i] = own[1], tau[2][i] = own[2];
+      e->lagged[i] = own[2];
     }
   }
   e->newest = fmod(e->newest + 1.0, PLANT_LINE);

@@ -67,6 +67,28 @@ def torque(bank: Bank, theta: ca.SX, thetad: ca.SX, given: Inputs) -> tuple[ca.S
     return rest[:n], part, rest[n:]
 
 
+def simpson_middle(start: ca.SX, mean: ca.SX, end: ca.SX) -> ca.SX:
+    """Value in the middle for which Simpson's rule gives the mean exactly."""
+    return (6 * mean - start - end) / 4
+
+
+def lagged_torque(
+    tau: ca.SX, command: ca.SX, f_current: ca.SX, T: ca.SX, h: ca.SX, x: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Torque [N m] behind a lag T x' = tau - x [s] at start, middle and end of a time h [s].
+
+    tau, x: torques before and behind the lag at the start; tau follows `command` as in
+    `equations.drive_torque`. In closed form; the middle value gives the exact impulse.
+    """
+    gap, rate, decay = tau - command, 2 * ca.pi * f_current, 1 / T
+    apart = (decay - rate) * h
+    shared = ca.if_else(apart != 0, -ca.expm1(-apart) / apart, 1)
+    through = decay * h * ca.exp(-rate * h) * shared
+    mean_tau = command - gap * ca.expm1(-rate * h) / (rate * h)
+    end = command + gap * through + (x - command) * ca.exp(-decay * h)
+    return x, simpson_middle(x, mean_tau - T * (end - x) / h, end), end
+
+
 def _in_equations(effect: Effect) -> bool:
     return effect.acts_on in ("torque", "drive") and not effect.line
 
@@ -77,6 +99,7 @@ def functions(bank: Bank) -> list[ca.Function]:
     plant_effect_start(theta) -> state (n_states,)
     plant_effect_lines(effect) -> lag, delay (n,) [s]
     plant_effect_reading(theta, effect) -> reading (n,): what the encoders see
+    plant_effect_lag(tau, command, f_current, T, h, x) -> start, middle, end: one axis
     """
     if not bank:
         return []
@@ -97,12 +120,20 @@ def functions(bank: Bank) -> list[ca.Function]:
         ca.Function(
             "plant_effect_reading", [theta, effect], [reading], ["theta", "effect"], ["reading"]
         ),
+        _lag(),
     ]
+
+
+def _lag() -> ca.Function:
+    names = ["tau", "command", "f_current", "T", "h", "x"]
+    symbols = [ca.SX.sym(name) for name in names]
+    torques = ca.cse(list(lagged_torque(*symbols)))
+    return ca.Function("plant_effect_lag", symbols, torques, names, ["start", "middle", "end"])
 
 
 def constants(machine: Machine) -> dict[str, int]:
     """Sizes for effects.h: LINE is how many substeps a delay can reach back."""
-    bank = Bank.real(machine)
+    bank = Bank.all(machine)
     if not bank:
         return {}
     reach = [gain.high for part, gain in bank.gains if part.effect.line == "delay"]

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import casadi as ca
 
+from flexhex.fmus.common import actuator
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model import quaternion as qn
 from flexhex.fmus.common.model.bodies import Mechanism, mechanism_names, point_mass
@@ -26,11 +28,7 @@ def spatial_inertia(par: ca.SX) -> ca.SX:
     par (10,): m, mc, J.   2 T = m v.v + 2 v.(omega x mc) + omega.J omega
     """
     m, S = par[0], ca.skew(par[1:4])
-    J = ca.vertcat(
-        ca.horzcat(par[4], par[7], par[8]),
-        ca.horzcat(par[7], par[5], par[9]),
-        ca.horzcat(par[8], par[9], par[6]),
-    )
+    J = ca.blockcat(inertia_rows([par[k] for k in range(4, 10)]))
     return ca.vertcat(ca.horzcat(m * ca.SX.eye(3), -S), ca.horzcat(S, J))
 
 
@@ -88,9 +86,21 @@ def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
     return Mechanism(par.upper, par.lower, carried, par.stiffness)
 
 
-def dahl_rate(z: ca.SX, thetad: ca.SX, sigma: float) -> ca.SX:
-    """z' = (thetad - |thetad| z) / sigma.  [SH, Eq. (23)]"""
-    return (thetad - ca.fabs(thetad) * z) / sigma
+def drive_torque(
+    tau: ca.SX, command: ca.SX, f_current: ca.SX, h: ca.SX
+) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Torque (n,) [N m] of first-order current loops at start, middle and end of a time h [s].
+
+        tau' = 2 pi f_current (command - tau)
+
+    in closed form for a constant command. The middle value is the one for which Simpson's rule,
+    which the integrator applies, gives the exact impulse.
+    """
+    reach = 2 * ca.pi * f_current * h
+    mean = -ca.expm1(-reach) / reach
+    gap = tau - command
+    end = command + ca.exp(-reach) * gap
+    return tau, effects.simpson_middle(tau, command + mean * gap, end), end
 
 
 def functions(machine: Machine) -> list[ca.Function]:
@@ -101,6 +111,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
     plant_neutral() -> d (31,)
     plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E; not without a platform
+    plant_drive(tau_motor, command, f_current, h) -> start, middle, end (6,): `drive_torque`
 
     With effects plant_rates has further arguments (`effects.Inputs`), of which tau is then
     what the joints get, and gives the rates of their states; `effects.functions` come too.
@@ -120,8 +131,8 @@ def functions(machine: Machine) -> list[ca.Function]:
     chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
     M, force = mass_matrix(linkage, par), tau - chi - bias
     arguments, more_in = [theta, thetad, d, z, tau, mechanism, p, payload], list[str]()
-    rates, more_out = [xd[n:], dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
-    bank, symmetric = Bank.real(machine), True
+    rates, more_out = [xd[n:], actuator.dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
+    bank, symmetric = Bank.all(machine), True
     if bank:
         given = effects.Inputs.of(bank)
         taken, added, stated = effects.torque(bank, theta, thetad, given)
@@ -147,9 +158,22 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["d_next", "residual"],
         ),
         ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
+        _drive(n),
         *effects.functions(bank),
     ]
     if machine.has_platform:
         x_E, phi_E = d[n_d - 7 : n_d - 4], qn.rotation_vector(d[n_d - 4 :])
         made.append(ca.Function("plant_pose", [d], [x_E, phi_E], ["d"], ["x_E", "phi_E"]))
     return made
+
+
+def _drive(n: int) -> ca.Function:
+    tau, command = ca.SX.sym("tau_motor", n), ca.SX.sym("command", n)
+    f_current, h = ca.SX.sym("f_current"), ca.SX.sym("h")
+    return ca.Function(
+        "plant_drive",
+        [tau, command, f_current, h],
+        ca.cse(list(drive_torque(tau, command, f_current, h))),
+        ["tau_motor", "command", "f_current", "h"],
+        ["start", "middle", "end"],
+    )

@@ -1,4 +1,4 @@
-/* Where machine.fmu adds what its truth file says; in plant.fmu all of this does nothing. */
+/* Hooks for the ground truth of machine.fmu; in plant.fmu they do nothing. */
 #ifndef FLEXHEX_PLANT_HIDDEN_H
 #define FLEXHEX_PLANT_HIDDEN_H
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, nominal_mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
@@ -18,114 +19,76 @@ MAX_DELAY = 40
 """Longest extra delay of drive or sensor, in base steps (10 ms)."""
 
 
+QUANTUM = "torque of one current step, 0: no quantisation"
+ENCODER = "step of the encoder, 0: no quantisation"
+
+
 def parameters(machine: Machine) -> tuple[Variable, ...]:
-    """What can be set before the start: mechanism, actuators, drives, encoders, integrator."""
+    """Parameters: mechanism, actuators, drives, encoders, integrator."""
     n, drive, base = machine.n_arms, machine.drive, machine.timing.base
     listed = actuator_parameters(machine)
-    full = np.array(nominal_mechanism(machine).vector()).ravel()
-    delay: dict[str, Any] = {"unit": "1", "min": 0, "max": MAX_DELAY}
+    bodies = _vector(
+        "mechanism",
+        "inertias and stiffness of every arm, end-effector",
+        np.array(nominal_mechanism(machine).vector()).ravel(),
+        mechanism_names(n, machine.has_platform),
+        mechanism_units(n, machine.has_platform),
+    )
+    actuators = _vector(
+        "actuator",
+        "torque terms of every actuator",
+        base_parameters(machine)[: len(listed)],
+        tuple(par.name for par in listed),
+        tuple(par.unit for par in listed),
+    )
     return (
-        Variable(
-            "mechanism",
-            "parameter",
-            "1",
-            "inertias and stiffness of every arm, end-effector",
-            start=full,
-            size=len(full),
-            min=-100,
-            max=100,
-            elements=mechanism_names(n, machine.has_platform),
-            units=mechanism_units(n, machine.has_platform),
-        ),
-        Variable(
-            "actuator",
-            "parameter",
-            "1",
-            "torque terms of every actuator",
-            start=base_parameters(machine)[: len(listed)],
-            size=len(listed),
-            min=-100,
-            max=100,
-            elements=tuple(par.name for par in listed),
-            units=tuple(par.unit for par in listed),
-        ),
-        Variable(
-            "substeps",
-            "parameter",
-            "1",
-            "integration steps a Ts, whole",
-            start=1,
-            min=1,
-            max=SUBSTEPS,
-        ),
-        Variable(
-            "f_current", "parameter", "Hz", "current loop", start=drive.f_current, min=1, max=1e5
-        ),
-        Variable(
-            "tau_max", "parameter", "N m", "torque limit", start=drive.tau_max, min=0, max=1e4
-        ),
-        Variable(
-            "tau_step",
-            "parameter",
-            "N m",
-            "torque of one current step, 0: none",
-            start=drive.K_t * drive.I_step,
-            min=0,
-            max=10,
-        ),
-        Variable(
-            "theta_step",
-            "parameter",
-            "rad",
-            "encoder step, 0: none",
-            start=machine.encoder.step,
-            min=0,
-            max=0.1,
-            display="urad",
-        ),
-        Variable(
-            "command_delay",
-            "parameter",
-            description="extra delay of the command in Ts, whole",
-            start=round(drive.t_command / base),
-            **delay,
-        ),
-        Variable(
-            "measurement_delay",
-            "parameter",
-            description="extra delay of angle and torque in Ts, whole",
-            start=round(drive.t_measurement / base),
-            **delay,
-        ),
-        Variable(
-            "stroke",
-            "parameter",
-            "rad",
-            "end stops at +-stroke",
-            start=machine.geometry.stroke,
-            min=0.01,
-            max=1.5,
-        ),
+        bodies,
+        actuators,
+        parameter("substeps", "1", "integration steps per Ts, whole", 1, 1, SUBSTEPS),
+        parameter("f_current", "Hz", "bandwidth of the current loop", drive.f_current, 1, 1e5),
+        parameter("tau_max", "N m", "torque limit", drive.tau_max, 0, 1e4),
+        parameter("tau_step", "N m", QUANTUM, drive.K_t * drive.I_step, 0, 10),
+        parameter("theta_step", "rad", ENCODER, machine.encoder.step, 0, 0.1, display="urad"),
+        _delay("command_delay", "the command", drive.t_command / base),
+        _delay("measurement_delay", "angle and torque readings", drive.t_measurement / base),
+        parameter("stroke", "rad", "end stops at +-stroke", machine.geometry.stroke, 0.01, 1.5),
+    )
+
+
+def _delay(name: str, what: str, steps: float) -> Variable:
+    text = f"extra delay of {what} in multiples of Ts, whole"
+    return parameter(name, "1", text, round(steps), 0, MAX_DELAY)
+
+
+def _vector(
+    name: str,
+    text: str,
+    start: NDArray[np.float64],
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+) -> Variable:
+    """Unlike values in one array."""
+    return parameter(
+        name, "1", text, start, -100, 100, size=len(start), elements=names, units=units
     )
 
 
 def gains(machine: Machine) -> tuple[Variable, ...]:
     """Gains of the effects; nothing without effects."""
-    bank = Bank.real(machine)
+    bank = Bank.all(machine)
     if not bank:
         return ()
+    named: dict[str, Any] = {"elements": bank.names, "units": bank.units}
     return (
-        Variable(
+        parameter(
             "effect",
-            "parameter",
             "1",
             "gains of the effects",
-            start=bank.values,
+            bank.values,
+            -1e4,
+            1e4,
             size=bank.n_gains,
-            min=-1e4,
-            max=1e4,
-            elements=bank.names,
-            units=bank.units,
+            **named,
         ),
     )
 
@@ -149,12 +112,12 @@ def interface(machine: Machine) -> Interface:
         *gains(machine),
         Variable("tau", "input", "N m", "torque command", size=n, min=-1e4, max=1e4),
         Variable("payload", "input", "kg", "mass at c_payload of E", min=0, max=50),
-        Variable("theta", "output", "rad", "actuator angles as the encoders read them", size=n),
+        Variable("theta", "output", "rad", "actuator angles, encoder reading", size=n),
         Variable(
-            "tau_meas", "output", "N m", "motor torque as the drives read it, same instant", size=n
+            "tau_meas", "output", "N m", "motor torque, drive reading at the same instant", size=n
         ),
         *pose(machine),
-        Variable("end_stop", "output", "1", "1: an end stop holds the mechanism", min=0, max=1),
+        Variable("end_stop", "output", "1", "1: the mechanism is at an end stop", min=0, max=1),
     )
     n_p = len(actuator_parameters(machine))
     return Interface(
@@ -171,4 +134,5 @@ def interface(machine: Machine) -> Interface:
             "HIDDEN": 0,
             **constants(machine),
         },
+        ("end stop reached, the mechanism rests there", "integration diverged: raise substeps"),
     )

@@ -1,8 +1,8 @@
 /* Plant: quantised drives with a current loop, the mechanism integrated at fixed steps, encoders.
 
    A tick takes the state from kTs to (k+1)Ts under a torque command that is constant meanwhile.
-   The current loop's answer is known in closed form; the mechanism is stepped by the classical
-   Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
+   The current loop is solved in closed form (plant_drive); the mechanism is stepped by the
+   classical Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
 #include "plant.h"
 
 #include "effects.h"
@@ -11,19 +11,24 @@
 #include <math.h>
 #include <string.h>
 
-enum { N = PLANT_N, N_D = PLANT_N_D };
-static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0, TWO_PI = 6.283185307179586;
+/* C has no empty array: a machine without a platform has one d, which stays zero */
+enum { N = PLANT_N, N_D = PLANT_N_D > 0 ? PLANT_N_D : 1 };
+static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0;
 /* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
 static const double LEAP = 1.0, LARGEST_Z = 2.0;
 
-/* what the integrator carries; all doubles, so that a step is one axpy over the struct */
+/* the state that is integrated: by name in the equations, as one vector in the integrator */
 typedef struct {
   double theta[N], thetad[N], d[N_D], z[N];
 #ifdef PLANT_N_EFFECT
   double effect[PLANT_N_EFFECT_STATE];
 #endif
+} motion_parts;
+enum { N_MOTION = sizeof(motion_parts) / sizeof(double) };
+typedef union {
+  motion_parts of;
+  double all[N_MOTION];
 } motion;
-enum { N_MOTION = sizeof(motion) / sizeof(double) };
 
 typedef struct {
   motion now;
@@ -53,7 +58,7 @@ static bool whole(const char *name, double value, char *message, size_t size) {
 static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) {
   const int delay = (int)p->measurement_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
   const int oldest = (newest + PLANT_MAX_DELAY + 1 - delay) % (PLANT_MAX_DELAY + 1);
-  const double *angle = s->now.theta;
+  const double *angle = s->now.of.theta;
 #ifdef PLANT_N_EFFECT
   double reading[N];
   plant_effect_reading(angle, p->effect, reading);
@@ -67,7 +72,7 @@ static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) 
     y->tau_meas[i] = s->tau_read[oldest][i];
   }
 #if PLANT_N_D > 0
-  plant_pose(s->now.d, y->x_E, y->phi_E);
+  plant_pose(s->now.of.d, y->x_E, y->phi_E);
 #endif
 }
 
@@ -81,10 +86,10 @@ static bool start(const plant_parameters *p, void *memory, plant_outputs *y, cha
   }
   memset(s, 0, sizeof *s);
   memset(y, 0, sizeof *y);
-  plant_neutral(s->now.d);
+  plant_neutral(s->now.of.d);
   plant_hidden_start(p, &s->hidden);
 #ifdef PLANT_N_EFFECT
-  plant_effects_start(p, s->now.theta, &s->effects, s->now.effect);
+  plant_effects_start(p, s->now.of.theta, &s->effects, s->now.of.effect);
   if (plant_effects_refuse(&s->effects, p->Ts / p->substeps, message, size)) {
     return false;
   }
@@ -93,7 +98,7 @@ static bool start(const plant_parameters *p, void *memory, plant_outputs *y, cha
   return true;
 }
 
-/* What the current loop is asked for: the command after delay, limit and quantum. */
+/* Input of the current loop: the command after delay, limit and quantisation. */
 static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
                   double tau_command[N]) {
   const int delay = (int)p->command_delay, newest = (int)fmod(s->ticks, PLANT_MAX_DELAY + 1);
@@ -108,25 +113,26 @@ static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
 /* stage: 0 at the start of a substep, 1 in its middle, 2 at its end */
 static void derive(const plant_parameters *p, const state *s, const motion *at, int stage,
                    double tau[3][N], double payload, motion *rate) {
-  memcpy(rate->theta, at->thetad, sizeof rate->theta);
+  memcpy(rate->of.theta, at->of.thetad, sizeof rate->of.theta);
+#if PLANT_N_D == 0
+  rate->of.d[0] = 0.0;
+#endif
 #ifdef PLANT_N_EFFECT
   const plant_effects *e = &s->effects;
-  plant_rates(at->theta, at->thetad, at->d, at->z, tau[stage], p->mechanism, p->actuator, &payload,
-              e->motor[stage], e->taud, &e->time[stage], at->effect, p->effect, rate->thetad,
-              rate->d, rate->z, rate->effect);
+  plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, tau[stage], p->mechanism,
+              p->actuator, &payload, e->motor[stage], e->taud, &e->time[stage], at->of.effect,
+              p->effect, rate->of.thetad, rate->of.d, rate->of.z, rate->of.effect);
 #else
   (void)s;
-  plant_rates(at->theta, at->thetad, at->d, at->z, tau[stage], p->mechanism, p->actuator, &payload,
-              rate->thetad, rate->d, rate->z);
+  plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, tau[stage], p->mechanism,
+              p->actuator, &payload, rate->of.thetad, rate->of.d, rate->of.z);
 #endif
 }
 
 static motion moved(const motion *from, double h, const motion *rate) {
   motion to;
-  const double *a = from->theta, *b = rate->theta;
-  double *c = to.theta;
   for (int k = 0; k < N_MOTION; ++k) {
-    c[k] = a[k] + h * b[k];
+    to.all[k] = from->all[k] + h * rate->all[k];
   }
   return to;
 }
@@ -143,38 +149,20 @@ static void integrate(const plant_parameters *p, state *s, double tau[3][N], dou
   derive(p, s, &at, 1, tau, payload, &k3);
   at = moved(now, h, &k3);
   derive(p, s, &at, 2, tau, payload, &k4);
-  double *x = now->theta;
-  const double *a = k1.theta, *b = k2.theta, *c = k3.theta, *e = k4.theta;
   for (int k = 0; k < N_MOTION; ++k) {
-    x[k] += h / 6 * (a[k] + 2 * (b[k] + c[k]) + e[k]);
+    now->all[k] += h / 6 * (k1.all[k] + 2 * (k2.all[k] + k3.all[k]) + k4.all[k]);
   }
 }
 
-/* The drives' torque at the start, for the middle and at the end of a substep of h. The middle
-   value is such that Simpson's rule, which the integrator applies, gives the exact impulse. */
-static void current_loop(const plant_parameters *p, state *s, const double *command, double h,
-                         double tau[3][N]) {
-  const double reach = TWO_PI * p->f_current * h, left = exp(-reach);
-  const double mean = -expm1(-reach) / reach;
-  for (int i = 0; i < N; ++i) {
-    const double gap = s->tau_motor[i] - command[i];
-    tau[0][i] = s->tau_motor[i];
-    tau[2][i] = command[i] + left * gap;
-    tau[1][i] = (6 * (command[i] + mean * gap) - tau[0][i] - tau[2][i]) / 4;
-    s->tau_motor[i] = tau[2][i];
-  }
-}
-
-/* True when the step's numbers are no motion of any machine: h is too long for the equations. */
+/* True when the step is no plausible motion: h is too long for the equations. */
 static bool diverged(const motion *before, const motion *now) {
-  const double *values = now->theta;
   for (int k = 0; k < N_MOTION; ++k) {
-    if (!isfinite(values[k])) {
+    if (!isfinite(now->all[k])) {
       return true;
     }
   }
   for (int i = 0; i < N; ++i) {
-    if (fabs(now->theta[i] - before->theta[i]) > LEAP || fabs(now->z[i]) > LARGEST_Z) {
+    if (fabs(now->of.theta[i] - before->of.theta[i]) > LEAP || fabs(now->of.z[i]) > LARGEST_Z) {
       return true;
     }
   }
@@ -187,7 +175,7 @@ static bool within_stroke(const plant_parameters *p, const motion *now, double r
     return false;
   }
   for (int i = 0; i < N; ++i) {
-    if (!(fabs(now->theta[i]) <= p->stroke)) {
+    if (!(fabs(now->of.theta[i]) <= p->stroke)) {
       return false;
     }
   }
@@ -202,13 +190,14 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
   drive(p, u, s, command);
   y->end_stop = y->fault = 0.0;
   double disturbance[N];
-  plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.theta, s->tau_motor, disturbance);
+  plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.of.theta, s->tau_motor, disturbance);
   for (int k = 0; k < substeps; ++k) {
     const motion before = s->now;
-    double tau[3][N], d[N_D], residual;
-    current_loop(p, s, command, h, tau);
+    double tau[3][N], d[N_D] = {0.0}, residual;
+    plant_drive(s->tau_motor, command, &p->f_current, &h, tau[0], tau[1], tau[2]);
+    memcpy(s->tau_motor, tau[2], sizeof s->tau_motor);
 #ifdef PLANT_N_EFFECT
-    plant_transmit(&s->effects, command, TWO_PI * p->f_current, s->ticks * p->Ts + k * h, h, tau);
+    plant_transmit(&s->effects, command, p->f_current, s->ticks * p->Ts + k * h, h, tau);
 #endif
     for (int i = 0; i < 3 * N; ++i) {
       tau[i / N][i % N] -= disturbance[i % N];
@@ -216,17 +205,17 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
     integrate(p, s, tau, u->payload, h);
     if (diverged(&before, &s->now)) {
       s->now = before;
-      memset(s->now.thetad, 0, sizeof s->now.thetad);
+      memset(s->now.of.thetad, 0, sizeof s->now.of.thetad);
       y->fault = FAULT_DIVERGED;
       continue;
     }
-    plant_close(s->now.theta, s->now.d, d, &residual);
+    plant_close(s->now.of.theta, s->now.of.d, d, &residual);
     if (within_stroke(p, &s->now, residual)) {
-      memcpy(s->now.d, d, sizeof d);
+      memcpy(s->now.of.d, d, sizeof d);
     } else {
       /* blocked: the mechanism stands where it was and may leave at the next substep */
       s->now = before;
-      memset(s->now.thetad, 0, sizeof s->now.thetad);
+      memset(s->now.of.thetad, 0, sizeof s->now.of.thetad);
       y->end_stop = 1.0;
       y->fault = FAULT_END_STOP;
     }

@@ -30,13 +30,21 @@ def transition(u: ca.SX) -> ca.SX:
     return ca.if_else(u <= 0.25, early, ca.if_else(u >= 0.75, late, middle))
 
 
+def smooth_step(u: Any) -> Any:
+    """10 u^3 - 15 u^4 + 6 u^5 for u in 0..1, SX or arrays: 0 to 1, at rest at both ends.
+
+    Rate and curvature vanish there.
+    """
+    return u**3 * (10 + u * (6 * u - 15))
+
+
 def fading(t: ca.SX, T: ca.SX, fade: ca.SX) -> ca.SX:
     """Envelope 0..1 that rises within `fade` [s] and falls as long before T [s].
 
-    10 u^3 - 15 u^4 + 6 u^5: rate and curvature vanish at both ends of each flank.
+    Each flank is a `smooth_step`.
     """
-    u = ca.fmin(ca.fmin(t, T - t) / fade, 1)
-    return u**3 * (10 + u * (6 * u - 15))
+    envelope: ca.SX = smooth_step(ca.fmin(ca.fmin(t, T - t) / fade, 1))
+    return envelope
 
 
 def multisine(t: ca.SX, f_base: ca.SX, n_sines: ca.SX, phase: ca.SX) -> ca.SX:

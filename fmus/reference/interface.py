@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.reference.equations import MAX_SINES
 
@@ -12,30 +12,25 @@ MAX_PAYLOAD = 50.0
 """Largest payload [kg]."""
 
 
-def _fixed(name: str, unit: str, text: str, start: float, low: float, high: float) -> Variable:
-    return Variable(name, "parameter", unit, text, start=start, min=low, max=high)
-
-
 def schedule(machine: Machine) -> tuple[Variable, ...]:
     """Which trajectory, how often and how far; amplitude is limited to the stroke."""
     ref, stroke = machine.reference, machine.geometry.stroke
     kinds = "0 random setpoints, 1 triangle, 2 multisine, 3 chirp, 4 hold at zero"
     return (
-        _fixed("kind", "1", kinds, 0, 0, 4),
-        _fixed("seed", "1", "seed of setpoints and phases, whole", 1, 0, 2.0**53),
-        Variable(
+        parameter("kind", "1", kinds, 0, 0, 4),
+        parameter("seed", "1", "seed of setpoints and phases, whole", 1, 0, 2.0**53),
+        parameter(
             "amplitude",
-            "parameter",
             "rad",
             "largest |r| of each joint",
+            ref.amplitude,
+            0,
+            stroke,
             size=machine.n_arms,
-            start=ref.amplitude,
-            min=0,
-            max=stroke,
         ),
-        _fixed("t_start", "s", "hold at zero before the first pass, whole Ts", 2, 0, 1e4),
-        _fixed("duration", "s", "length of one pass, whole Ts", ref.duration, 1e-3, 1e5),
-        _fixed("passes", "1", "times that the trajectory is run through, whole", 3, 1, 1e6),
+        parameter("t_start", "s", "hold at zero before the first pass, whole Ts", 2, 0, 1e4),
+        parameter("duration", "s", "length of one pass, whole Ts", ref.duration, 1e-3, 1e5),
+        parameter("passes", "1", "number of passes, whole", 3, 1, 1e6),
     )
 
 
@@ -43,15 +38,15 @@ def shapes(machine: Machine) -> tuple[Variable, ...]:
     """What the kinds need: random, triangle, multisine, chirp."""
     ref = machine.reference
     return (
-        _fixed("period", "s", "time from setpoint to setpoint, whole Ts", ref.period, 1e-3, 1e4),
-        _fixed("move", "s", "time of the move to a setpoint", ref.move, 1e-3, 1e4),
-        _fixed("speed", "rad/s", "triangle: speed between its corners", 0.05, 1e-4, 10),
-        _fixed("rounding", "rad/s2", "triangle: acceleration in its corners", 1, 1e-3, 1e4),
-        _fixed("fade", "s", "multisine, chirp: fading in and out", 1, 1e-3, 1e4),
-        _fixed("f_base", "Hz", "multisine: lowest frequency", 0.1, 1e-3, 100),
-        _fixed("n_sines", "1", "multisine: sines at 1, 2, ... f_base, whole", 10, 1, MAX_SINES),
-        _fixed("f0", "Hz", "chirp: frequency at its begin", 0.1, 0, 500),
-        _fixed("f1", "Hz", "chirp: frequency at its end", 3, 0, 500),
+        parameter("period", "s", "time from setpoint to setpoint, whole Ts", ref.period, 1e-3, 1e4),
+        parameter("move", "s", "time of the move to a setpoint", ref.move, 1e-3, 1e4),
+        parameter("speed", "rad/s", "triangle: speed between its corners", 0.05, 1e-4, 10),
+        parameter("rounding", "rad/s2", "triangle: acceleration in its corners", 1, 1e-3, 1e4),
+        parameter("fade", "s", "multisine, chirp: fading in and out", 1, 1e-3, 1e4),
+        parameter("f_base", "Hz", "multisine: lowest frequency", 0.1, 1e-3, 100),
+        parameter("n_sines", "1", "multisine: sines at 1, 2, ... f_base, whole", 10, 1, MAX_SINES),
+        parameter("f0", "Hz", "chirp: frequency at its begin", 0.1, 0, 500),
+        parameter("f1", "Hz", "chirp: frequency at its end", 3, 0, 500),
     )
 
 
@@ -62,7 +57,9 @@ def payloads() -> tuple[Variable, ...]:
         return Variable(name, "parameter", unit, text, MAX_PAYLOADS, min=0, max=high)
 
     return (
-        _fixed("payload_count", "1", "entries of the schedule in use, whole", 0, 0, MAX_PAYLOADS),
+        parameter(
+            "payload_count", "1", "entries of the schedule in use, whole", 0, 0, MAX_PAYLOADS
+        ),
         entries("payload_time", "s", "when each mass comes, ascending", 1e6),
         entries("payload_mass", "kg", "mass from then on", MAX_PAYLOAD),
     )

@@ -4,8 +4,9 @@
    due when its results appear, at (k + 1) Ts. Each pass begins and ends at rest at zero. */
 #include "reference.h"
 
+#include "splitmix64.h"
+
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 enum { N = REFERENCE_N, N_PHASES = REFERENCE_N * REFERENCE_MAX_SINES };
@@ -17,17 +18,6 @@ typedef struct {
   double phase[N_PHASES];
   double cycles[N];
 } state;
-
-/* Uniform double in [0, 1): number `index` (from 0) of the splitmix64 sequence of a seed.
-   G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", OOPSLA
-   2014. Its state is a counter, so any number of it can be had at once, on every platform. */
-static double uniform(double seed, double index) {
-  uint64_t x = (uint64_t)seed + ((uint64_t)index + 1U) * UINT64_C(0x9e3779b97f4a7c15);
-  x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  x = x ^ (x >> 31);
-  return (double)(x >> 11) * 0x1p-53;
-}
 
 static double ticks_of(const reference_parameters *p, double time) {
   return nearbyint(time / p->Ts);

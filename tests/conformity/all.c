@@ -1,7 +1,7 @@
 /* All FMUs linked into one program, stepped in turn; counts what is allocated meanwhile.
 
-   Built from every FMU's sources with -DFLEXHEX_STATIC; prints `name hash` of all outputs of the
-   course for each FMU, then `allocated` and `bad`. */
+   Built from every FMU's sources with -DFLEXHEX_STATIC, or from one FMU's with '-DFMUS(X)=X(name)';
+   prints `name hash` of all outputs of the course for each FMU, then `allocated` and `bad`. */
 #include <float.h>
 #include <inttypes.h>
 #include <math.h>
@@ -14,10 +14,12 @@
 enum { STEPS = 1000, MOST = 2048, ARENA = 1 << 24 };
 #include "arena.h"
 
+#ifndef FMUS
 #define FMUS(X) \
   X(reference)  \
   X(kinematics) \
   X(feedforward) X(feedback) X(plant) X(filter) X(estimator) X(machine)
+#endif
 
 #define DECLARE(id)                                                        \
   extern const flexhex_model id##_fmu;                                     \

@@ -99,7 +99,7 @@ def rates_along(subject: Machine, at: Instant, thetadd: Array) -> Array:
 
 def regressed(subject: Machine, point: Point, thetadd: Array, p: Array) -> Array:
     """Phi p (6,) [N m] at a point of a motion with these accelerations."""
-    model, bank = Model(subject), Bank.known(subject)
+    model, bank = Model(subject), Bank.compensated(subject)
     theta, z = ca.SX.sym("theta", 6), ca.SX.sym("z", 6)
     (chi,) = called(
         ca.Function("chi", [theta, z], [model.basis(theta, z)]), point.theta, point.at.z
@@ -119,7 +119,7 @@ def known_state(point: Point) -> Array:
 def test_plant_and_regressor_agree(id: str) -> None:
     """Phi p = tau at random states of the plant, with and without the effect."""
     subject = everything()
-    real, known = Bank.real(subject), Bank.known(subject)
+    real, known = Bank.all(subject), Bank.compensated(subject)
     effect, part = only(real, id), library()[id]
     p = np.concatenate([base_parameters(machine()), only(known, id)])
     noticed = 0.0
@@ -142,7 +142,7 @@ def test_feedforward_and_regressor_agree(id: str) -> None:
     A loss is solved by four steps, each of which leaves less than a quarter (saturation; its slope
     is s (2 |tau| - tau_k) = 0.025 (2 * 6 - 2)).
     """
-    subject, bank = everything(), Bank.known(everything())
+    subject, bank = everything(), Bank.compensated(everything())
     torque, whole, *_ = feedforward_functions(subject)
     gains = only(bank, id)
     p, noticed = np.concatenate([base_parameters(machine()), gains]), 0.0
@@ -160,7 +160,7 @@ def test_feedforward_and_regressor_agree(id: str) -> None:
 
 
 def test_feedforward_without_gains_is_the_models() -> None:
-    subject, bank = everything(), Bank.known(everything())
+    subject, bank = everything(), Bank.compensated(everything())
     _, whole, *_ = feedforward_functions(subject)
     p = np.concatenate([base_parameters(machine()), np.zeros(bank.n_gains)])
     for k, at in enumerate(instants(23)):
@@ -175,7 +175,7 @@ def test_plant_solves_for_columns_of_the_acceleration() -> None:
     subject = with_effects(entry)
     p = base_parameters(subject)
     for k, at in enumerate(random_instants(3, seed=24)):
-        point = Point(Bank.real(subject), at, seed=k)
+        point = Point(Bank.all(subject), at, seed=k)
         thetadd = point.accelerations(subject, np.array([0.02]), point.tau)
         tau = regressed(subject, point, thetadd, p)
         assert_close(tau, point.tau, atol=ROUNDING, what="Phi p")

@@ -96,7 +96,7 @@ def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Bu
     """0.04 urad is what the sampled feedforward leaves on the nominal plant, 0.29 mN m the
     current steps of the torque reading. Dry friction turns over within a milliradian of a
     reversal, where wanted and real angle differ by a thousandth of it: DRY."""
-    real, known = Bank.real(builder.machine), Bank.known(builder.machine)
+    real, known = Bank.all(builder.machine), Bank.compensated(builder.machine)
     effect, gains = only(real, id), only(known, id)
     there = missed(builder, f"{id}-hidden", effect, np.zeros_like(gains))
     gone = missed(builder, f"{id}-known", effect, gains)
@@ -108,7 +108,7 @@ def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Bu
 def test_columns_of_a_log_explain_all_effects_at_once(builder: Builder) -> None:
     """What `identify` fits to: the smoothed columns of a log times the true p are its torque."""
     machine = builder.machine
-    real, known = Bank.real(machine), Bank.known(machine)
+    real, known = Bank.all(machine), Bank.compensated(machine)
     there = np.array([compensated(part.effect) for part, _ in real.gains])
     gains = np.array(known.values)
     effect = np.where(there, real.values, 0.0)

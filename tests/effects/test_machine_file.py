@@ -125,7 +125,7 @@ def test_effects_without_feedforward_are_in_the_plant_alone(tmp_path: Path) -> N
     ring, gain = axis_of("encoder_eccentricity"), f"drive_gain.g[{axis_of('drive_gain')}]"
     assert [par.name for par in parameters(subject)[162:]] == [gain]
     both = (f"encoder_eccentricity.e_c[{ring}]", f"encoder_eccentricity.e_s[{ring}]")
-    assert Bank.real(subject).names == (*both, gain)
+    assert Bank.all(subject).names == (*both, gain)
 
 
 def test_machine_file_reads_back_what_was_written(tmp_path: Path) -> None:

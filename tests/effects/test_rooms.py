@@ -28,12 +28,12 @@ CHANGED = ("plant", "filter", "feedforward")
 
 @cache
 def real() -> Bank:
-    return Bank.real(everything())
+    return Bank.all(everything())
 
 
 @cache
 def known() -> Bank:
-    return Bank.known(everything())
+    return Bank.compensated(everything())
 
 
 def plant(gains: Array, **parameters: object) -> Loaded:

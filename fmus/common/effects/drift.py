@@ -55,7 +55,7 @@ class ThermalDrift(Effect):
 class OffsetDrift(Effect):
     """o_r T (1 - exp(-t / T)): a torque that creeps in, and comes to rest after some T.
 
-    The gain is the creep at first: what a run tells when it is shorter than T.
+    The gain is the initial creep rate, which also a run shorter than T determines.
     """
 
     id, title, acts_on = "offset_drift", "drift of the offset", "torque"

@@ -1,9 +1,9 @@
-"""What an effect is: its parameters, states and torque columns, and how it is told from others.
+"""What an effect is: its parameters, states and torque columns, and how it is distinguished from others.
 
     tau_meas = Phi p + sum_j gain_j column_j
 
 holds for effects on the torque and for those of the drive. One object of a subclass of
-`Effect` is one effect; docs/decisions/0006-effects.md tells why it is cut this way.
+`Effect` is one effect; docs/decisions/0006-effects.md gives the reasons for this structure.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Shapes = Mapping[str, Any]
 class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
-    typical: a size worth noticing, also the scale below which it is not told from zero.
+    typical: a size worth noticing, also the scale below which it counts as zero.
     """
 
     name: str
@@ -110,13 +110,14 @@ class Effect:
               mechanism: no columns, `mechanism` changes the model
     line      how the plant delays a drive's torque exactly, where columns are a first order
     feedforward  "" where the feedforward compensates it, else the reason why not
-    reported  whether it can also stand between the commanded and the reported torque, where
-              the motor constant, which turns the report into torque, has no say
-    behind    what of such an effect can stand behind the report where the command is known too;
-              None: all of it
-    extends   id of the effect that it is without its gains after the first
+    reported  whether it can also act between the commanded and the reported torque, where
+              the torque constant has no influence
+    behind    the part of such an effect that acts after the reported torque where the command is
+              logged too; None: all of it
+    extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
-    exact     nature has it in just this form: of two such effects chance alone may hide which it is
+    exact     the functional form is physically exact (a sine, say), so no allowance for model
+              error is made when it is compared with another exact effect
     """
 
     id: str

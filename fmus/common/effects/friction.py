@@ -39,7 +39,7 @@ class DryFriction(Effect):
     states: tuple[State, ...] = (State("z_0", "1"),)
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return (s.thetad - ca.fabs(s.thetad) * state) / shape["s_0"]
+        return actuator.dahl_rate(state, s.thetad, shape["s_0"])
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
         """Exact for a step of one sign, whatever the rate does meanwhile."""
@@ -94,9 +94,8 @@ class StribeckFriction(DryFriction):
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         way = ca.fabs(s.thetad) / shape["s_0"]
-        return ca.vertcat(
-            s.thetad / shape["s_0"] - way * state[0], way * (_slow(s, shape) * state[0] - state[1])
-        )
+        z_0 = actuator.dahl_rate(state[0], s.thetad, shape["s_0"])
+        return ca.vertcat(z_0, way * (_slow(s, shape) * state[0] - state[1]))
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
         """Exact for a step of one sign and one peak: its mean along the way (Simpson)."""

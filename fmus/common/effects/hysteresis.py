@@ -38,7 +38,7 @@ class SecondHysteresis(Effect):
         return state
 
     def rate(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        return (s.thetad - ca.fabs(s.thetad) * state) / shape["sigma_2"]
+        return actuator.dahl_rate(state, s.thetad, shape["sigma_2"])
 
     def advance(self, before: Signals, now: Signals, state: ca.SX, shape: Shapes, Ts: Any) -> Expr:
         """Exact for a step of one sign, whatever the rate does meanwhile."""

@@ -52,7 +52,7 @@ class TorqueConstantSaturation(Effect):
 class TorqueSaturation(Effect):
     """clip (tau - tau / (1 + |tau / tau_lim|^p)^(1/p)): the joint gets no more than tau_lim.
 
-    With clip = 1 the drive gives up all beyond tau_lim, though it reports what it was asked for.
+    With clip = 1 the drive gives up all beyond tau_lim, though it reports the command.
     A large p is a sharp corner, p = 2 an amplifier that gives way gradually (Rapp's model). Where
     the command is known an amplifier shows between it and the report, and what gives way
     gradually behind the report is the motor's iron.

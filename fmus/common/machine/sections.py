@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.quantity import quantity
 
 Vector = tuple[float, ...]
@@ -72,7 +73,7 @@ class Body(Section):
 
     @model_validator(mode="after")
     def _physical(self) -> Body:
-        principal = np.linalg.eigvalsh(symmetric(self.Ic))
+        principal = np.linalg.eigvalsh(inertia_rows(self.Ic))
         if principal[0] <= 0:
             raise ValueError(f"Ic is not positive definite (smallest {principal[0]:.3g} kg m2)")
         if principal[2] > principal[0] + principal[1] + 1e-12:
@@ -192,9 +193,3 @@ class Reference(Section):
                 f" {max(1, round(count)) * self.period:.6g} s would be"
             )
         return self
-
-
-def symmetric(six: Vector) -> np.ndarray:
-    """Matrix (3, 3) from xx, yy, zz, xy, xz, yz."""
-    xx, yy, zz, xy, xz, yz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

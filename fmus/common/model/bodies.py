@@ -13,8 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.machine.sections import Body, symmetric
+from flexhex.fmus.common.machine.sections import Body
 
 INERTIA_NAMES = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_yy", "J_zz", "J_xy", "J_xz", "J_yz")
 INERTIA_UNITS = ("kg", "kg m", "kg m", "kg m") + ("kg m2",) * 6
@@ -82,7 +83,8 @@ def _entries(n: int, platform: bool) -> list[tuple[str, str]]:
 
 def inertia(body: Body) -> NDArray[np.float64]:
     """(10,): m, m c, J about the frame's origin (Huygens-Steiner)."""
-    ten: NDArray[np.float64] = _about_origin(body.m, np.array(body.c), symmetric(body.Ic))
+    Ic = np.array(inertia_rows(body.Ic))
+    ten: NDArray[np.float64] = _about_origin(body.m, np.array(body.c), Ic)
     return ten
 
 

@@ -1,7 +1,7 @@
-"""The constraint set D(x~) in the paper's own form, and the dense solves (14)-(17), (29).
+"""The constraint set D(x~) in the paper's own form.
 
 x~ (37) = theta (6), lam_Q1 ... lam_Q6 (4 each), x_E (3), lam_E (4); d is all but theta.
-This is the reference that the structured form of `linkage.py` must equal to rounding.
+`tests/oracles/dense_form.py` solves it densely; `linkage.py` must equal that to rounding.
 """
 
 from __future__ import annotations
@@ -82,38 +82,3 @@ def constraints(machine: Machine, frames: Frames, x: ca.SX) -> ca.SX:
         )
         rows += [deformations(q)[0], ca.dot(lam_Q, lam_Q) - 1, closure]
     return ca.vertcat(*rows, ca.dot(xt.lam_E, xt.lam_E) - 1)
-
-
-@dataclass(frozen=True)
-class DenseForm:
-    """The paper's dense form: Newton correction and rates by a general 31 x 31 solve.
-
-    newton(x) -> d; rates(x, thetad, thetadd) -> xd, xdd; residual(x) -> D, jacobian(x) -> D_x.
-    """
-
-    residual: ca.Function
-    jacobian: ca.Function
-    newton: ca.Function
-    rates: ca.Function
-
-    @staticmethod
-    def of(machine: Machine) -> DenseForm:
-        """Build the dense form of a machine by automatic differentiation of D."""
-        frames, n = Frames.of(machine), machine.n_arms
-        x = ca.SX.sym("x", len(frames.x0))
-        xd = ca.SX.sym("xd", x.numel())
-        D = constraints(machine, frames, x)
-        D_x = ca.jacobian(D, x)
-        curvature = ca.jtimes(ca.jtimes(D, x, xd), x, xd)
-        residual = ca.Function("D", [x], [D])
-        jacobian = ca.Function("D_x", [x], [D_x])
-        quadratic = ca.Function("D_xx", [x, xd], [curvature])
-        X, rate, acceleration = ca.MX.sym("x", x.numel()), ca.MX.sym("r", n), ca.MX.sym("a", n)
-        J = jacobian(X)
-        D_theta, D_d = J[:, :n], J[:, n:]
-        newton = ca.Function("newton", [X], [X[n:] - ca.solve(D_d, residual(X))])
-        Xd = ca.vertcat(rate, -ca.solve(D_d, D_theta @ rate))
-        gamma = -ca.solve(D_d, quadratic(X, Xd))
-        Xdd = ca.vertcat(acceleration, gamma - ca.solve(D_d, D_theta @ acceleration))
-        rates = ca.Function("rates", [X, rate, acceleration], [Xd, Xdd])
-        return DenseForm(residual, jacobian, newton, rates)

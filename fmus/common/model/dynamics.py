@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.model import quaternion as qn
 from flexhex.fmus.common.model.bodies import Mechanism
 from flexhex.fmus.common.model.constraints import Coordinates, deformations
@@ -45,11 +46,7 @@ def body_wrench(par: ca.SX, R: ca.SX, a: ca.SX, w: ca.SX, wd: ca.SX) -> tuple[ca
     [m/s2]; w, wd (3,): angular velocity and acceleration in body axes.
     """
     m, mc = par[0], par[1:4]
-    J = ca.vertcat(
-        ca.horzcat(par[4], par[7], par[8]),
-        ca.horzcat(par[7], par[5], par[9]),
-        ca.horzcat(par[8], par[9], par[6]),
-    )
+    J = ca.blockcat(inertia_rows([par[k] for k in range(4, 10)]))
     a_b = R.T @ a
     force = R @ (m * a_b + ca.cross(wd, mc) + ca.cross(w, ca.cross(w, mc)))
     return force, J @ wd + ca.cross(w, J @ w) + ca.cross(mc, a_b)

@@ -37,12 +37,12 @@ class Bank:
     parts: tuple[Part, ...]
 
     @staticmethod
-    def real(machine: Machine) -> Bank:
+    def all(machine: Machine) -> Bank:
         """All that acts in the plant, but what changes the mechanism."""
         return Bank.of(machine, lambda effect: effect.acts_on != "mechanism")
 
     @staticmethod
-    def known(machine: Machine) -> Bank:
+    def compensated(machine: Machine) -> Bank:
         """Torques that the feedforward compensates: their gains belong to p."""
         return Bank.of(machine, compensated)
 

@@ -30,7 +30,7 @@ class Model:
         self.n_p = len(parameters(machine))
         self.n_basis = 1 + 2 * machine.actuator.n_harmonics
         self.n_actuator = self.n_basis + 3
-        self.bank = Bank.known(machine)
+        self.bank = Bank.compensated(machine)
         self.split = self.n * self.n_actuator
         self.n_base = self.split + len(mechanism_parameters(machine))
         self.g = self._gravity()

@@ -1,7 +1,7 @@
 """The estimated parameters p: 22 of each actuator and 30 of the mechanism (162).
 
 [SH, III-E] keeps 162 after "excluding parameters that have become redundant" without
-naming them. docs/decisions/0002-parameters.md tells why these: the mass and mc_x of the
+naming them. docs/decisions/0002-parameters.md gives the reasons: the mass and mc_x of the
 lower arm are redundant (two point masses at its ends act alike), the rest is shared
 between the arms as far as the arms are made alike, the actuators are each their own.
 Gains of a machine's effects come behind the 162.
@@ -35,7 +35,7 @@ _LOWER = (2, 3, 4, 5, 6, 7, 8, 9)
 @dataclass(frozen=True)
 class Parameter:
     """One estimated parameter: name, unit, the body it belongs to, and a scale [unit] below
-    which its size is not told from zero (floor of the normalisation)."""
+    which its size counts as zero (floor of the normalisation)."""
 
     name: str
     unit: str
@@ -81,7 +81,7 @@ def mechanism_parameters(machine: Machine) -> list[Parameter]:
 
 def effect_parameters(machine: Machine) -> list[Parameter]:
     """Gains of the machine's effects, as far as the feedforward compensates them."""
-    bank = Bank.known(machine)
+    bank = Bank.compensated(machine)
     return [
         Parameter(name, gain.unit, "effects", gain.typical)
         for name, (_, gain) in zip(bank.names, bank.gains, strict=True)
@@ -121,7 +121,7 @@ def base_parameters(machine: Machine) -> Array:
     for i in range(machine.n_arms):
         parts += [a.o[i], a.k[i], a.d[i], a.c[i]]
         parts += [value for pair in zip(a.a[i], a.b[i], strict=True) for value in pair]
-    effects = Bank.known(machine).values
+    effects = Bank.compensated(machine).values
     return np.concatenate([parts, regrouped(machine, nominal_mechanism(machine)), effects])
 
 

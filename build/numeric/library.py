@@ -1,0 +1,54 @@
+"""C text to a loaded shared library, kept by its content."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.fmugen.codegen import casadi_source
+from flexhex.fmugen.compile import compile_object, link_shared
+
+Array = NDArray[np.float64]
+DEFAULT_CACHE = Path("out/cache")
+
+
+def loaded(text: str, stem: str, cache: Path = DEFAULT_CACHE) -> ctypes.CDLL:
+    """The library of a C text, out of `cache` where it was compiled before.
+
+    Raises BuildError when there is no compiler or it fails.
+    """
+    library = cache / f"{stem}-{hashlib.sha256(text.encode()).hexdigest()[:24]}.so"
+    if not library.exists():
+        cache.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=cache) as folder:
+            source = Path(folder) / f"{stem}.c"
+            source.write_text(text, encoding="utf-8")
+            link_shared([compile_object(source, "", cache)], library)
+    return ctypes.CDLL(str(library.resolve()))
+
+
+def with_loops(
+    functions: Sequence[ca.Function], loops: Sequence[str], stem: str, cache: Path
+) -> ctypes.CDLL:
+    """SX functions named `<stem>_<what>` and C loops over them, loaded.
+
+    Raises BuildError as `loaded`.
+    """
+    return loaded(casadi_source(functions, stem, stem) + "".join(loops), stem, cache)
+
+
+def short(function: ca.Function) -> str:
+    """The name without its stem."""
+    return str(function.name()).partition("_")[2]
+
+
+def pointer(array: Array) -> ctypes.c_void_p:
+    """Where a contiguous array begins."""
+    return array.ctypes.data_as(ctypes.c_void_p)
