@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.fmus.common.errors import LogError
-from flexhex.ssp.results import Array, Group, Result, rate_name
+from flexhex.ssp.result import FORMAT
+from flexhex.ssp.results import Array, Group, Result, load, rate_name
 
 RUNNING = 1.0
 
@@ -79,6 +80,33 @@ def load_recording(path: str | Path) -> Result:
         return _result(plans, data, found)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
+
+
+def load_run(path: str | Path) -> Result:
+    """A result or a recording of the gateway. LogError for a file that is neither."""
+    head = _head(path) if Path(path).suffix.lower() == ".csv" else []
+    if any(line.startswith("# signals:") for line in head):
+        return load_recording(path)
+    if head and not any(line.startswith(("# format:", "\x89HDF")) for line in head):
+        raise LogError(
+            f"{path}: neither a result of flexhex simulate (`# format: {FORMAT}`) nor a recording"
+            " of the gateway (`# signals: ...`); `flexhex diagnose` takes measured logs"
+        )
+    return load(path)
+
+
+def _head(path: str | Path) -> list[str]:
+    """The first line and all `#` lines that follow; none where nothing can be read."""
+    head: list[str] = []
+    try:
+        with Path(path).open(encoding="latin-1") as file:
+            for line in file:
+                if head and not line.startswith("#"):
+                    break
+                head.append(line[:200])
+    except OSError:
+        pass  # `load` says why
+    return head
 
 
 def _at_its_time(data: Array, steps: Array) -> Array:

@@ -2,7 +2,8 @@
 
 Variables `time`, `theta`, `tau_meas` ... (samples × axes or its transpose) stand side by side or
 in structs, one struct for each rate. Units: a struct `unit` (or `units`) with fields by channel,
-or variables such as `theta_unit`. Texts and single numbers are metadata.
+or variables such as `theta_unit`. A struct `name` tells the full name of a field, as in the files
+of `flexhex simulate`. Texts and single numbers are metadata.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from flexhex.diagnosis.logs.raw import CHANNELS, Raw
 from flexhex.fmus.common.errors import LogError
 
 UNIT_STRUCTS = ("unit", "units")
+TEXT_STRUCTS = (*UNIT_STRUCTS, "name", "description")
 
 
 @dataclass(frozen=True)
@@ -89,8 +91,11 @@ def _raw(path: Path, content: Mapping[str, Any], options: Options) -> Raw:
     tables, findings = [], list[Finding]()
     for where, group in _groups(str(path), content):
         units = _units(content) | _units(group)
+        full = _texts(group.get("name"))
+        units |= {full[field]: unit for field, unit in units.items() if field in full}
         data = {}
-        for name, item in group.items():
+        for field, item in group.items():
+            name = full.get(field, field)
             if isinstance(item, str):
                 meta[name] = item
             elif _scalar(item):
@@ -112,7 +117,7 @@ def _raw(path: Path, content: Mapping[str, Any], options: Options) -> Raw:
 def _groups(where: str, content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
     found: list[tuple[str, Mapping[str, Any]]] = [(where, content)]
     for name, item in content.items():
-        if isinstance(item, Mapping) and name not in UNIT_STRUCTS:
+        if isinstance(item, Mapping) and not (name in TEXT_STRUCTS and _texts(item)):
             found += _groups(f"{where}: {name}", item)
     return found
 
@@ -124,10 +129,14 @@ def _units(group: Mapping[str, Any]) -> dict[str, str]:
         if name.endswith("_unit") and isinstance(item, str)
     }
     for name in UNIT_STRUCTS:
-        struct = group.get(name)
-        if isinstance(struct, Mapping):
-            units |= {key: item for key, item in struct.items() if isinstance(item, str)}
+        units |= _texts(group.get(name))
     return units
+
+
+def _texts(struct: Any) -> dict[str, str]:
+    """The texts of a struct by field; nothing of what is no struct."""
+    fields = struct.items() if isinstance(struct, Mapping) else ()
+    return {key: item for key, item in fields if isinstance(item, str)}
 
 
 def _scalar(item: Any) -> bool:

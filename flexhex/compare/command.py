@@ -1,4 +1,4 @@
-"""Command `compare`: two results signal by signal."""
+"""Command `compare`: two runs by their tracking, then signal by signal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from flexhex.arguments import AsJson
 
 def compare_command(
     first: Annotated[
-        Path, typer.Argument(metavar="RUN", help="result (HDF5), or recording of the gateway (CSV)")
+        Path,
+        typer.Argument(metavar="RUN", help="result (.h5, .csv), or recording of the gateway"),
     ],
     second: Annotated[Path, typer.Argument(metavar="RUN", help="another one")],
     atol: Annotated[float, typer.Option(help="tolerance of all signals, each in its unit")] = 0.0,
@@ -29,19 +30,23 @@ def compare_command(
     ),
     json: AsJson = False,
 ) -> None:
-    """Compare two results signal by signal: exit code 0 equal within tolerance, 1 not."""
-    from flexhex.compare.results import Tolerance, compare, tolerances
-    from flexhex.compare.view import comparison_json, print_comparison, write_comparison
-    from flexhex.recording import load_recording
-    from flexhex.ssp.results import load
+    """Compare two runs: tracking error and feedback torque, then every signal.
 
-    a, b = (load_recording(p) if p.suffix.lower() == ".csv" else load(p) for p in (first, second))
-    found = compare(a, b, Tolerance(atol, rtol, tolerances(tol or [])), common)
-    names = (str(first), str(second))
-    written = write_comparison(found, a, b, names, plots, page) if plots else None
+    Exit code 0: equal within tolerance. 1: different. 2: wrong usage. 3: a file cannot be read.
+    """
+    from flexhex.compare.page import write_comparison
+    from flexhex.compare.results import Tolerance, compare, tolerances
+    from flexhex.compare.runs import figures, load_runs
+    from flexhex.compare.view import comparison_json, print_comparison
+
+    limits = Tolerance(atol, rtol, tolerances(tol or []))
+    runs = load_runs(first, second)
+    found = compare(runs[0].result, runs[1].result, limits, common)
+    judged = figures(*runs)
+    written = write_comparison(found, judged, runs, plots, page) if plots else None
     if json:
-        print(comparison_json(found, written))
+        print(comparison_json(found, judged, runs, written))
     else:
-        print_comparison(found, written)
+        print_comparison(found, judged, runs, written)
     if not found.equal:
         raise typer.Exit(1)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from flexhex.fmus.common.errors import UsageError
 from flexhex.ssp.results import Group, Result, rate_name
 from flexhex.ssp.wiring import unknown
+from flexhex.tracking import columns
 
 Array = NDArray[np.float64]
 RTOL = 1e-9
@@ -23,6 +24,8 @@ RTOL = 1e-9
 EQUAL, OUT = "equal", "out"
 ONLY_FIRST, ONLY_SECOND = "only in the first", "only in the second"
 UNLIKE = "not compared"
+INTERNAL = frozenset({"p", "p_std", "innovation", "residual", "z", "chi_f"})
+"""Outputs that are states of the estimator and the solvers, listed after motion and torque."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Difference:
     element: the one that is farthest out, from 1, 0 for a scalar; of it are worst and rms, the
     largest and RMS difference, at [s], when it was largest, and limit, its tolerance. first
     [s]: when any element was out of tolerance first, NaN when none was. size: worst over the
-    element's largest value.
+    element's largest value; over: worst over the tolerance.
     """
 
     signal: str
@@ -66,6 +69,7 @@ class Difference:
     limit: float = math.nan
     first: float = math.nan
     size: float = 0.0
+    over: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ def compare(
     either = {**a, **b}
     found = [_compared(name, g, a.get(name), b.get(name), tolerance) for name, g in either.items()]
     order = [OUT, UNLIKE, ONLY_FIRST, ONLY_SECOND, EQUAL]
-    found.sort(key=lambda d: (order.index(d.state), -d.size, d.signal))
+    found.sort(key=lambda d: (order.index(d.state), internal(d.signal), -d.over, -d.size, d.signal))
     durations = first.duration, second.duration
     return Comparison(tuple(found), made_different(first, second), durations, common)
 
@@ -132,9 +136,9 @@ def made_different(first: Result, second: Result) -> dict[str, tuple[str, str]]:
     return {key: pair for key, pair in pairs.items() if pair[0] != pair[1]}
 
 
-def columns(values: Array) -> Array:
-    """Samples (n,) or (n, size) as (n, columns)."""
-    return values.reshape(len(values), -1)
+def internal(signal: str) -> bool:
+    """Whether `K.p_std` or an element of it is a state of an estimator or a solver."""
+    return signal.rpartition(".")[2].partition("[")[0] in INTERNAL
 
 
 def _by_signal(result: Result) -> dict[str, Group]:
@@ -181,12 +185,12 @@ def _judged(name: str, a: Group, b: Group, tolerance: Tolerance) -> Difference:
     if n == 0:
         return Difference(name, UNLIKE, rate, unit, "no samples")
     x, y = columns(a.signals[name])[:n], columns(b.signals[name])[:n]
-    gap, limit = distance(x, y), tolerance.limit(name, x, y)
-    out = (gap > limit).any(axis=1)
-    over = _ratio(gap.max(axis=0), limit) if out.any() else gap.max(axis=0)
-    column = max(range(len(over)), key=lambda k: (over[k], gap[:, k].max()))
-    row = int(np.argmax(gap[:, column]))
-    worst = float(gap[row, column])
+    apart, limit = distance(x, y), tolerance.limit(name, x, y)
+    out = (apart > limit).any(axis=1)
+    over = _ratio(apart.max(axis=0), limit) if out.any() else apart.max(axis=0)
+    column = max(range(len(over)), key=lambda k: (over[k], apart[:, k].max()))
+    row = int(np.argmax(apart[:, column]))
+    worst = float(apart[row, column])
     peak = float(max(_peak(x[:, [column]])[0], _peak(y[:, [column]])[0]))
     return Difference(
         name,
@@ -194,29 +198,30 @@ def _judged(name: str, a: Group, b: Group, tolerance: Tolerance) -> Difference:
         rate,
         unit,
         worst=worst,
-        rms=float(np.sqrt(np.mean(np.square(gap[:, column])))),
+        rms=float(np.sqrt(np.mean(np.square(apart[:, column])))),
         element=column + 1 if a.signals[name].ndim > 1 else 0,
         at=row * a.Ts,
         limit=float(limit[column]),
         first=float(np.argmax(out) * a.Ts) if out.any() else math.nan,
         size=worst / peak if peak else worst,
+        over=float(_ratio(apart[row, [column]], limit[[column]])[0]),
     )
 
 
 def distance(a: Array, b: Array) -> Array:
     """|a - b|; 0 where both are the same infinity or both NaN, infinite where one is NaN."""
     with np.errstate(invalid="ignore"):
-        gap = np.abs(a - b)
-    gap[(a == b) | (np.isnan(a) & np.isnan(b))] = 0.0
-    gap[np.isnan(gap)] = np.inf
-    return np.asarray(gap)
+        apart = np.abs(a - b)
+    apart[(a == b) | (np.isnan(a) & np.isnan(b))] = 0.0
+    apart[np.isnan(apart)] = np.inf
+    return np.asarray(apart)
 
 
-def _ratio(gap: Array, limit: Array) -> Array:
+def _ratio(apart: Array, limit: Array) -> Array:
     """How many times over the tolerance; infinite where a tolerance of 0 is exceeded."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        over = gap / limit
-    return np.where(gap == 0, 0.0, over)
+        over = apart / limit
+    return np.where(apart == 0, 0.0, over)
 
 
 def _peak(values: Array) -> Array:

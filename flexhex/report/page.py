@@ -22,7 +22,7 @@ from flexhex.report.recorded import (
     seconds,
     slower,
 )
-from flexhex.simulation.cases import SETTLE
+from flexhex.tracking import SETTLE
 
 QUANTILES = ("p50", "p99", "p99.9", "largest")
 

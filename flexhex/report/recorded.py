@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.recording import RUNNING, Recording
-from flexhex.simulation.cases import SETTLE
+from flexhex.tracking import SETTLE
 
 Array = NDArray[np.float64]
 MICRO = 1e6

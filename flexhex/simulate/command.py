@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import command_line
+from flexhex.arguments import AsJson, command_line
 
 
 def simulate_command(
@@ -15,19 +15,30 @@ def simulate_command(
     duration: Annotated[
         float, typer.Option("--duration", "-d", help="simulated time in seconds")
     ] = 10.0,
-    result: Annotated[Path, typer.Option("--result", "-r", help="HDF5 file")] = Path("result.h5"),
-    also: Annotated[list[str] | None, typer.Option(help="further signals, e.g. N_F.x")] = None,
+    result: Annotated[
+        Path,
+        typer.Option(
+            "--result", "-r", help="file of the signals: .h5 (HDF5), .csv, .mat or .parquet"
+        ),
+    ] = Path("result.h5"),
+    also: Annotated[
+        list[str] | None, typer.Option(help="log a further signal, e.g. N_F.x (may be repeated)")
+    ] = None,
+    json: AsJson = False,
 ) -> None:
-    """Simulate a .ssp and save its signals."""
+    """Simulate a .ssp, save its signals, show tracking error and feedback torque."""
     from flexhex.output.progress import LiveProgress
-    from flexhex.simulate.view import print_speed
+    from flexhex.simulate.view import print_simulation, simulation_json
     from flexhex.ssp.executor import run as execute
-    from flexhex.ssp.results import provenance, save
+    from flexhex.ssp.results import check_target, provenance, save
     from flexhex.ssp.signals import DEFAULT
 
+    check_target(result)
     with LiveProgress() as progress:
         advance = progress.line(description.name, duration)
         found = execute(description, duration, signals=[DEFAULT, *(also or [])], progress=advance)
-    save(found, result, provenance(command=command_line()))
-    print_speed(found)
-    print(result)
+    path = save(found, result, provenance(command=command_line()))
+    if json:
+        print(simulation_json(found, path))
+    else:
+        print_simulation(found, path)

@@ -1,34 +1,101 @@
-"""What a simulation shows in the terminal: time spent in each FMU, faults."""
+"""What a simulation shows: tracking error and feedback torque, time in each FMU, faults."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from flexhex.output.tables import table
 from flexhex.simulation.faults import Fault, faults
-from flexhex.ssp.results import Result
+from flexhex.ssp.result import Result
+from flexhex.tracking import SETTLE, Tracking, tracking
+
+
+def print_simulation(result: Result, path: Path) -> None:
+    """Tracking, time spent in each FMU, faults and warnings, where the file is."""
+    out = Console(highlight=False, soft_wrap=True)
+    if found := tracking(result):
+        out.print(tracking_text(found), markup=False)
+    speed = result.duration / max(result.wall, 1e-9)
+    out.print(
+        f"\n{result.duration:g} s simulated in {result.wall:.2f} s, {speed:.1f} × real time",
+        markup=False,
+    )
+    out.print(speed_table(result, "Time in each FMU"))
+    print_faults(out, faults("the run", result))
+    for name, spent in result.times.items():
+        if spent.warnings:
+            text = f"{name}: {spent.warnings} warnings, the first: {spent.warning}"
+            out.print(f"warning: {text}", markup=False)
+    out.print(f"result   {path}", markup=False)
+
+
+def tracking_text(found: Tracking) -> str:
+    """Tracking error and feedback torque in words."""
+    lines = [
+        f"Tracking from {found.begin:g} s to {found.end:g} s, all joints"
+        + ("" if found.begin else f" (the run ends before {SETTLE:g} s: judged whole)"),
+        f"  error e               RMS {found.e:.4g} µrad, largest {found.e_max:.4g} µrad"
+        f" (joint {found.joint} at {found.at:.4f} s)",
+    ]
+    if math.isfinite(found.tau_fb):
+        lines.append(f"  feedback torque τ_FB  RMS {found.tau_fb:.4g} N m")
+    return "\n".join(lines)
+
+
+def simulation_json(result: Result, path: Path) -> str:
+    """The same for a program; units stand in the names, a figure that is no number is null."""
+    data = {
+        "result": str(path),
+        "duration_s": result.duration,
+        "wall_s": result.wall,
+        "tracking": tracking_data(tracking(result)),
+        "fmus": {
+            name: {
+                "steps": spent.steps,
+                "seconds_s": spent.seconds,
+                "worst_s": spent.worst,
+                "warnings": spent.warnings,
+            }
+            for name, spent in result.times.items()
+        },
+        "faults": [asdict(fault) for fault in faults("the run", result)],
+    }
+    return json.dumps(data, indent=2, allow_nan=False)
+
+
+def tracking_data(found: Tracking | None) -> dict[str, Any] | None:
+    """Figures by names with their units."""
+    if found is None:
+        return None
+    figures = {
+        "from_s": found.begin,
+        "to_s": found.end,
+        "e_rms_urad": found.e,
+        "e_max_urad": found.e_max,
+        "e_max_joint": found.joint,
+        "e_max_at_s": found.at,
+        "tau_fb_rms_Nm": found.tau_fb,
+    }
+    return {key: value if math.isfinite(value) else None for key, value in figures.items()}
 
 
 def speed_table(result: Result, title: str) -> Table:
-    table = Table(title=title, box=SIMPLE_HEAD)
-    table.add_column("FMU")
-    for name in ("steps", "µs a step", "ms per simulated s"):
-        table.add_column(name, justify="right")
+    """Time spent in each FMU."""
+    rows = []
     for name, spent in result.times.items():
         mean = spent.seconds / max(spent.steps, 1) * 1e6
         share = spent.seconds / result.duration * 1e3
-        table.add_row(name, str(spent.steps), f"{mean:.2f}", f"{share:.2f}")
-    return table
-
-
-def print_speed(result: Result) -> None:
-    """Time spent in each FMU, and the faults that were reported."""
-    out = Console()
-    out.print(speed_table(result, "Time in each FMU"))
-    print_faults(out, faults("the run", result))
+        cells = {"FMU": name, "steps": str(spent.steps), "µs a step": f"{mean:.2f}"}
+        rows.append(cells | {"ms per simulated s": f"{share:.2f}"})
+    return table(title, rows)
 
 
 def print_faults(out: Console, listed: Sequence[Fault]) -> None:

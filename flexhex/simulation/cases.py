@@ -18,10 +18,9 @@ from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.fmus.estimator.interface import first_variance, normalisation
+from flexhex.tracking import SETTLE as SETTLE
 
 Array = NDArray[np.float64]
-SETTLE = 2.0
-"""Hold before the first move [s]: the preload's transient is over, nothing is judged."""
 FIT_SEED, RUN_SEED = 11, 1
 WARM = 1200.0
 """The data for the fit come from a cold machine, the cases run on a warm one [s]."""

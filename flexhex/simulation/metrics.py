@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.motion import MotionModel
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.tracking import rms as rms
 
 Array = NDArray[np.float64]
 POSE_EVERY = 20
@@ -60,11 +61,6 @@ class Figures:
     def row(self) -> tuple[float, ...]:
         """The figures in the order of the table."""
         return tuple(asdict(self).values())
-
-
-def rms(values: Array) -> float:
-    """Root of the mean square of all entries."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:

@@ -72,7 +72,8 @@ def recorded(
     """
     description = builder.case(case)
     result = run(description, case.duration, signals=signals, progress=progress.case(case))
-    versions = provenance(command=command, case=case.name, machine=builder.machine.name)
+    named = {"case": case.name, "title": case.title, "machine": builder.machine.name}
+    versions = provenance(command=command, **named)
     made = {**versions, **result.meta}
     path = builder.out / "runs" / f"{case.name}.h5"
     save(result, path, made)
