@@ -4,18 +4,33 @@ mod bus;
 mod check;
 mod config;
 mod cycle;
+mod exit;
 mod realtime;
 mod record;
 mod report;
+mod rules;
 mod run;
 mod safety;
+mod session;
 mod wire;
 
 use clap::{Parser, Subcommand};
+use exit::Exit;
 use std::process::ExitCode;
 
+const EXAMPLES: &str = "\
+Examples:
+  flexhex-gateway check gateway/machines/akd.toml --bus
+  flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
+  flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
+  flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
+
+Exit codes: 0 finished or stopped by Ctrl-C; 1 tripped, or refused because of the drives or the \
+interface; 2 wrong usage; 3 wrong configuration, system description or FMU.";
+
+/// Run the control FMUs of a system description against six servo drives on EtherCAT.
 #[derive(Parser)]
-#[command(name = "flexhex-gateway", version, about)]
+#[command(name = "flexhex-gateway", version, after_help = EXAMPLES)]
 struct Line {
     #[command(subcommand)]
     verb: Verb,
@@ -23,22 +38,15 @@ struct Line {
 
 #[derive(Subcommand)]
 enum Verb {
-    /// Refuse now what can be refused before there is power.
+    /// Check configuration, system description, FMUs and (with --bus) the drives; enable nothing.
+    #[command(after_help = check::EXAMPLES)]
     Check(check::Check),
     /// Run the controller against the drives.
+    #[command(after_help = run::EXAMPLES)]
     Run(run::Run),
-    /// Six drives that are not there, with the FMU of the machine behind them.
+    /// Emulate six servo drives on EtherCAT with an FMU as the machine that they move.
+    #[command(after_help = flexhex_emulator::EXAMPLES)]
     Emulate(flexhex_emulator::Args),
-}
-
-/// The exit codes of every flexhex command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Exit {
-    Good = 0,
-    /// Tripped, or refused by what is on the cable.
-    Failed = 1,
-    Usage = 2,
-    BadInput = 3,
 }
 
 fn main() -> ExitCode {

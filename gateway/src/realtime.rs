@@ -1,8 +1,8 @@
-//! What the kernel is asked for: locked memory, a FIFO priority, a CPU, an absolute clock.
+//! Kernel services: locked memory, FIFO priority, CPU affinity, absolute clock, stop signals.
 
 use std::time::Duration;
 
-/// Nanoseconds of the monotonic clock.
+/// Time of the monotonic clock [ns].
 pub fn now_ns() -> u64 {
     let mut t = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the kernel writes into the timespec above, which outlives the call.
@@ -10,7 +10,7 @@ pub fn now_ns() -> u64 {
     t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
 }
 
-/// Sleep to an instant of the monotonic clock; the last `spin` of it is waited for actively.
+/// Sleep until a time of the monotonic clock; the last `spin` of it is spent spinning.
 pub fn sleep_until(at_ns: u64, spin: Duration) {
     let early = at_ns.saturating_sub(spin.as_nanos() as u64);
     let t = libc::timespec {
@@ -18,7 +18,7 @@ pub fn sleep_until(at_ns: u64, spin: Duration) {
         tv_nsec: (early % 1_000_000_000) as libc::c_long,
     };
     // SAFETY: the timespec outlives the call; no remainder is asked for, an absolute time has none.
-    // A signal ends the sleep early, so it is repeated until the instant has come.
+    // A signal ends the sleep early, so it is repeated.
     while unsafe {
         libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &t, std::ptr::null_mut())
     } == libc::EINTR
@@ -28,22 +28,22 @@ pub fn sleep_until(at_ns: u64, spin: Duration) {
     }
 }
 
-/// Keep every page in memory, now and later.
+/// Lock all present and future pages in memory.
 pub fn lock_memory() -> Result<(), String> {
-    // SAFETY: takes flags, touches no memory of ours.
+    // SAFETY: takes flags, accesses no memory of this process.
     match unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } {
         0 => Ok(()),
-        _ => Err(refused("memory is not locked", "run as root or raise `ulimit -l`")),
+        _ => Err(refused("memory not locked", "run as root or raise `ulimit -l`")),
     }
 }
 
-/// First in, first out at this priority (1 to 99) for the calling thread.
+/// Set SCHED_FIFO with this priority (1 to 99) for the calling thread.
 pub fn set_fifo(priority: i32) -> Result<(), String> {
     let p = libc::sched_param { sched_priority: priority };
     // SAFETY: 0 is the calling thread, the parameter outlives the call.
     match unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &p) } {
         0 => Ok(()),
-        _ => Err(refused("no real-time priority", "run as root or give CAP_SYS_NICE")),
+        _ => Err(refused("no real-time priority", "run as root or grant CAP_SYS_NICE")),
     }
 }
 
@@ -60,7 +60,7 @@ pub fn pin_to(cpu: usize) -> Result<(), String> {
         0 => Ok(()),
         _ => Err(refused(
             &format!("not pinned to CPU {cpu}"),
-            "choose a CPU that this process may use",
+            "set real_time.cpu to a CPU that this process may use",
         )),
     }
 }
@@ -69,17 +69,17 @@ fn refused(what: &str, mend: &str) -> String {
     format!("{what} ({}): {mend}", std::io::Error::last_os_error())
 }
 
-/// Whether somebody pressed Ctrl-C or asked the process to end.
+/// Stop requests by SIGINT (Ctrl-C) or SIGTERM.
 pub mod stop {
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    static ASKED: AtomicBool = AtomicBool::new(false);
+    static REQUESTED: AtomicBool = AtomicBool::new(false);
 
     extern "C" fn note(_: libc::c_int) {
-        ASKED.store(true, Ordering::Relaxed);
+        REQUESTED.store(true, Ordering::Relaxed);
     }
 
-    /// From here on SIGINT and SIGTERM ask for an orderly end.
+    /// From here on SIGINT and SIGTERM request an orderly end.
     pub fn listen() {
         let handler = note as extern "C" fn(libc::c_int);
         for signal in [libc::SIGINT, libc::SIGTERM] {
@@ -88,7 +88,7 @@ pub mod stop {
         }
     }
 
-    pub fn asked() -> bool {
-        ASKED.load(Ordering::Relaxed)
+    pub fn requested() -> bool {
+        REQUESTED.load(Ordering::Relaxed)
     }
 }

@@ -1,4 +1,4 @@
-//! `run`: from a configuration to a finished run, with everything that can fail done before power.
+//! `run`: from a configuration to a finished run. All that can fail is done before power.
 
 use clap::Args;
 use flexhex_system::System;
@@ -7,52 +7,60 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crate::bus::{self, Wish};
-use crate::check;
+use crate::bus::{self, BringUpOptions};
 use crate::config::Config;
-use crate::cycle::{signals, Blank, Ending, Machine, Pulse, Signals, Wanted};
+use crate::cycle::{signals, ControlLoop, Ending, LiveStatus, Preallocated, RunOptions, Signals};
+use crate::exit::Exit;
 use crate::realtime;
 use crate::record::{ring, Columns, Plan, Writer, Written};
-use crate::report::Teller;
+use crate::report::Reporter;
+use crate::session::{self, ConfigArgs};
 use crate::wire::Socket;
-use crate::Exit;
 
-const SHOWN_EVERY: Duration = Duration::from_millis(500);
+const STATUS_PERIOD: Duration = Duration::from_millis(500);
+pub const EXAMPLES: &str = "\
+Examples:
+  flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60 --record dry.csv
+  flexhex-gateway run gateway/machines/akd.toml --enable --duration 20 --record a.csv
+  flexhex-gateway run gateway/machines/akd.toml --enable --interface veth1 --lockstep
+
+Ctrl-C ends a run: the torque is ramped down and the drives are disabled.";
 
 #[derive(Args)]
 pub struct Run {
     #[command(flatten)]
-    from: check::From,
-    /// Power the drives. Without it nothing is ever enabled.
+    config: ConfigArgs,
+    /// Enable the drives and run closed loop. Without it no drive is enabled.
     #[arg(long, conflicts_with = "dry_run")]
     enable: bool,
-    /// Read the drives and compute, but send zero torque and never enable.
+    /// Read the drives and compute, but command zero torque and enable no drive.
     #[arg(long)]
     dry_run: bool,
-    /// How long, in seconds.
+    /// Duration of the run in seconds.
     #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     duration: f64,
-    /// One frame is one cycle of the plant; nobody waits for a clock (emulated drives only).
+    /// Let each frame advance the plant by one cycle instead of the clock (emulated drives only).
     #[arg(long)]
     lockstep: bool,
     /// Reset faults of the drives before enabling.
     #[arg(long)]
     reset_faults: bool,
-    /// Record to this file; without it, only what a trip keeps is written.
+    /// Record every cycle to this CSV file. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// A line `# key: value` at the head of the recording, as `--meta trajectory=a`.
+    /// Add a line `# KEY: VALUE` at the head of the recording, for example --meta trajectory=a; may
+    /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     meta: Vec<String>,
 }
 
-/// Carry it out.
+/// Prepare, run, report; the exit code of the command.
 pub fn run(args: &Run) -> Exit {
-    let teller = args.from.teller();
-    match prepared(args, teller) {
+    let reporter = args.config.reporter();
+    match prepare_and_run(args, reporter) {
         Ok(exit) => exit,
         Err((exit, why)) => {
-            teller.refused(&why);
+            reporter.refused(&why);
             exit
         }
     }
@@ -60,120 +68,125 @@ pub fn run(args: &Run) -> Exit {
 
 type Refusal = (Exit, String);
 
-fn prepared(args: &Run, teller: Teller) -> Result<Exit, Refusal> {
+fn check_arguments(args: &Run) -> Result<(), Refusal> {
     if !args.enable && !args.dry_run {
-        let why = "nothing to do: --enable powers the drives, --dry-run only reads them";
+        let why = "no mode given: --enable enables the drives, --dry-run only reads them";
         return Err((Exit::Usage, why.to_owned()));
     }
     if !(args.duration > 0.0 && args.duration < 1e7) {
-        let why = format!("--duration {}: seconds, above 0 and below 1e7", args.duration);
+        let why = format!("--duration {}: allowed above 0 and below 1e7 s", args.duration);
         return Err((Exit::Usage, why));
     }
+    Ok(())
+}
+
+fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
+    check_arguments(args)?;
     let bad = |why| (Exit::BadInput, why);
-    let config = args.from.read().map_err(bad)?;
-    teller.title("flexhex-gateway");
-    let system = check::system(&config, teller).map_err(bad)?;
+    let failed = |why| (Exit::Failed, why);
+    let config = args.config.read().map_err(bad)?;
+    reporter.title("flexhex-gateway");
+    let system = session::open_system(&config, reporter).map_err(bad)?;
     let controller = signals::open(&config, &system, args.lockstep).map_err(bad)?;
-    let found = Signals::find(&config, &controller).map_err(bad)?;
-    let more = check::more(&config, &controller);
-    let columns = Columns::with(&more);
-    let (sink, source) = ring(config.recorder.buffer_cycles, columns.len());
+    let signals = Signals::find(&config, &controller).map_err(bad)?;
+    let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
+    let (sink, source) = ring(config.recorder.buffer_cycles, width);
     let plan = plan(args, &config, &system, columns).map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
-
-    let failed = |why| (Exit::Failed, why);
-    if args.lockstep && Socket::is_hardware(&config.bus.interface) {
-        let name = &config.bus.interface;
-        let why = format!("--lockstep: {name} is a real port; only emulated drives keep no time");
-        return Err((Exit::Usage, why));
-    }
-    let socket = Socket::open(&config.bus.interface).map_err(failed)?;
-    let wish = Wish {
-        cycle: Duration::from_secs_f64(system.base_step()),
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
-    };
+    let socket = open_socket(args, &config)?;
     realtime::stop::listen();
-    let wanted = Wanted {
-        cycles: (args.duration / system.base_step()).round() as i64,
-        dry_run: args.dry_run,
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
-    };
-    let pulse = Pulse::default();
+    let status = LiveStatus::default();
     let base_step = system.base_step();
-    let out = shown(teller, &pulse, base_step, || {
-        // from OP on the drives count on a frame every cycle: all else is done before
-        for note in privileges(&config, args.lockstep) {
-            teller.line("note", &note);
+    let out = with_status(reporter, &status, base_step, || {
+        // from OP on the drives expect a frame every cycle: all else is done before
+        for note in session::request_real_time(&config, args.lockstep) {
+            reporter.line("note", &note);
         }
-        let blank = Blank::new(width);
-        let bus = bus::bring_up(&config, socket, wish, &mut |found| teller.found(found))?;
-        let parts = (controller, found);
-        Ok(Machine::new(&config, wanted, bus, parts, (sink, blank), (&pulse, base_step)).run())
+        let buffers = Preallocated::new(width);
+        let bring_up = bring_up_options(args, base_step);
+        let bus =
+            bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
+        let (parts, sinks) = ((controller, signals), (sink, buffers));
+        let options = run_options(args, base_step);
+        Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&status, base_step)).run())
     });
     let out = out.map_err(failed)?;
     let trip = match &out.ending {
-        Ending::Tripped(trip, said) => Some(format!("{}: {trip} {said}", trip.reason.key())),
+        Ending::Tripped(trip, detail) => Some(format!("{}: {trip} {detail}", trip.reason.key())),
         _ => None,
     };
-    // whatever became of the recording, how the run ended is told first
+    // a failed recording must not hide how the run ended
     let finished = writer.finish(trip);
-    teller.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
+    reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished.map_err(failed)?;
     Ok(match out.ending {
-        Ending::Done | Ending::Asked => Exit::Good,
+        Ending::Done | Ending::StopRequested => Exit::Good,
         _ => Exit::Failed,
     })
 }
 
-/// Run `work` in this thread while another shows the pulse.
-fn shown<T>(teller: Teller, pulse: &Pulse, base_step: f64, work: impl FnOnce() -> T) -> T {
+fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
+    let name = &config.bus.interface;
+    if args.lockstep && Socket::is_hardware(name) {
+        let why = format!(
+            "--lockstep: {name} is a hardware port and real drives run by their own clock: leave \
+             --lockstep out"
+        );
+        return Err((Exit::Usage, why));
+    }
+    Socket::open(name).map_err(|why| (Exit::Failed, why))
+}
+
+fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
+    BringUpOptions {
+        cycle: Duration::from_secs_f64(base_step),
+        lockstep: args.lockstep,
+        reset_faults: args.reset_faults,
+    }
+}
+
+fn run_options(args: &Run, base_step: f64) -> RunOptions {
+    RunOptions {
+        cycles: (args.duration / base_step).round() as i64,
+        dry_run: args.dry_run,
+        lockstep: args.lockstep,
+        reset_faults: args.reset_faults,
+    }
+}
+
+/// Run `work` in this thread while another one shows the status.
+fn with_status<T>(
+    reporter: Reporter,
+    status: &LiveStatus,
+    base_step: f64,
+    work: impl FnOnce() -> T,
+) -> T {
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let shower = scope.spawn(|| {
+        let display = scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
-                std::thread::park_timeout(SHOWN_EVERY);
-                let cycle = pulse.cycle.load(Ordering::Relaxed);
+                std::thread::park_timeout(STATUS_PERIOD);
+                let cycle = status.cycle.load(Ordering::Relaxed);
                 if cycle == 0 {
                     continue;
                 }
                 let time = cycle as f64 * base_step;
-                let error = pulse.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
-                let lost = pulse.lost.load(Ordering::Relaxed);
-                teller.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
-                teller.event(
+                let error = status.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
+                let lost = status.lost.load(Ordering::Relaxed);
+                reporter.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
+                reporter.event(
                     "status",
                     json!({"cycle": cycle, "time_s": time, "error_urad": error, "lost": lost}),
                 );
             }
-            teller.live_over();
+            reporter.live_over();
         });
         let out = work();
         over.store(true, Ordering::Relaxed);
-        shower.thread().unpark();
+        display.thread().unpark();
         out
     })
-}
-
-/// What of the real-time wishes was not given, each with what to do. Lockstep needs none.
-pub fn privileges(config: &Config, lockstep: bool) -> Vec<String> {
-    let r = &config.real_time;
-    let mut notes = Vec::new();
-    if lockstep {
-        return notes;
-    }
-    if r.lock_memory {
-        notes.extend(realtime::lock_memory().err());
-    }
-    if let Some(cpu) = r.cpu {
-        notes.extend(realtime::pin_to(cpu).err());
-    }
-    if r.priority > 0 {
-        notes.extend(realtime::set_fifo(r.priority).err());
-    }
-    notes
 }
 
 fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {
@@ -182,11 +195,11 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         ("system".to_owned(), config.system.ssp.display().to_string()),
         ("drives".to_owned(), config.profile.name.clone()),
         ("base_step_s".to_owned(), system.base_step().to_string()),
-        ("signals".to_owned(), check::named(config, system)),
+        ("signals".to_owned(), session::channel_map(config, system)),
     ];
     for pair in &args.meta {
         let (key, value) =
-            pair.split_once('=').ok_or_else(|| format!("--meta {pair}: wants KEY=VALUE"))?;
+            pair.split_once('=').ok_or_else(|| format!("--meta {pair}: write it as KEY=VALUE"))?;
         meta.retain(|(k, _)| k != key);
         meta.push((key.to_owned(), value.to_owned()));
     }

@@ -1,4 +1,4 @@
-"""Changed copies of .ssp and .fmu files, for tests of what is refused and what goes wrong."""
+"""Modified copies of .ssp and .fmu files, for tests of refusals and faults."""
 
 from __future__ import annotations
 

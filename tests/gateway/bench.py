@@ -1,4 +1,4 @@
-"""The emulated drives and the gateway on a cable, and what both said."""
+"""A run of the gateway against emulated drives, with the events of both."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Ran:
         return found[0]
 
     def happened(self, name: str) -> list[Event]:
-        """Events of a kind that the emulator told."""
+        """Events of a kind from the emulator."""
         return [e for e in self.drives if e["event"] == name]
 
     @cached_property
@@ -69,7 +69,7 @@ def columns(path: Path) -> dict[str, Rows]:
 
 @dataclass(frozen=True)
 class Bench:
-    """What is put on the cable: a system, a kind of drive, changes on either side."""
+    """A test set-up: system, type of drive, changes of either configuration."""
 
     ssp: Path
     folder: Path

@@ -1,4 +1,4 @@
-"""Rust binaries of gateway/, built on first use; a test skips with the reason where it cannot."""
+"""Rust binaries of gateway/, built on first use; tests skip with the reason where cargo cannot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ import pytest
 from tests.conftest import ROOT, one_at_a_time
 
 GATEWAY = ROOT / "gateway"
-TARGET = GATEWAY / "target"
+TARGET = GATEWAY / os.environ.get("CARGO_TARGET_DIR", "target")
+"""Where cargo builds; it reads the same variable."""
 
 
 def headers() -> Path:

@@ -1,4 +1,4 @@
-"""An independent decoder (tshark): what passes on a cable, and whether it is sound EtherCAT."""
+"""An independent decoder (tshark) of the frames on a cable."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def malformed(capture: Path) -> list[str]:
 
 
 def written(file: Path) -> None:
-    """Waits until no more comes: a capture that is told to end drops what it has not yet read."""
+    """Waits until no more frames arrive: a capture drops unread frames when it is stopped."""
     size = -1
     for _ in range(LIMIT_S):
         before, size = size, file.stat().st_size

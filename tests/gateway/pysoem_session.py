@@ -65,7 +65,7 @@ def control(status: int) -> int:
 
 
 def abort_code(slave: Any, index: int, data: bytes | None) -> int:
-    """What a drive says to an SDO that it must refuse; 0: nothing."""
+    """Abort code of an SDO that a drive must refuse; 0: none."""
     try:
         if data is None:
             slave.sdo_read(index, 0)

@@ -62,7 +62,7 @@ def drives(ends: Cable, folder: Path, kind: str, options: str = "") -> Iterator[
 
 
 def session(ends: Cable, kind: str, *words: object) -> dict[str, Any]:
-    """What the independent master saw."""
+    """Observations of the independent master."""
     command = ends.at(ends.gateway, [sys.executable, SESSION, "bus1", kind, CYCLES, *words])
     done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S)
     assert done.returncode == 0, done.stderr
@@ -70,7 +70,7 @@ def session(ends: Cable, kind: str, *words: object) -> dict[str, Any]:
 
 
 def flywheels(kind: str) -> tuple[Table, Table]:
-    """Counts (n, 6) and measured steps (n, 6) of what stands in for the plant, worked out here."""
+    """Counts (n, 6) and measured steps (n, 6) of the flywheels, computed independently."""
     theta, speed = np.zeros(6), np.zeros(6)
     counts, steps = np.zeros((CYCLES, 6)), np.zeros((CYCLES, 6))
     for n in range(CYCLES):
@@ -177,7 +177,7 @@ def test_the_decoder_tells_a_short_frame_from_a_sound_one(
 
 
 def refusal(*words: object) -> str:
-    """What the emulator says when it must not start."""
+    """Error text of an emulator that must not start."""
     program = built("flexhex-emulator") / "flexhex-emulator"
     done = subprocess.run(list(map(str, [program, *words])), capture_output=True, text=True)
     assert done.returncode == 1, done.stderr

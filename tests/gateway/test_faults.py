@@ -1,4 +1,4 @@
-"""What goes wrong on the cable and in the FMUs, and at which cycle the gateway trips."""
+"""Faults on the cable and in the FMUs, and the cycle in which the gateway trips."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ OFTEN = "\ncount = 0\nprobability = "
         pytest.param("replies lost, 10 %", f"{LOST}{AFTER}{OFTEN}0.1", 3.0, marks=pytest.mark.slow),
         ("frames delayed, 1 %", f'kind = "frame_delayed"{OFTEN}0.01', 3.0),
         ("frames out of order, 1 %", f'kind = "frame_reordered"{OFTEN}0.01', 3.0),
-        ("cable cut behind the last drive", 'kind = "cable_cut"\nposition = 6', 2.5),
+        ("cable cut after the last drive", 'kind = "cable_cut"\nposition = 6', 2.5),
         ("working counter short, 2 cycles", 'kind = "wkc_short"\ncount = 2', 2.5),
         ("7 frames lost", f"{LOST}\ncount = 7", 2.5),
     ],
@@ -165,7 +165,7 @@ def test_fault_is_survived_and_counted(
     running = table_of["phase"] == 1
     answered, counter = table_of["answered"][running], table_of["working_counter"][running]
     missed = np.flatnonzero((answered == 0) | (counter != 18))
-    # behind the last drive nothing hangs
+    # no device is connected after the last drive
     wanted = [] if "position = 6" in fault else struck(fault, len(answered))
     # a slow computer may lose more by itself
     assert len(wanted) > 0 or "position = 6" in fault
@@ -173,7 +173,7 @@ def test_fault_is_survived_and_counted(
     assert summary["lost"] + summary["short"] == len(missed)
     assert max(summary["largest_error_rad"]) < 0.01
     assert not ran.happened("watchdog")
-    table.add(Row(name, "none", "goes on", None, None))
+    table.add(Row(name, "none", "continues", None, None))
 
 
 def test_duplicates_do_not_change_one_bit(hexapod_ssp: Path, tmp_path: Path, table: Table) -> None:
@@ -187,7 +187,7 @@ def test_duplicates_do_not_change_one_bit(hexapod_ssp: Path, tmp_path: Path, tab
     # the last duplicate may arrive when nobody listens any more
     assert happened - 1 <= twice.one("summary")["duplicated"] <= happened
     assert happened > 50
-    table.add(Row("frames duplicated, 10 %", "none", "goes on", None, None))
+    table.add(Row("frames duplicated, 10 %", "none", "continues", None, None))
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Broken:
 
 
 BROKEN = (
-    Broken("FMU gives NaN", Spoil("feedback", AT, "set", "tau[2]", float("nan")), "not_finite", AT),
+    Broken("FMU output NaN", Spoil("feedback", AT, "set", "tau[2]", math.nan), "not_finite", AT),
     Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT + 1),
     Broken("FMU reports a fault", Spoil("N_E", AT // 2, "set", "fault", 4.0), "fmu_fault", AT + 1),
     Broken("FMU overruns", Spoil("feedback", AT, "sleep", value=1.5), "fmu_overrun", AT),

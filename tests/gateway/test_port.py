@@ -43,7 +43,7 @@ def test_second_gateway_on_a_port_is_refused_and_harms_nothing(
 
     ran = Bench(hexapod_ssp, tmp_path).run(during=when_running(start), seconds=20.0)
     assert second[0].returncode == 1
-    assert "another flexhex-gateway uses this port" in second[0].stdout
+    assert "another flexhex-gateway" in second[0].stdout
     assert ran.code == 0, ran.words
     assert ran.one("summary")["lost"] == 0
 

@@ -1,4 +1,4 @@
-"""`flexhex report`: what a recording tells, and where it is none."""
+"""`flexhex report`: figures of a recording, and files that are none."""
 
 from __future__ import annotations
 

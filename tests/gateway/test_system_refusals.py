@@ -1,4 +1,4 @@
-"""What a .ssp or an FMU may have wrong, each refused in words that say what, where, how to mend."""
+"""Defects of a .ssp or an FMU are refused with what, where and how to mend."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BINARY = binary_path("feedback")
 
 
 def refusal(*arguments: object) -> str:
-    """What the example program says when it refuses; never a panic."""
+    """Error text of the example program; never a panic."""
     program = built("flexhex-system", "--example", "closed_loop") / "examples" / "closed_loop"
     words = [str(program), "--seconds", "0.01", *map(str, arguments)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
@@ -120,7 +120,7 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     ),
     "unfed": (
         without_theta,
-        ("feedback.theta[2]: fed by nothing; connect an output to it",),
+        ("feedback.theta[2]: not connected",),
     ),
     "no number": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
@@ -201,9 +201,9 @@ def test_a_library_that_is_no_fmu_is_refused(hexapod_ssp: Path, tmp_path: Path) 
     [
         (["--host", "drives"], "there is no component 'drives', there are reference, N_F"),
         (["--host", "plnat"], "did you mean 'plant'?"),
-        (["--host", "K"], "K: has no output theta[1]: what stands for the machine has the inputs"),
+        (["--host", "K"], "K: has no output theta[1]"),
         (["--own-thread", "E"], "there is no component 'E'"),
-        (["--own-thread", "plant"], "plant: is the machine's place"),
+        (["--own-thread", "plant"], "plant: is the component of the machine"),
         (["--set", "feedback.kp[9]=1"], "parameter 'feedback.kp[9]': there is no variable"),
         (["--set", "feedback.tau[1]=1"], "causality output, must be a finite number for a param"),
         (["--set", "feedback.kp[1]=nan"], "NaN for a variable of causality parameter"),
@@ -238,4 +238,4 @@ def test_what_only_the_plant_can_give_is_refused_for_drives(
     package = tmp_path / "pose.ssp"
     package.write_bytes(edited(hexapod_ssp.read_bytes(), SSD, pose))
     text = refusal(package)
-    assert "connection plant.phi_E[1] -> N_E.theta[1]: drives give theta and tau_meas only" in text
+    assert "connection plant.phi_E[1] -> N_E.theta[1]: drives measure theta" in text

@@ -1,4 +1,4 @@
-//! The drive as its object dictionary and its process data show it.
+//! Object dictionary and process data of a drive.
 use crate::coe::abort;
 use crate::coe::pdo::{Direction, Entry};
 use crate::coe::sdo::Objects;
@@ -7,20 +7,20 @@ use crate::drive::Drive;
 use crate::esc::state::State;
 use crate::sii::Identity;
 
-/// What is said of a SubDevice when it is made.
+/// Settings of a SubDevice.
 #[derive(Debug, Clone)]
-pub struct Manner {
+pub struct DeviceSettings {
     pub identity: Identity,
     pub mailbox_bytes: u16,
-    /// Writes to the maps are refused.
+    /// Writes to its PDO maps are refused.
     pub maps_fixed: bool,
-    /// Input bytes it wants beyond its maps.
+    /// Input bytes that it requires beyond its maps.
     pub extra_input_bytes: usize,
 }
 
 pub struct Application {
     pub drive: Drive,
-    pub manner: Manner,
+    pub settings: DeviceSettings,
     pub outputs: Direction,
     pub inputs: Direction,
     pub state: State,
@@ -28,7 +28,7 @@ pub struct Application {
 
 impl Application {
     pub fn input_bytes(&self) -> usize {
-        self.inputs.bytes() + self.manner.extra_input_bytes
+        self.inputs.bytes() + self.settings.extra_input_bytes
     }
 
     pub fn take(&mut self, data: &[u8]) {
@@ -69,7 +69,7 @@ impl Objects for Application {
             let known = index >= 0x1C00 || direction.pdos.iter().any(|pdo| pdo.index == index);
             return if known { direction.upload(index, sub) } else { Err(abort::NO_OBJECT) };
         }
-        let identity = &self.manner.identity;
+        let identity = &self.settings.identity;
         let fields = [identity.vendor, identity.product, identity.revision, identity.serial];
         match (index, sub) {
             (0x1000, 0) => Ok(0x0002_0192u32.to_le_bytes().to_vec()),
@@ -98,7 +98,7 @@ impl Objects for Application {
         if self.state != State::PreOp {
             return Err(abort::DEVICE_STATE);
         }
-        if self.manner.maps_fixed {
+        if self.settings.maps_fixed {
             return Err(abort::READ_ONLY);
         }
         let outputs = matches!(index, 0x1600..=0x17FF | 0x1C12);

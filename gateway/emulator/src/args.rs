@@ -1,43 +1,51 @@
-//! The command line: flags over an options file.
+//! The command line: flags that replace values of an options file.
 use crate::drive::kind::Kind;
 use crate::error::Error;
 use crate::options::Options;
 use std::path::{Path, PathBuf};
 
-/// Flags; each stands over what the options file says.
+pub const EXAMPLES: &str = "\
+Examples:
+  flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
+  flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp --fmu out/fmus/machine.fmu \
+--drives cst --lockstep --json --cycles 40000
+
+Without --system six flywheels replace the machine. Ctrl-C ends the emulation.";
+
+/// Flags; each replaces a value of the options file.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Args {
-    /// Network interface the SubDevices hang on (one end of a veth pair, or a free port)
-    #[arg(long, short)]
+    /// Network interface of the emulated drives: one end of a veth pair or a free port
+    #[arg(long, short, value_name = "NAME")]
     pub interface: Option<String>,
     /// Options file (TOML): drives, plant, faults
-    #[arg(long, short)]
+    #[arg(long, short, value_name = "FILE")]
     pub options: Option<PathBuf>,
-    /// System description whose `plant` moves
-    #[arg(long)]
+    /// System description (.ssp) whose component `plant` is the machine
+    #[arg(long, value_name = "FILE")]
     pub system: Option<PathBuf>,
-    /// FMU in the place of the system's `plant` (plant.fmu or machine.fmu)
-    #[arg(long)]
+    /// FMU that replaces the component `plant`, for example out/fmus/machine.fmu
+    #[arg(long, value_name = "FILE")]
     pub fmu: Option<PathBuf>,
-    /// Kind of all drives: akd or cst
-    #[arg(long)]
+    /// Type of all drives: akd (Kollmorgen AKD, torque mode) or cst (CiA 402, cyclic synchronous torque)
+    #[arg(long, value_name = "TYPE")]
     pub drives: Option<String>,
-    /// One process-data frame is one base step; nobody sleeps
+    /// Let each process-data frame advance the plant by one base step instead of the clock
     #[arg(long)]
     pub lockstep: bool,
-    /// One JSON line for each event
+    /// Write one JSON object for each event
     #[arg(long)]
     pub json: bool,
-    /// Write every plant cycle to this file (CSV, as a measured log)
-    #[arg(long)]
+    /// Write every plant cycle to this CSV file, in the form of a measured log
+    #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
-    /// End after this many plant cycles
-    #[arg(long)]
+    /// End after this number of plant cycles (0.25 ms each for the hexapod)
+    #[arg(long, value_name = "N")]
     pub cycles: Option<u64>,
 }
 
 impl Args {
-    /// Reads the options file and lays the flags over it.
+    /// The options of the file with the flags applied.
     pub fn options(&self) -> Result<Options, Error> {
         let mut options = match &self.options {
             Some(path) => read(path)?,
@@ -63,7 +71,7 @@ impl Args {
     }
 }
 
-/// Paths of the plant are taken from the folder of the file.
+/// Reads the options file; paths of the plant are relative to its folder.
 fn read(path: &Path) -> Result<Options, Error> {
     let wrong = |what: String| Error::new(format!("{}: {what}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;

@@ -1,4 +1,4 @@
-//! What stops the emulator: one text that says what, where and how to mend it.
+//! Errors of the emulator: one text with what, where and how to mend it.
 use std::fmt;
 
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
-//! What happens, as a line for people or for programs.
+//! Events as a line of text or a JSON object.
 use std::time::Duration;
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum Happening {
+pub enum EventKind {
     Ready {
         interface: String,
         drives: usize,
@@ -22,12 +22,12 @@ pub enum Happening {
         to: &'static str,
         error: u16,
     },
-    /// All drives enabled: the plant moves from this cycle on.
+    /// All drives are enabled: the plant moves from this cycle on.
     Enabled,
     Watchdog {
         position: usize,
     },
-    /// A fault of the list acts for the first time.
+    /// A fault of the options file is active for the first time.
     Fault {
         kind: &'static str,
         position: usize,
@@ -36,7 +36,7 @@ pub enum Happening {
     TorqueZero {
         position: usize,
     },
-    /// No frame for a while in lockstep: the plant goes on alone.
+    /// No frame for `silence_s` in lockstep: the plant continues without frames.
     Silence,
     Stopped {
         digest: u64,
@@ -46,45 +46,45 @@ pub enum Happening {
     },
 }
 
-/// One happening at a plant cycle (None before the plant moves) and a monotonic time.
+/// An event with its plant cycle (None before the start) and frame number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
     pub cycle: Option<u64>,
     pub frame: u64,
-    pub what: Happening,
+    pub what: EventKind,
 }
 
-impl Happening {
+impl EventKind {
     /// Name and further fields, as JSON.
     fn fields(&self) -> (&'static str, String) {
         match self {
-            Happening::Ready { interface, drives, lockstep } => {
+            EventKind::Ready { interface, drives, lockstep } => {
                 let fields = format!(
                     r#","interface":{interface:?},"drives":{drives},"lockstep":{lockstep}"#
                 );
                 ("ready", fields)
             }
-            Happening::State { position, from, to, code } => {
+            EventKind::State { position, from, to, code } => {
                 let fields =
                     format!(r#","position":{position},"from":"{from}","to":"{to}","code":{code}"#);
                 ("state", fields)
             }
-            Happening::Drive { position, from, to, error } => {
+            EventKind::Drive { position, from, to, error } => {
                 let fields = format!(
                     r#","position":{position},"from":"{from}","to":"{to}","error":{error}"#
                 );
                 ("drive", fields)
             }
-            Happening::Enabled => ("enabled", String::new()),
-            Happening::Watchdog { position } => ("watchdog", format!(r#","position":{position}"#)),
-            Happening::Fault { kind, position } => {
+            EventKind::Enabled => ("enabled", String::new()),
+            EventKind::Watchdog { position } => ("watchdog", format!(r#","position":{position}"#)),
+            EventKind::Fault { kind, position } => {
                 ("fault", format!(r#","kind":"{kind}","position":{position}"#))
             }
-            Happening::TorqueZero { position } => {
+            EventKind::TorqueZero { position } => {
                 ("torque_zero", format!(r#","position":{position}"#))
             }
-            Happening::Silence => ("silence", String::new()),
-            Happening::Stopped { digest, frames, dropped, faults } => {
+            EventKind::Silence => ("silence", String::new()),
+            EventKind::Stopped { digest, frames, dropped, faults } => {
                 let counts: Vec<String> = faults
                     .iter()
                     .map(|(kind, count)| format!(r#"{{"kind":"{kind}","count":{count}}}"#))
@@ -100,7 +100,7 @@ impl Happening {
 }
 
 impl Event {
-    /// One JSON object without line end; time: of the monotonic clock.
+    /// One JSON object without line end. `time`: of the monotonic clock.
     pub fn json(&self, time: Duration) -> String {
         let (name, fields) = self.what.fields();
         let cycle = self.cycle.map_or("null".into(), |cycle| cycle.to_string());
@@ -108,7 +108,7 @@ impl Event {
         format!(r#"{{"event":"{name}","cycle":{cycle},"frame":{frame},"time":{time:.6}{fields}}}"#)
     }
 
-    /// The same for people.
+    /// One line of text.
     pub fn text(&self) -> String {
         let (name, fields) = self.what.fields();
         let cycle = self.cycle.map_or("before start".into(), |cycle| format!("cycle {cycle}"));
@@ -123,12 +123,12 @@ mod tests {
 
     #[test]
     fn an_event_is_one_json_object() {
-        let what = Happening::Watchdog { position: 3 };
+        let what = EventKind::Watchdog { position: 3 };
         let event = Event { cycle: Some(2008), frame: 2100, what };
         let wanted =
             r#"{"event":"watchdog","cycle":2008,"frame":2100,"time":1.500000,"position":3}"#;
         assert_eq!(event.json(Duration::from_millis(1500)), wanted);
-        let first = Event { cycle: None, frame: 0, what: Happening::Enabled };
+        let first = Event { cycle: None, frame: 0, what: EventKind::Enabled };
         assert!(first.json(Duration::ZERO).contains(r#""cycle":null"#));
     }
 }

@@ -1,11 +1,11 @@
-//! What goes wrong, and at which plant cycle exactly. A chance is drawn from the seed, the fault's
-//! place in the list and the cycle, so it does not depend on what else happened.
+//! Faults and the plant cycles in which they are active. Random faults are drawn from the seed, the
+//! place of the fault in the list and the cycle, so they do not depend on other events.
 use crate::error::Error;
 use serde::Deserialize;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum What {
+pub enum FaultKind {
     DriveFault,
     EncoderJump,
     EncoderFrozen,
@@ -18,26 +18,26 @@ pub enum What {
     FrameReordered,
 }
 
-impl What {
-    /// Every name, as in the options file.
+impl FaultKind {
+    /// Name in the options file.
     pub fn name(self) -> &'static str {
         match self {
-            What::DriveFault => "drive_fault",
-            What::EncoderJump => "encoder_jump",
-            What::EncoderFrozen => "encoder_frozen",
-            What::SafeOp => "safe_op",
-            What::WkcShort => "wkc_short",
-            What::CableCut => "cable_cut",
-            What::FrameLost => "frame_lost",
-            What::FrameDuplicated => "frame_duplicated",
-            What::FrameDelayed => "frame_delayed",
-            What::FrameReordered => "frame_reordered",
+            FaultKind::DriveFault => "drive_fault",
+            FaultKind::EncoderJump => "encoder_jump",
+            FaultKind::EncoderFrozen => "encoder_frozen",
+            FaultKind::SafeOp => "safe_op",
+            FaultKind::WkcShort => "wkc_short",
+            FaultKind::CableCut => "cable_cut",
+            FaultKind::FrameLost => "frame_lost",
+            FaultKind::FrameDuplicated => "frame_duplicated",
+            FaultKind::FrameDelayed => "frame_delayed",
+            FaultKind::FrameReordered => "frame_reordered",
         }
     }
 
     fn default_count(self) -> u64 {
         match self {
-            What::EncoderJump | What::EncoderFrozen | What::CableCut => 0,
+            FaultKind::EncoderJump | FaultKind::EncoderFrozen | FaultKind::CableCut => 0,
             _ => 1,
         }
     }
@@ -45,7 +45,7 @@ impl What {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum When {
+pub enum LossTime {
     Before,
     After,
 }
@@ -53,12 +53,12 @@ pub enum When {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    pub kind: What,
-    /// First plant cycle of it.
+    pub kind: FaultKind,
+    /// First plant cycle.
     pub cycle: u64,
-    /// Cycles that it lasts; 0: for ever.
+    /// Duration in cycles; 0: until the end.
     pub count: Option<u64>,
-    /// Place on the bus, from 0.
+    /// Position on the bus, from 0.
     #[serde(default)]
     pub position: usize,
     /// Error code of a drive fault, AL status code of safe_op.
@@ -66,13 +66,13 @@ pub struct Fault {
     /// Counts of an encoder jump.
     #[serde(default = "Fault::default_size")]
     pub size: i64,
-    /// A lost frame is lost before it acts, or its reply is lost.
+    /// The frame is lost before its outputs act, or its reply is lost after.
     #[serde(default = "Fault::default_acting")]
-    pub acting: When,
-    /// Frames by which a reply is late.
+    pub acting: LossTime,
+    /// Delay of a reply in frames.
     #[serde(default = "Fault::default_frames")]
     pub frames: u64,
-    /// For each cycle.
+    /// Probability in each cycle.
     #[serde(default = "Fault::default_probability")]
     pub probability: f64,
     #[serde(default)]
@@ -83,8 +83,8 @@ impl Fault {
     fn default_size() -> i64 {
         1_000_000
     }
-    fn default_acting() -> When {
-        When::Before
+    fn default_acting() -> LossTime {
+        LossTime::Before
     }
     fn default_frames() -> u64 {
         1
@@ -93,7 +93,7 @@ impl Fault {
         1.0
     }
 
-    /// Refuses what could never happen; devices: on the bus.
+    /// Refuses values outside their ranges; `devices`: number on the bus.
     pub fn check(&self, place: usize, devices: usize) -> Result<(), Error> {
         let name = self.kind.name();
         let wrong = |what: String| Err(Error::new(format!("fault {} ({name}): {what}", place + 1)));
@@ -101,12 +101,14 @@ impl Fault {
             return wrong(format!("probability = {}, allowed 0 to 1", self.probability));
         }
         // a cable may be cut behind the last device too
-        let last = if self.kind == What::CableCut { devices } else { devices - 1 };
+        let last = if self.kind == FaultKind::CableCut { devices } else { devices - 1 };
         if self.position > last {
             return wrong(format!("position = {}, allowed 0 to {last}", self.position));
         }
         if self.cycle == 0 {
-            return wrong("cycle = 0 starts the plant and must be sound; allowed 1 and up".into());
+            return wrong(
+                "cycle = 0 starts the plant and must be without a fault; allowed 1 and up".into(),
+            );
         }
         if self.frames == 0 {
             return wrong("frames = 0, allowed 1 and up".into());
@@ -121,13 +123,13 @@ impl Fault {
         }
     }
 
-    /// Is it there in this cycle? place: its place in the list.
+    /// Active in this cycle. `place`: index in the list.
     pub fn acts(&self, place: usize, cycle: u64) -> bool {
         (self.cycle..=self.last()).contains(&cycle)
             && (self.probability >= 1.0 || chance(self.seed, place, cycle) < self.probability)
     }
 
-    /// The cycle after its last: what it did is undone.
+    /// The first cycle after the fault, in which its effect is removed.
     pub fn ends(&self, cycle: u64) -> bool {
         self.last().checked_add(1) == Some(cycle)
     }

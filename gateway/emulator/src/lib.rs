@@ -1,5 +1,5 @@
-//! Six servo drives on EtherCAT that are not there: SubDevices on a raw socket, CiA 402 drives, and
-//! the FMU of the machine behind them. Knows nothing of any MainDevice's code.
+//! Emulates six servo drives on EtherCAT: SubDevices on a raw socket, CiA 402 drives, and the FMU of
+//! the machine that they move. Shares no code with any MainDevice.
 mod application;
 mod args;
 #[cfg(test)]
@@ -21,7 +21,7 @@ mod socket;
 mod subdevice;
 mod trajectory;
 
-pub use args::Args;
+pub use args::{Args, EXAMPLES};
 pub use error::Error;
 pub use options::Options;
 pub use run::run;

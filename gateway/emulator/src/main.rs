@@ -1,9 +1,10 @@
-//! The emulated machine by itself; `flexhex-gateway emulate` is the same.
+//! The emulator as a program of its own; `flexhex-gateway emulate` is the same.
 use clap::Parser;
 use std::process::ExitCode;
 
-/// Emulates six servo drives on EtherCAT with the machine's FMU behind them
+/// Emulate six servo drives on EtherCAT with an FMU as the machine that they move.
 #[derive(Parser)]
+#[command(name = "flexhex-emulator", after_help = flexhex_emulator::EXAMPLES)]
 struct Command {
     #[command(flatten)]
     args: flexhex_emulator::Args,

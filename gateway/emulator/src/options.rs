@@ -1,5 +1,5 @@
-//! What is emulated: the options file (TOML) over defaults.
-use crate::application::Manner;
+//! Options of the emulator, read from a TOML file, with defaults.
+use crate::application::DeviceSettings;
 use crate::drive::cia402::State;
 use crate::drive::kind::Kind;
 use crate::drive::{Drive, Setting};
@@ -22,28 +22,28 @@ pub struct Options {
     pub json: bool,
     pub log: Option<PathBuf>,
     pub cycles: Option<u64>,
-    /// Lockstep: real seconds without a frame after which the plant goes on alone, until all
-    /// torques are zero; none: it waits for ever.
+    /// Lockstep: wall-clock seconds without a frame after which the plant continues until all torques
+    /// are zero; none: it waits without limit.
     pub silence_s: Option<f64>,
     pub plant: PlantOptions,
     pub drives: Drives,
     /// Single drives, by position on the bus.
-    pub drive: Vec<Special>,
+    pub drive: Vec<DriveOptions>,
     pub fault: Vec<Fault>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantOptions {
-    /// None: six flywheels stand in.
+    /// None: six flywheels replace the FMU.
     pub system: Option<PathBuf>,
     pub component: Option<String>,
     pub fmu: Option<PathBuf>,
-    /// "plant.name" = value, over the system's.
+    /// "plant.name" = value; replaces the value of the system.
     pub parameters: BTreeMap<String, f64>,
 }
 
-/// What all drives have in common.
+/// Settings of all drives.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Drives {
@@ -56,7 +56,7 @@ pub struct Drives {
     /// Largest current [mA] or torque [0.1 %]; none: 9 A, or three times the rated torque.
     pub limit: Option<i64>,
     pub counts_per_rev: f64,
-    /// Clocks run wrong by up to this much.
+    /// Largest relative error of the clocks.
     pub drift_ppm: f64,
     pub seed: u64,
     /// None: 512 bytes (AKD) or 128.
@@ -89,10 +89,10 @@ pub enum Initial {
     Fault,
 }
 
-/// One drive that differs.
+/// Settings of one drive that differ from `[drives]`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Special {
+pub struct DriveOptions {
     pub position: usize,
     pub vendor: Option<u32>,
     pub product: Option<u32>,
@@ -107,7 +107,7 @@ pub struct Special {
     /// Writes to its maps are refused.
     #[serde(default)]
     pub maps_fixed: bool,
-    /// It wants this many input bytes beyond its maps.
+    /// Input bytes that it requires beyond its maps.
     #[serde(default)]
     pub extra_input_bytes: usize,
 }
@@ -129,7 +129,9 @@ impl Options {
         axes.dedup();
         if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
             let order = &drives.order;
-            return wrong(format!("drives.order = {order:?}: one axis, 0 to 5, for each drive"));
+            return wrong(format!(
+                "drives.order = {order:?}: give each drive one axis, 0 to 5, and no axis twice"
+            ));
         }
         for (name, value) in [
             ("torque_constant", drives.torque_constant),
@@ -204,7 +206,7 @@ impl Options {
             extra_input_bytes += special.extra_input_bytes;
         }
         let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
-        let manner = Manner { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
+        let settings = DeviceSettings { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
             Initial::ReadyToSwitchOn => (State::ReadyToSwitchOn, 0),
@@ -214,40 +216,10 @@ impl Options {
         let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
         let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
         let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
-        SubDevice::new(Drive::new(setting, state, error), manner, clock)
+        SubDevice::new(Drive::new(setting, state, error), settings, clock)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_example_of_the_readme_is_read() {
-        let text = include_str!("../README.md");
-        let example = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
-        let mut options: Options = toml::from_str(example.unwrap()).unwrap();
-        options.interface = "veth1".into();
-        options.check().unwrap();
-        assert_eq!((options.fault.len(), options.order()[2]), (2, 3));
-        assert_eq!(options.plant.parameters["plant.f_current"], 800.0);
-    }
-
-    #[test]
-    fn wrong_options_are_refused_with_what_is_allowed() {
-        let said = |text: &str| {
-            let mut options: Options = toml::from_str(text).unwrap();
-            options.interface = "veth1".into();
-            options.check().unwrap_err().to_string()
-        };
-        assert!(said("drives.count = 7").contains("allowed 1 to 6"));
-        assert!(said("drives.order = [0, 0, 1, 2, 3, 4]").contains("one axis"));
-        assert!(said("drives.torque_constant = -1.0").contains("above 0"));
-        assert!(said("[[drive]]\nposition = 6").contains("allowed 0 to 5"));
-        assert!(said("[[drive]]\nposition = 0\ndirection = 2").contains("1 or -1"));
-        assert!(said("drives.mailbox_bytes = 8").contains("24 to 1024"));
-        assert!(said("drives.limit = -1").contains("0 to 1000000"));
-        assert!(said("silence_s = -1.0").contains("silence_s"));
-        assert!(toml::from_str::<Options>("intreface = 'x'").is_err());
-    }
-}
+#[path = "options_tests.rs"]
+mod tests;

@@ -1,9 +1,7 @@
-//! What moves when the drives push: an FMU of the system description, or a stand-in.
+//! The plant that the drives move: an FMU of the system description, or simple flywheels.
 use crate::error::Error;
 use flexhex_system as system;
-
-/// Axes of the machine.
-pub const AXES: usize = 6;
+pub use flexhex_system::AXES;
 
 pub trait Plant {
     /// `theta[1..6]` [rad] and `tau_meas[1..6]` [N m] now.
@@ -22,7 +20,7 @@ impl Plant for system::Plant {
     }
 }
 
-/// Six free flywheels with a little friction: for tests without any FMU.
+/// Six independent flywheels with viscous friction: for tests without an FMU.
 pub struct Flywheels {
     pub dt: f64,
     /// `[kg m2]`

@@ -1,11 +1,11 @@
-//! Replies on their way back: sound, lost, twice, late.
+//! Replies on the way back: unchanged, lost, duplicated, delayed.
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
     Sound,
     Lost,
     Twice,
-    /// Sent with the reply of so many frames later: before it, or after it (out of order).
+    /// Sent `frames` later, before the reply of that frame or after it (out of order).
     Late {
         frames: u64,
         after: bool,
@@ -14,12 +14,12 @@ pub enum Fate {
 
 #[derive(Default)]
 pub struct Replies {
-    held: Vec<(u64, bool, Vec<u8>)>,
+    delayed: Vec<(u64, bool, Vec<u8>)>,
     count: u64,
 }
 
 impl Replies {
-    /// One frame's reply; what is to be sent now is added to `out`.
+    /// Takes the reply to one frame; replies that are due are added to `out`.
     pub fn take(&mut self, frame: Vec<u8>, fate: Fate, out: &mut Vec<Vec<u8>>) {
         self.count += 1;
         self.release(false, out);
@@ -27,16 +27,18 @@ impl Replies {
             Fate::Sound => out.push(frame),
             Fate::Lost => {}
             Fate::Twice => out.extend([frame.clone(), frame]),
-            Fate::Late { frames, after } => self.held.push((self.count + frames, after, frame)),
+            Fate::Late { frames, after } => self.delayed.push((self.count + frames, after, frame)),
         }
         self.release(true, out);
     }
 
     fn release(&mut self, after: bool, out: &mut Vec<Vec<u8>>) {
         let count = self.count;
-        let due = |held: &(u64, bool, Vec<u8>)| held.0 <= count && held.1 == after;
-        out.extend(self.held.iter().filter(|held| due(held)).map(|held| held.2.clone()));
-        self.held.retain(|held| !due(held));
+        let due = |delayed: &(u64, bool, Vec<u8>)| delayed.0 <= count && delayed.1 == after;
+        out.extend(
+            self.delayed.iter().filter(|delayed| due(delayed)).map(|delayed| delayed.2.clone()),
+        );
+        self.delayed.retain(|delayed| !due(delayed));
     }
 }
 

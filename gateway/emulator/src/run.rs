@@ -1,6 +1,6 @@
-//! The loop: frames in, replies out; in lockstep or on a clock of its own.
+//! The loop of the emulator: frames in, replies out, in lockstep or by the clock.
 use crate::error::Error;
-use crate::event::Happening;
+use crate::event::EventKind;
 use crate::machine::Machine;
 use crate::options::Options;
 use crate::plant::{Flywheels, Plant};
@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 
 /// Set by SIGINT and SIGTERM.
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Base step of the stand-in [s].
+/// Base step of the flywheels [s].
 const BASE_STEP: f64 = 0.00025;
-/// Frames that are taken in a row.
+/// Most frames that are processed in a row.
 const MOST_FRAMES: usize = 16;
-/// Longest sleep, so that a signal between a look at STOP and the sleep is not missed for long.
+/// Longest sleep, so that a signal just before it is not missed for long.
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
-/// A clock that is later than this leaves steps out rather than catch up [base steps].
+/// Delay [base steps] beyond which steps are skipped rather than caught up.
 const LONGEST_BACKLOG: i64 = 4000;
 
 extern "C" fn stop(_: libc::c_int) {
@@ -35,25 +35,25 @@ fn catch_signals() {
 
 /// Plant and base step.
 fn plant(options: &Options) -> Result<(Box<dyn Plant>, f64), Error> {
-    let wanted = &options.plant;
-    let Some(path) = &wanted.system else {
-        return match &wanted.fmu {
+    let choice = &options.plant;
+    let Some(path) = &choice.system else {
+        return match &choice.fmu {
             Some(fmu) => Err(Error::new(format!(
-                "plant {}: give the system description too (--system), it says what feeds it",
+                "plant {}: give its system description too (--system), which holds its connections",
                 fmu.display()
             ))),
             None => Ok((Box::new(Flywheels::new(BASE_STEP)), BASE_STEP)),
         };
     };
     let system = system::System::open(path)?;
-    let name = wanted.component.as_deref().unwrap_or("plant");
+    let name = choice.component.as_deref().unwrap_or("plant");
     let setting = options.setting();
     let mut parameters = vec![
         (format!("{name}.tau_step"), setting.torque_step()),
         (format!("{name}.theta_step"), setting.angle_step()),
     ];
-    parameters.extend(wanted.parameters.clone());
-    let plant = system::Plant::open(&system, name, wanted.fmu.as_deref(), &parameters)?;
+    parameters.extend(choice.parameters.clone());
+    let plant = system::Plant::open(&system, name, choice.fmu.as_deref(), &parameters)?;
     Ok((Box::new(plant), system.base_step()))
 }
 
@@ -66,7 +66,7 @@ struct Run {
     out: Vec<Vec<u8>>,
 }
 
-/// Emulates until a signal, or until `cycles` plant cycles are done.
+/// Emulates until SIGINT or SIGTERM, or until `cycles` plant cycles are done.
 pub fn run(options: Options) -> Result<(), Error> {
     let (plant, dt) = plant(&options)?;
     let socket = Socket::open(&options.interface)?;
@@ -84,7 +84,7 @@ pub fn run(options: Options) -> Result<(), Error> {
         buffer: [0; LONGEST],
         out: Vec::new(),
     };
-    run.machine.happens(Happening::Ready {
+    run.machine.record(EventKind::Ready {
         interface: run.options.interface.clone(),
         drives: run.options.drives.count,
         lockstep: run.options.lockstep,
@@ -116,7 +116,7 @@ impl Run {
                 silent = false;
             } else if !silent && silence.is_some_and(|most| last.elapsed() >= most) {
                 silent = true;
-                self.go_on_alone()?;
+                self.continue_without_frames()?;
             } else {
                 self.socket.wait(Some(silence.unwrap_or(LONGEST_SLEEP).min(LONGEST_SLEEP)));
             }
@@ -124,21 +124,21 @@ impl Run {
         Ok(())
     }
 
-    /// The MainDevice is gone: the plant goes on until no drive pushes any more.
-    fn go_on_alone(&mut self) -> Result<(), Error> {
-        if self.machine.cycle().is_none() || !self.machine.pushes() {
+    /// The MainDevice is gone: the plant continues until no drive has torque.
+    fn continue_without_frames(&mut self) -> Result<(), Error> {
+        if self.machine.cycle().is_none() || !self.machine.has_torque() {
             return Ok(());
         }
-        self.machine.happens(Happening::Silence);
-        while self.machine.pushes() && !self.done() {
+        self.machine.record(EventKind::Silence);
+        while self.machine.has_torque() && !self.done() {
             self.machine.advance(0)?;
         }
         self.print()
     }
 
-    /// The plant keeps the time: it steps at SYNC0, so that it does not matter when in the cycle a
-    /// frame comes. Steps that this process came too late for are done before a frame is answered,
-    /// so that no reply shows an angle of long ago. A watchdog waits meanwhile for the frames that do.
+    /// The plant steps at SYNC0, so the time of a frame within the cycle has no effect. Overdue steps
+    /// are done before the next frame is processed, so that no reply shows an old angle; watchdogs
+    /// count only up to the last look for frames meanwhile.
     fn wall_clock(&mut self, dt: i64) -> Result<(), Error> {
         let mut next = self.wall() + dt;
         let mut looked = self.wall();
@@ -171,10 +171,10 @@ impl Run {
         self.begun.elapsed().as_nanos() as i64
     }
 
-    /// Frames that wait, some at most, since the plant's clock waits meanwhile; how many there were.
+    /// Processes waiting frames, at most MOST_FRAMES as the plant must keep time; returns their number.
     fn frames(&mut self) -> Result<usize, Error> {
         let wrong = |error: std::io::Error| {
-            Error::new(format!("the interface does not work any more: {error}; see `ip link`"))
+            Error::new(format!("the interface failed: {error}: check it with `ip link`"))
         };
         let mut count = 0;
         while count < MOST_FRAMES && !self.done() {
@@ -208,7 +208,7 @@ impl Run {
     }
 }
 
-/// CLOCK_MONOTONIC, which other programs of this machine see too.
+/// CLOCK_MONOTONIC, which other programs on this computer can read too.
 fn monotonic() -> Duration {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `time` is a timespec that lives through the call.

@@ -1,4 +1,4 @@
-//! One frame through all SubDevices of the line and back: what is no sound frame is dropped.
+//! Passes a frame through all SubDevices of the line and back; malformed frames are dropped.
 use crate::esc::command::{is_logical, Datagram};
 use crate::esc::registers as reg;
 use crate::esc::Passage;
@@ -39,18 +39,18 @@ pub fn datagrams(frame: &[u8]) -> Option<Vec<Range<usize>>> {
     }
 }
 
-/// Has it logical datagrams, so is it process data?
+/// The frame has logical datagrams: it carries process data.
 pub fn is_process_data(frame: &[u8], ranges: &[Range<usize>]) -> bool {
     ranges.iter().any(|range| frame.get(range.start).is_some_and(|command| is_logical(*command)))
 }
 
-/// What the frame meets on its way.
+/// State of the line while a frame passes.
 pub struct Line {
     /// SubDevices that are reached; the cable is cut behind them.
     pub reached: usize,
     /// SubDevices that do not take logical datagrams.
-    pub deaf: Vec<usize>,
-    /// Time of the world, for clocks and for watchdogs [ns].
+    pub bypassed: Vec<usize>,
+    /// True time, for clocks and for watchdogs [ns].
     pub dc: i64,
     pub watch: i64,
 }
@@ -65,10 +65,10 @@ pub fn pass(frame: &mut [u8], ranges: &[Range<usize>], devices: &mut [SubDevice]
             dc_back: (position + 1 < reached).then(|| hops(2 * (reached - 1) - position)),
             watch: line.watch,
         };
-        let deaf = line.deaf.contains(&position);
+        let bypassed = line.bypassed.contains(&position);
         for range in ranges {
             if let Some(bytes) = frame.get_mut(range.clone()) {
-                execute(bytes, device, deaf);
+                execute(bytes, device, bypassed);
             }
         }
     }
@@ -78,14 +78,14 @@ pub fn pass(frame: &mut [u8], ranges: &[Range<usize>], devices: &mut [SubDevice]
     }
 }
 
-fn execute(bytes: &mut [u8], device: &mut SubDevice, deaf: bool) {
+fn execute(bytes: &mut [u8], device: &mut SubDevice, bypassed: bool) {
     let Some((header, rest)) = bytes.split_first_chunk_mut::<HEADER>() else {
         return;
     };
     let Some((data, counter)) = rest.split_last_chunk_mut::<COUNTER>() else {
         return;
     };
-    if deaf && is_logical(header[0]) {
+    if bypassed && is_logical(header[0]) {
         return;
     }
     let mut datagram = Datagram {

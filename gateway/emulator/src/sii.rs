@@ -1,7 +1,7 @@
 //! Contents of the EEPROM: identity, mailbox, strings, sync managers, FMMUs, PDOs [ETG.2010].
 use crate::coe::pdo::{Direction, Entry, Pdo};
 
-/// What a SubDevice says of itself.
+/// Identity of a SubDevice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identity {
     pub vendor: u32,

@@ -1,4 +1,4 @@
-//! Every plant cycle: a digest of its bits, and a file in the form of a measured log if wanted.
+//! Digest of all plant cycles, and on request a CSV file in the form of a measured log.
 use crate::error::Error;
 use crate::plant::AXES;
 use std::fmt::Write as _;
@@ -41,7 +41,7 @@ impl Trajectory {
         self.write()
     }
 
-    /// Cycle n: what was shown at n and the torque of the step from n to n + 1.
+    /// Cycle n: the measurements at n and the torque of the step from n to n + 1.
     pub fn note(
         &mut self,
         cycle: u64,

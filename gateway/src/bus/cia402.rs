@@ -7,6 +7,12 @@ pub const SWITCH_ON: u16 = 0x0007;
 pub const ENABLE_OPERATION: u16 = 0x000f;
 pub const FAULT_RESET: u16 = 0x0080;
 
+/// Bits of a statusword.
+pub const FAULT_BIT: u16 = 0x0008;
+/// The bits that encode the state, and their value in operation enabled.
+pub const STATE_BITS: u16 = 0x006f;
+pub const OPERATION_ENABLED: u16 = 0x0027;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     NotReady,
@@ -20,13 +26,13 @@ pub enum State {
 }
 
 impl State {
-    /// Whether current may flow.
+    /// The power stage may carry current.
     pub fn is_energised(self) -> bool {
         use State::{FaultReaction, OperationEnabled, QuickStopActive, SwitchedOn};
         matches!(self, SwitchedOn | OperationEnabled | QuickStopActive | FaultReaction)
     }
 
-    pub fn words(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             State::NotReady => "not ready to switch on",
             State::SwitchOnDisabled => "switch on disabled",
@@ -48,16 +54,16 @@ pub fn state(statusword: u16) -> State {
         0x08 => return State::Fault,
         _ => {}
     }
-    match statusword & 0x6f {
+    match statusword & STATE_BITS {
         0x21 => State::ReadyToSwitchOn,
         0x23 => State::SwitchedOn,
-        0x27 => State::OperationEnabled,
+        OPERATION_ENABLED => State::OperationEnabled,
         0x07 => State::QuickStopActive,
         _ => State::NotReady,
     }
 }
 
-/// Controlword that leads one step closer to operation enabled; a fault is left alone.
+/// Controlword of the next step towards operation enabled; a fault is not reset.
 pub fn towards_enabled(now: State) -> u16 {
     match now {
         State::SwitchOnDisabled => SHUTDOWN,

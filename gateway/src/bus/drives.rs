@@ -1,4 +1,4 @@
-//! Between counts on the cable and SI units: where each value lies and what a count is worth.
+//! Conversion between process data in counts and SI units.
 
 use crate::config::{Config, Pdo, Role, AXES};
 
@@ -32,7 +32,7 @@ struct Axis {
     offset: i32,
 }
 
-/// What a drive reports.
+/// Values that a drive reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     pub statusword: u16,
@@ -58,29 +58,29 @@ impl Drives {
         }
     }
 
-    /// Bytes that each drive takes and gives.
+    /// Bytes of the outputs and inputs of each drive.
     pub fn bytes(&self) -> (usize, usize) {
         (self.rx.bytes, self.tx.bytes)
     }
 
-    /// Whole counts of a torque [N m], as the drive takes it.
+    /// Torque [N m] in counts of the drive, rounded to nearest even.
     pub fn counts(&self, axis: usize, tau: f64) -> i32 {
-        // `as` keeps to the range and makes NaN zero; limits are judged before
+        // `as` saturates and maps NaN to zero; the safety rules have checked the limits before
         (self.axes[axis].direction * (tau / self.tau_step)).round_ties_even() as i32
     }
 
-    /// Torque [N m] of so many counts of axis `axis`.
+    /// Torque [N m] of a number of counts.
     pub fn torque(&self, axis: usize, counts: i32) -> f64 {
         self.axes[axis].direction * f64::from(counts) * self.tau_step
     }
 
-    /// Angle [rad] of a position: the counts wrap, an angle near the offset does not.
+    /// Angle [rad] of a position in counts. The counts wrap around; an angle near the offset does not.
     pub fn angle(&self, axis: usize, counts: i32) -> f64 {
         let a = self.axes[axis];
         a.direction * f64::from(counts.wrapping_sub(a.offset)) * self.theta_step
     }
 
-    /// Write what the drive of an axis gets.
+    /// Write the outputs of an axis.
     pub fn write(&self, axis: usize, controlword: u16, tau: f64, out: &mut [u8]) {
         for (role, place) in &self.rx.places {
             let value = match role {
@@ -93,7 +93,7 @@ impl Drives {
         }
     }
 
-    /// Read what the drive of an axis reports.
+    /// Read the inputs of an axis.
     pub fn read(&self, axis: usize, data: &[u8]) -> Report {
         let mut report = Report::default();
         for (role, place) in &self.tx.places {
@@ -128,7 +128,7 @@ impl Place {
         out[self.at..self.at + n].copy_from_slice(&value.to_le_bytes()[..n]);
     }
 
-    /// The nearest signed value that fits: never the low half of a larger one.
+    /// Saturates to the signed range of the entry.
     fn fitting(self, value: i32) -> i32 {
         let most = i32::MAX >> (32 - self.bits);
         value.clamp(-most, most)

@@ -1,8 +1,9 @@
-//! Process data: what every drive gets, what it gave, one frame a cycle. Nothing is allocated here.
+//! Cyclic exchange of process data with the drives, one frame a cycle, without allocation.
 
 use ethercrab::subdevice_group::{HasDc, NoDc, Op};
 use ethercrab::{Command, DefaultLock, MainDevice, SubDeviceGroup};
 
+use super::al;
 use super::drives::Drives;
 use crate::config::AXES;
 use crate::realtime::now_ns;
@@ -13,18 +14,16 @@ pub(super) const IMAGE: usize = 512;
 pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S, D>;
 
 const AL_CONTROL: u16 = 0x0120;
-const INIT: u16 = 1;
-const PRE_OP: u16 = 2;
 const ERROR_CODE: u16 = 0x603f;
-const SAFE_OP: u16 = 4;
-const GOODBYE_NS: u64 = 100_000_000;
+/// Longest wait for each reply while the bus is shut down.
+const LEAVE_TIMEOUT_NS: u64 = 100_000_000;
 
 pub(super) enum Running {
     Plain(Group<Op>),
     Synced(Group<Op, HasDc>),
 }
 
-/// What came back in the newest cycle; where nothing came, the values before it.
+/// The newest reply; without one in this cycle, the values of the last.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reply {
     pub answered: bool,
@@ -44,12 +43,12 @@ pub struct Bus<L: Link> {
     pub(super) main: &'static MainDevice<'static>,
     pub(super) group: Running,
     pub(super) drives: Drives,
-    /// Place on the cable of each axis.
+    /// Position on the bus of each axis.
     pub(super) order: [usize; AXES],
     pub(super) reply: Reply,
 }
 
-/// The same call on either kind of group.
+/// The same call on a group with or without distributed clocks.
 macro_rules! with_group {
     ($running:expr, $group:ident => $call:expr) => {
         match $running {
@@ -60,7 +59,7 @@ macro_rules! with_group {
 }
 
 impl<L: Link> Bus<L> {
-    /// Working counter when every drive has read its outputs (2) and given its inputs (1).
+    /// Working counter of a complete reply: each drive adds 2 for its outputs and 1 for its inputs.
     pub fn complete(&self) -> u16 {
         3 * AXES as u16
     }
@@ -69,7 +68,7 @@ impl<L: Link> Bus<L> {
         &self.reply
     }
 
-    /// What the next frame carries to each axis: torque [N m] and controlword.
+    /// Torque [N m] and controlword of each axis in the next frame.
     pub fn write(&mut self, tau: &[f64; AXES], controlword: &[u16; AXES]) {
         for axis in 0..AXES {
             let place = self.order[axis];
@@ -128,27 +127,28 @@ impl<L: Link> Bus<L> {
         }
     }
 
-    /// Take every device out of operation, each step with one frame, so that no watchdog has a say.
-    /// Gives the counts, and the error code of the drive of one axis.
+    /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
+    /// frame counts and, for axis `ask`, the error code of its drive.
     pub fn leave(mut self, ask: Option<usize>) -> (Counts, Option<u16>) {
-        for state in [SAFE_OP, PRE_OP] {
+        for state in [al::SAFE_OP, al::PRE_OP] {
             self.request(state);
         }
         let place = ask.map(|axis| self.order[axis]);
         let code = place.and_then(|place| {
             with_group!(&self.group, group => {
                 let device = group.subdevice(self.main, place).ok()?;
-                let asked = device.sdo_read::<u16>(ERROR_CODE, 0);
-                self.wire.drive(asked, now_ns() + GOODBYE_NS)?.ok()
+                let read = device.sdo_read::<u16>(ERROR_CODE, 0);
+                self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok()
             })
         });
-        self.request(INIT);
+        self.request(al::INIT);
         (self.wire.counts, code)
     }
 
-    fn request(&mut self, state: u16) {
-        let order = Command::bwr(AL_CONTROL).ignore_wkc();
-        // nobody may be there any more: then there is nothing to take out
-        let _ = self.wire.drive(order.send(self.main, state), now_ns() + GOODBYE_NS);
+    fn request(&mut self, state: u8) {
+        let command = Command::bwr(AL_CONTROL).ignore_wkc();
+        // no reply: the devices may be gone already
+        let _ =
+            self.wire.drive(command.send(self.main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);
     }
 }

@@ -1,4 +1,4 @@
-//! Who is on the cable, and whether that is who the configuration wants there.
+//! Identity of the devices on the bus, compared with the configuration.
 
 use ethercrab::subdevice_group::PreOp;
 use ethercrab::MainDevice;
@@ -10,9 +10,9 @@ use crate::config::{Config, AXES};
 const STATUSWORD: u16 = 0x6041;
 const ERROR_CODE: u16 = 0x603f;
 
-/// One device on the cable.
+/// One device on the bus.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct DeviceInfo {
     pub position: usize,
     pub name: String,
     pub vendor_id: u32,
@@ -23,18 +23,18 @@ pub struct Found {
     pub error_code: u16,
 }
 
-/// Identity of every device, and its state where it has one.
-pub async fn look(
+/// Identity of every device, and its CiA 402 state if it has one.
+pub async fn scan(
     group: &Group<PreOp>,
     main: &'static MainDevice<'static>,
-) -> Result<Vec<Found>, String> {
-    let mut found = Vec::new();
+) -> Result<Vec<DeviceInfo>, String> {
+    let mut devices = Vec::new();
     for (position, device) in group.iter(main).enumerate() {
         let id = device.identity();
-        // a device without these objects is none of the drives: the comparison says so
+        // a device without these objects is no drive: `compare` reports it
         let statusword = device.sdo_read(STATUSWORD, 0).await.unwrap_or(0);
         let error_code = device.sdo_read(ERROR_CODE, 0).await.unwrap_or(0);
-        found.push(Found {
+        devices.push(DeviceInfo {
             position,
             name: device.name().to_owned(),
             vendor_id: id.vendor_id,
@@ -45,44 +45,44 @@ pub async fn look(
             error_code,
         });
     }
-    Ok(found)
+    Ok(devices)
 }
 
-/// Err with every difference between the cable and the configuration.
-pub fn compare(config: &Config, found: &[Found]) -> Result<(), String> {
+/// Err with every difference between bus and configuration, one a line.
+pub fn compare(config: &Config, devices: &[DeviceInfo]) -> Result<(), String> {
     let mut wrong = Vec::new();
-    if found.len() != AXES {
+    if devices.len() != AXES {
         wrong.push(format!(
-            "{} devices on the cable, wanted {AXES}: is one switched off, or a cable out?",
-            found.len()
+            "{} devices on the bus, expected {AXES}: check that all are on and all cables plugged in",
+            devices.len()
         ));
     }
     for (axis, drive) in config.drive.iter().enumerate() {
-        let Some(f) = found.get(usize::from(drive.position)) else {
-            wrong.push(format!("axis {}: nothing at position {}", axis + 1, drive.position));
+        let Some(f) = devices.get(usize::from(drive.position)) else {
+            wrong.push(format!("axis {}: no device at position {}", axis + 1, drive.position));
             continue;
         };
         let p = &config.profile;
-        let mut want = |what: &str, real: u32, wanted: Option<u32>, mend: &str| {
-            if wanted.is_some_and(|w| w != real) {
+        let mut check = |what: &str, actual: u32, expected: Option<u32>, mend: &str| {
+            if expected.is_some_and(|value| value != actual) {
                 wrong.push(format!(
-                    "axis {}, position {}: {what} {real:#x}, wanted {:#x}: {mend}",
+                    "axis {}, position {}: {what} {actual:#x}, expected {:#x}: {mend}",
                     axis + 1,
                     f.position,
-                    wanted.unwrap_or(0)
+                    expected.unwrap_or(0)
                 ));
             }
         };
-        let other = "another device; choose its configuration or change the drive";
-        want("vendor", f.vendor_id, Some(p.vendor_id), other);
-        want("product", f.product_code, Some(p.product_code), other);
-        want(
+        let other = "another type of drive; use its configuration or change the drive";
+        check("vendor", f.vendor_id, Some(p.vendor_id), other);
+        check("product", f.product_code, Some(p.product_code), other);
+        check(
             "revision",
             f.revision,
             p.revision,
-            "other firmware; try it, then set profile.revision",
+            "another firmware; test it, then set profile.revision",
         );
-        want(
+        check(
             "serial",
             f.serial,
             drive.serial,
@@ -96,22 +96,26 @@ pub fn compare(config: &Config, found: &[Found]) -> Result<(), String> {
     }
 }
 
-/// Err when a drive has power already, or a fault that nobody asked to reset.
-pub fn refuse_energised(config: &Config, found: &[Found], reset: bool) -> Result<(), String> {
+/// Err if a drive is energised, or has a fault that is not to be reset.
+pub fn refuse_energised(
+    config: &Config,
+    devices: &[DeviceInfo],
+    reset: bool,
+) -> Result<(), String> {
     let mut wrong = Vec::new();
     for (axis, drive) in config.drive.iter().enumerate() {
-        let f = &found[usize::from(drive.position)];
+        let f = &devices[usize::from(drive.position)];
         let state = cia402::state(f.statusword);
         let at = format!("axis {}, position {}", axis + 1, f.position);
         if state.is_energised() {
             wrong.push(format!(
-                "{at}: has power already ({}): disable it first; who enabled it?",
-                state.words()
+                "{at}: already energised ({}): find out what enabled it and disable it first",
+                state.name()
             ));
         }
         if state == State::Fault && !reset {
             wrong.push(format!(
-                "{at}: fault {:#06x}: mend its cause, then run with --reset-faults",
+                "{at}: fault {:#06x}: remove its cause, then run with --reset-faults",
                 f.error_code
             ));
         }

@@ -1,5 +1,6 @@
-//! The six drives on the cable: from nothing to process data, one frame a cycle, and back.
+//! The six drives on the bus: bring-up, cyclic process data, shutdown.
 
+pub mod al;
 pub mod cia402;
 pub mod drives;
 mod exchange;
@@ -8,5 +9,5 @@ mod objects;
 mod setup;
 
 pub use exchange::{Bus, Reply};
-pub use identity::{compare, refuse_energised, Found};
-pub use setup::{bring_up, inspect, Wish};
+pub use identity::{compare, refuse_energised, DeviceInfo};
+pub use setup::{bring_up, inspect, BringUpOptions};

@@ -1,7 +1,9 @@
-//! What is written into one drive before it runs: mode, process data, watchdog.
+//! Configures the drives: mode of operation, process data, watchdog.
 
-use ethercrab::{SubDevice, SubDeviceRef};
+use ethercrab::subdevice_group::{PreOp, PreOpPdi};
+use ethercrab::{MainDevice, SubDevice, SubDeviceRef};
 
+use super::exchange::Group;
 use crate::config::{Config, Pdo, Role, Scale};
 
 type Device<'a> = SubDeviceRef<'static, &'a SubDevice>;
@@ -14,23 +16,64 @@ const WATCHDOG_DIVIDER: u16 = 0x0400;
 const WATCHDOG_PROCESS_DATA: u16 = 0x0420;
 const DIVIDER_100_US: u16 = 2498; // 40 ns (2498 + 2)
 
-/// Set up one drive in PRE-OP; errors name the object.
-pub async fn configure(config: &Config, device: &Device<'_>) -> Result<(), String> {
+/// Configure every drive in PRE-OP; errors name position and object.
+pub async fn configure_drives(
+    config: &Config,
+    group: &Group<PreOp>,
+    main: &'static MainDevice<'static>,
+) -> Result<(), String> {
+    for drive in &config.drive {
+        let device = group
+            .subdevice(main, usize::from(drive.position))
+            .map_err(|why| format!("drive at position {}: {why:?}", drive.position))?;
+        configure(config, &device)
+            .await
+            .map_err(|why| format!("drive at position {}: {why}", drive.position))?;
+    }
+    Ok(())
+}
+
+/// Compares the process data of every drive with the bytes out and in of the configuration.
+pub fn check_mapping(
+    group: &Group<PreOpPdi>,
+    main: &'static MainDevice<'static>,
+    bytes: (usize, usize),
+) -> Result<(), String> {
+    for device in group.iter(main) {
+        let mapped = (device.outputs_raw().len(), device.inputs_raw().len());
+        if mapped != bytes {
+            return Err(format!(
+                "{} at address {:#06x} maps {} bytes out and {} in, expected {} and {}: \
+                 compare profile.rx and profile.tx with its objects 0x1C12 and 0x1C13",
+                device.name(),
+                device.configured_address(),
+                mapped.0,
+                mapped.1,
+                bytes.0,
+                bytes.1
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Configure one drive in PRE-OP; errors name the object.
+async fn configure(config: &Config, device: &Device<'_>) -> Result<(), String> {
     let p = &config.profile;
     write(device, MODE, 0, p.mode).await?;
     let mode: i8 = read(device, MODE, 0).await?;
     if mode != p.mode {
         return Err(format!(
-            "mode of operation 0x6060 is {mode}, wanted {}: does the drive have it?",
+            "mode of operation 0x6060 is {mode}, expected {}: the drive may not support it",
             p.mode
         ));
     }
     if let Scale::RatedTorque { rated_torque, .. } = p.scale {
         let rated: u32 = read(device, RATED_TORQUE, 0).await?;
-        let wanted = (rated_torque * 1000.0).round();
-        if f64::from(rated) != wanted {
+        let expected = (rated_torque * 1000.0).round();
+        if f64::from(rated) != expected {
             return Err(format!(
-                "rated torque 0x6076 is {rated} mN m, the configuration says {wanted} mN m: \
+                "rated torque 0x6076 is {rated} mN m, the configuration says {expected} mN m: \
                  set profile.scale.rated_torque.rated_torque_N_m or the drive"
             ));
         }
@@ -44,19 +87,19 @@ pub async fn configure(config: &Config, device: &Device<'_>) -> Result<(), Strin
             .await
             .map_err(|why| format!("watchdog register {register:#06x}: {why:?}"))?;
     }
-    let real: u16 = device
+    let actual: u16 = device
         .register_read(WATCHDOG_PROCESS_DATA)
         .await
         .map_err(|why| format!("watchdog register 0x0420: {why:?}"))?;
-    if real != ticks {
+    if actual != ticks {
         return Err(format!(
-            "watchdog register 0x0420 is {real}, wanted {ticks}: the drive does not let it be set"
+            "watchdog register 0x0420 is {actual}, expected {ticks}: the drive does not accept it"
         ));
     }
     Ok(())
 }
 
-/// Map and assign PDOs entry by entry: not every drive has complete access.
+/// Map and assign PDOs entry by entry: not every drive supports complete access.
 async fn map(device: &Device<'_>, assigned: u16, pdos: &[Pdo]) -> Result<(), String> {
     write(device, assigned, 0, 0u8).await?;
     for pdo in pdos {

@@ -1,31 +1,49 @@
-//! Mistakes in what is said of a kind of drive.
+//! Checks the profile of a drive.
 
-use super::check::Found;
+use super::mistakes::Mistakes;
 use super::{Pdo, Profile, Role, Scale};
 
 /// Mistakes of a profile.
-pub(super) fn profile(p: &Profile, found: &mut Found) {
-    found.within(
+pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
+    mistakes.check_range(
         "profile.mode",
         p.mode.into(),
         1.0..=10.0,
-        "4 is torque, 10 cyclic synchronous torque",
+        "4 is torque mode, 10 cyclic synchronous torque (CST)",
     );
-    found.within(
+    mistakes.check_range(
         "profile.counts_per_revolution",
         p.counts_per_revolution,
         1.0..=4_294_967_296.0,
-        "counts of the position object in one turn",
+        "counts of the position object in one revolution",
     );
-    match &p.scale {
+    scale(&p.scale, mistakes);
+    pdos(
+        "profile.rx",
+        &p.rx,
+        &[Role::Controlword, Role::TargetTorque],
+        &[Role::Mode, Role::Unused, Role::Gap],
+        mistakes,
+    );
+    pdos(
+        "profile.tx",
+        &p.tx,
+        &[Role::Statusword, Role::Position, Role::ActualTorque],
+        &[Role::ModeDisplay, Role::ErrorCode, Role::Unused, Role::Gap],
+        mistakes,
+    );
+}
+
+fn scale(s: &Scale, mistakes: &mut Mistakes) {
+    match s {
         Scale::Current { step, torque_constant } => {
-            found.within(
+            mistakes.check_range(
                 "profile.scale.current.step_mA",
                 *step,
                 1e-3..=1e4,
                 "current of one count",
             );
-            found.within(
+            mistakes.check_range(
                 "profile.scale.current.torque_constant_N_m_per_A",
                 *torque_constant,
                 1e-4..=1e3,
@@ -33,13 +51,13 @@ pub(super) fn profile(p: &Profile, found: &mut Found) {
             );
         }
         Scale::RatedTorque { step, rated_torque } => {
-            found.within(
+            mistakes.check_range(
                 "profile.scale.rated_torque.step_per_mille",
                 *step,
                 1e-3..=1e3,
-                "share of the rated torque that one count is",
+                "per mille of the rated torque for one count",
             );
-            found.within(
+            mistakes.check_range(
                 "profile.scale.rated_torque.rated_torque_N_m",
                 *rated_torque,
                 1e-3..=1e4,
@@ -47,40 +65,29 @@ pub(super) fn profile(p: &Profile, found: &mut Found) {
             );
         }
     }
-    pdos(
-        "profile.rx",
-        &p.rx,
-        &[Role::Controlword, Role::TargetTorque],
-        &[Role::Mode, Role::Unused, Role::Gap],
-        found,
-    );
-    pdos(
-        "profile.tx",
-        &p.tx,
-        &[Role::Statusword, Role::Position, Role::ActualTorque],
-        &[Role::ModeDisplay, Role::ErrorCode, Role::Unused, Role::Gap],
-        found,
-    );
 }
 
-fn pdos(at: &str, pdos: &[Pdo], needed: &[Role], also: &[Role], found: &mut Found) {
+fn pdos(at: &str, pdos: &[Pdo], needed: &[Role], also: &[Role], mistakes: &mut Mistakes) {
     let entries = || pdos.iter().flat_map(|p| &p.entries);
     for role in needed {
         let n = entries().filter(|e| e.role == *role).count();
         if n != 1 {
-            found.say(format!("{at}: {n} entries have the role {role:?}, wanted 1"));
+            mistakes.add(format!("{at}: {n} entries have the role {role:?}, expected 1"));
         }
     }
     for e in entries() {
         if !needed.contains(&e.role) && !also.contains(&e.role) {
-            found.say(format!("{at}: role {:?} belongs to the other direction", e.role));
+            mistakes.add(format!(
+                "{at}: role {:?} belongs to the other direction (rx: to the drive, tx: from it)",
+                e.role
+            ));
         }
         if ![8, 16, 32].contains(&e.bits) {
-            found.say(format!("{at}: {:?} has bits = {}, allowed 8, 16 or 32", e.role, e.bits));
+            mistakes.add(format!("{at}: {:?} has bits = {}, allowed 8, 16 or 32", e.role, e.bits));
         }
         if (e.object == 0) != (e.role == Role::Gap) {
-            found.say(format!(
-                "{at}: {:?} has object = {:#06x}: only a gap has none",
+            mistakes.add(format!(
+                "{at}: {:?} has object = {:#06x}: only a gap has object 0",
                 e.role, e.object
             ));
         }

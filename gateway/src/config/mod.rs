@@ -1,11 +1,12 @@
-//! The configuration of one machine, as it stands in a TOML file. `check` says what is wrong in it.
+//! The configuration of one machine, read from a TOML file and checked.
 
 mod check;
 mod check_profile;
+mod mistakes;
 mod profile;
 #[cfg(test)]
 mod tests;
-mod words;
+mod toml_error;
 
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -13,10 +14,8 @@ use std::path::{Path, PathBuf};
 #[cfg(test)]
 pub use check::parse;
 pub use check::read;
+pub use flexhex_system::AXES;
 pub use profile::{Pdo, Profile, Role, Scale};
-
-/// Axes of the machine; the drives, the host's inputs and outputs and every limit have this many.
-pub const AXES: usize = 6;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -28,12 +27,12 @@ pub struct Config {
     pub limits: Limits,
     pub safety: Safety,
     #[serde(default)]
-    pub reactions: crate::safety::Reactions,
+    pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
     pub drive: Vec<Drive>,
 }
 
-/// What is computed: the system description and the component that the drives stand in for.
+/// The system description and the component that the drives replace.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct System {
@@ -42,10 +41,10 @@ pub struct System {
     /// Components that run in a thread of their own.
     #[serde(default)]
     pub own_thread: Vec<String>,
-    /// What happens when one of those is not ready in time.
+    /// Reaction to a component that is late.
     #[serde(default)]
     pub late: Late,
-    /// One step of a component may take this long (wall clock).
+    /// Longest wall-clock time of one step of a component [us].
     pub step_limit_us: Option<u32>,
     pub reference: String,
     pub following_error: String,
@@ -58,7 +57,7 @@ pub struct System {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Late {
-    /// The last estimate stays for one more period, and it is counted.
+    /// Keep the last outputs for one more period and count it.
     #[default]
     Hold,
     Trip,
@@ -68,28 +67,28 @@ pub enum Late {
 #[serde(deny_unknown_fields)]
 pub struct Bus {
     pub interface: String,
-    /// How long a cycle waits for its reply (wall clock).
+    /// Longest wall-clock wait of a cycle for its reply.
     pub reply_timeout_us: u32,
-    /// The same in lockstep, in real time.
+    /// The same in lockstep.
     pub lockstep_timeout_ms: u32,
-    /// After this long without process data the drives take the torque away by themselves.
+    /// The drives remove the torque by themselves after this time without process data.
     pub watchdog_ms: u32,
     pub distributed_clocks: bool,
     /// Phase of SYNC0 in the cycle.
     #[serde(default)]
     pub sync0_shift_us: u32,
-    /// How long the drives may take for a change of state.
+    /// Longest time of a drive for a change of state.
     pub state_timeout_ms: u32,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RealTime {
-    /// SCHED_FIFO priority, 1 to 99; 0 asks for none.
+    /// SCHED_FIFO priority, 1 to 99; 0 sets none.
     pub priority: i32,
-    /// CPU that the cycle is pinned to.
+    /// CPU of the control loop.
     pub cpu: Option<usize>,
-    /// Last part of the wait that is spent spinning.
+    /// Last part of each wait, spent spinning.
     pub spin_us: u32,
     pub lock_memory: bool,
 }
@@ -115,22 +114,23 @@ pub struct Limits {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Safety {
-    /// Trip at this many cycles without a reply, one after the other.
+    /// Trip after this many consecutive cycles without a reply.
     pub lost_frame_limit: u32,
-    /// Trip at this many short working counters, one after the other.
+    /// Trip after this many consecutive short working counters.
     pub working_counter_limit: u32,
     /// Speed is the mean over this many cycles.
     pub speed_cycles: u32,
-    /// An encoder is frozen when it gives the same counts this long ...
+    /// An encoder is frozen when its counts are constant for this many cycles ...
     pub frozen_cycles: u32,
-    /// ... while its reference moved by this much.
+    /// ... while the reference moved by more than this.
     pub frozen_motion_rad: f64,
-    /// Trip when a cycle begins this late (wall clock).
+    /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
-    /// Fault outputs that only tell: `feedback = [2.0]`.
+    /// Values of the output `fault` that are reported but do not trip, by component:
+    /// `feedback = [2.0]`.
     #[serde(default)]
-    pub told_faults: std::collections::BTreeMap<String, Vec<f64>>,
-    /// How long the ramp of a reaction takes.
+    pub non_trip_faults: std::collections::BTreeMap<String, Vec<f64>>,
+    /// Duration of the ramp of a reaction.
     pub ramp_ms: u32,
 }
 
@@ -138,11 +138,11 @@ pub struct Safety {
 #[serde(deny_unknown_fields)]
 pub struct Recorder {
     pub folder: PathBuf,
-    /// Kept before a trip, even when nothing is recorded.
+    /// Seconds kept before a trip, also without a recording.
     pub keep_s: f64,
-    /// Rows between the cycle and the writer.
+    /// Rows between the control loop and the writer.
     pub buffer_cycles: usize,
-    /// More signals of the system description, each a column.
+    /// Further signals of the system description, one column each.
     #[serde(default)]
     pub signals: Vec<String>,
 }
@@ -151,13 +151,13 @@ pub struct Recorder {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive {
-    /// Place on the cable, the first is 0.
+    /// Position on the bus, the first drive is 0.
     pub position: u16,
-    /// Any, where it is left out.
+    /// Left out: any.
     pub serial: Option<u32>,
     pub direction: i8,
     pub offset_counts: i32,
-    /// Limits of this axis where they differ.
+    /// Limits of this axis, if they differ from `[limits]`.
     pub limits: Option<Limits>,
 }
 
@@ -172,7 +172,7 @@ impl Config {
         2.0 * std::f64::consts::PI / self.profile.counts_per_revolution
     }
 
-    /// A path of the configuration, taken from where its file lies.
+    /// A path of the configuration, relative to its file.
     fn place(file: &Path, path: &Path) -> PathBuf {
         let place = file.parent().unwrap_or(Path::new(".")).join(path);
         place.canonicalize().unwrap_or(place)

@@ -1,15 +1,15 @@
-//! A kind of drive as data: identity, mode, process data, scaling.
+//! The profile of a drive: identity, mode of operation, process data, scaling.
 
 use serde::Deserialize;
 
-/// A kind of drive: its objects, in the order of its process data, and their scaling.
+/// A type of drive: its objects in the order of the process data, and their scaling.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
     pub name: String,
     pub vendor_id: u32,
     pub product_code: u32,
-    /// Any, where it is left out.
+    /// Left out: any.
     pub revision: Option<u32>,
     /// Mode of operation: 4 torque, 10 cyclic synchronous torque.
     pub mode: i8,
@@ -19,7 +19,7 @@ pub struct Profile {
     pub tx: Vec<Pdo>,
 }
 
-/// What one count of target and actual torque is worth.
+/// Physical value of one count of target and actual torque.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Scale {
@@ -40,7 +40,7 @@ pub enum Scale {
 }
 
 impl Scale {
-    /// Torque of one count [N m]: the product in the order in which the plant takes it.
+    /// Torque of one count [N m]; the factors in the order of the plant FMU, for equal rounding.
     pub fn tau_step(&self) -> f64 {
         match self {
             Scale::Current { step, torque_constant } => torque_constant * (step / 1000.0),
@@ -68,7 +68,7 @@ pub struct Entry {
     pub bits: u8,
 }
 
-/// What an entry of the process data is for.
+/// Meaning of an entry of the process data.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {

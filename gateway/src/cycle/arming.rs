@@ -1,21 +1,22 @@
-//! From six disabled drives to cycle 0, or the reason why not.
+//! Enables the drives: from six disabled drives to cycle 0.
 
-use super::{Ending, Machine, Phase};
+use super::{ControlLoop, Ending, Phase};
 use crate::bus::cia402::{self, State};
 use crate::bus::Reply;
 use crate::config::AXES;
 use crate::realtime::stop;
-use crate::safety::Reason;
+use crate::rules::Reason;
 use crate::wire::Link;
 
-impl<L: Link> Machine<'_, L> {
-    /// Whether this reply is cycle 0: every drive is enabled. Refusals end the run.
+impl<L: Link> ControlLoop<'_, L> {
+    /// Whether this reply starts cycle 0: every drive is enabled. Refusals end the run.
     pub(super) fn armed(&mut self, reply: &Reply, tries: u64) -> bool {
         self.phase = Phase::Arming(tries + 1);
         if !reply.answered {
-            if self.deaf >= self.config.safety.lost_frame_limit {
+            if self.unanswered >= self.config.safety.lost_frame_limit {
                 self.refuse(
-                    "the drives stopped answering while they were being enabled".to_owned(),
+                    "the drives stopped replying while they were being enabled: check the cable"
+                        .to_owned(),
                 );
             }
             return false;
@@ -28,13 +29,13 @@ impl<L: Link> Machine<'_, L> {
         }
         let states = reply.statusword.map(cia402::state);
         let faulty = states.iter().position(|s| *s == State::Fault);
-        if let Some(axis) = faulty.filter(|_| !self.wanted.reset_faults || tries > 400) {
+        if let Some(axis) = faulty.filter(|_| !self.options.reset_faults || tries > 400) {
             let code = reply.error_code[axis];
-            self.refuse(format!("axis {}: fault {code:#06x} while enabling", axis + 1));
+            self.refuse(format!("axis {}: drive fault {code:#06x} while enabling", axis + 1));
             return false;
         }
-        if stop::asked() {
-            self.end(Ending::Asked, Reason::Stopped);
+        if stop::requested() {
+            self.end(Ending::StopRequested, Reason::Stopped);
             return false;
         }
         let complete = reply.working_counter == self.bus.complete();
@@ -45,13 +46,13 @@ impl<L: Link> Machine<'_, L> {
         }
         let most = u64::from(self.config.bus.state_timeout_ms) * 4;
         if tries > most {
-            let words = states.map(State::words);
-            self.refuse(format!("the drives do not become enabled: {words:?}"));
+            let names = states.map(State::name);
+            self.refuse(format!("not all drives reached operation enabled: {names:?}"));
         }
         false
     }
 
-    /// Why the machine must not be energised where it is.
+    /// Why the drives must not be enabled in this pose.
     fn not_at_rest(&self, reply: &Reply) -> Option<String> {
         (0..AXES).find_map(|k| {
             let (l, theta) = (self.config.limits(k), reply.theta[k]);
@@ -66,8 +67,8 @@ impl<L: Link> Machine<'_, L> {
             let far = (r - theta).abs() > l.following_error;
             far.then(|| {
                 format!(
-                    "axis {}: theta = {theta} rad, the reference begins at {r} rad, farther than {} rad: \
-                     move it there by hand, or check drive[{k}].offset_counts", k + 1, l.following_error
+                    "axis {}: theta = {theta} rad, the reference starts at {r} rad, more than {} rad away: \
+                     move the axis there by hand, or check drive[{k}].offset_counts", k + 1, l.following_error
                 )
             })
         })

@@ -1,11 +1,11 @@
-//! What the controller takes where nothing was measured: between two replies the straight line from
-//! one to the other, after the newest one the line through the last two. An angle that is merely
-//! held while the machine moves would look like a blow to whoever differentiates it.
+//! Inputs of the controller in cycles without a measurement: linear interpolation between two
+//! replies, linear extrapolation after the newest. A constant angle while the machine moves would be
+//! a step in speed for every component that differentiates it.
 
 use crate::bus::Reply;
 use crate::config::AXES;
 
-/// The line goes on for this many cycles without a reply, then it stays.
+/// Longest extrapolation [cycles]; after it the inputs stay constant.
 const FARTHEST: f64 = 8.0;
 
 /// Angles [rad] and torques [N m] by axis.
@@ -15,20 +15,20 @@ pub struct Values {
     pub tau: [f64; AXES],
 }
 
-/// The newest measurement and how it came about.
+/// The newest measurement and its slope.
 #[derive(Default)]
 pub struct Inputs {
     last: Option<Values>,
-    /// Change of the angles in a cycle.
+    /// Change of the angles in one cycle.
     slope: [f64; AXES],
     /// Cycles since the newest measurement.
     age: f64,
 }
 
 impl Inputs {
-    /// Those of this cycle, `left_out` cycles after the one before; and `age` becomes 0 with a reply.
-    pub fn of(&mut self, reply: &Reply, left_out: u64) -> Values {
-        self.age += 1.0 + left_out as f64;
+    /// Inputs of this cycle, with `skipped` cycles since the one before.
+    pub fn of(&mut self, reply: &Reply, skipped: u64) -> Values {
+        self.age += 1.0 + skipped as f64;
         let last = self.last.unwrap_or(Values { theta: reply.theta, tau: reply.tau });
         if !reply.answered {
             let theta = along(&last.theta, &self.slope, self.age.min(FARTHEST));
@@ -42,9 +42,9 @@ impl Inputs {
     }
 }
 
-/// Those of cycle `k` of `left_out` between `from` and `to`.
-pub fn between(from: &Values, to: &Values, k: u64, left_out: u64) -> Values {
-    let share = k as f64 / (left_out + 1) as f64;
+/// Inputs of skipped cycle `k` of `skipped` between `from` and `to`.
+pub fn between(from: &Values, to: &Values, k: u64, skipped: u64) -> Values {
+    let share = k as f64 / (skipped + 1) as f64;
     let line = |a: &[f64; AXES], b: &[f64; AXES]| {
         along(a, &std::array::from_fn(|axis| b[axis] - a[axis]), share)
     };
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn cycles_left_out_lie_on_the_line_between_two_replies() {
+    fn cycles_skipped_lie_on_the_line_between_two_replies() {
         let values = |theta| Values { theta: [theta; AXES], tau: [-theta; AXES] };
         let seen = [1, 2, 3].map(|k| between(&values(1.0), &values(3.0), k, 3));
         assert_eq!(seen, [1.5, 2.0, 2.5].map(values));

@@ -1,4 +1,4 @@
-//! The frame loop: wait, exchange, judge, compute, record. It allocates nothing.
+//! The control loop: wait, exchange, compute, judge, record. It allocates nothing.
 
 mod arming;
 mod inputs;
@@ -21,28 +21,29 @@ use crate::bus::{Bus, Reply};
 use crate::config::{Config, AXES};
 use crate::realtime::now_ns;
 use crate::record::Sink;
-use crate::safety::{Kind, Reaction, Reason, Safety};
+use crate::rules::{ReactionKind, Reason};
+use crate::safety::{Reaction, Safety};
 use crate::wire::Link;
 
-/// Cycles without any reply after which a reaction gives up: the watchdog has acted long ago.
-const DEAF: u32 = 40;
+/// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
+const UNANSWERED_LIMIT: u32 = 40;
 const NANOSECONDS: f64 = 1e9;
 
-/// What a run is asked to do.
+/// Options of a run.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct RunOptions {
     pub cycles: i64,
     pub dry_run: bool,
     pub lockstep: bool,
     pub reset_faults: bool,
 }
 
-/// Read by whoever shows the run while it goes on.
+/// Values for the status display, read by another thread.
 #[derive(Default)]
-pub struct Pulse {
+pub struct LiveStatus {
     pub cycle: AtomicI64,
     pub lost: AtomicU64,
-    /// Largest following error of this moment [nrad].
+    /// Largest following error of the newest cycle [nrad].
     pub error_nrad: AtomicU64,
 }
 
@@ -52,80 +53,80 @@ enum Phase {
     Stopping(Reaction),
 }
 
-/// What a run fills in, laid out before the drives are in OP: they do not wait for memory.
-pub struct Blank {
+/// Buffers that are allocated before the drives are in OP, as the loop must not allocate.
+pub struct Preallocated {
     row: Vec<f64>,
     outcome: Outcome,
 }
 
-impl Blank {
-    /// For recordings of so many columns.
+impl Preallocated {
+    /// For recordings with this many columns.
     pub fn new(columns: usize) -> Self {
-        Blank { row: vec![0.0; columns], outcome: Outcome::new() }
+        Preallocated { row: vec![0.0; columns], outcome: Outcome::new() }
     }
 }
 
-/// Everything that a cycle touches.
-pub struct Machine<'a, L: Link> {
+/// The control loop with everything that a cycle uses.
+pub struct ControlLoop<'a, L: Link> {
     config: &'a Config,
-    wanted: Wanted,
+    options: RunOptions,
     bus: Bus<L>,
     controller: Controller,
     signals: Signals,
     safety: Safety,
     clock: Clock,
     sink: Sink,
-    pulse: &'a Pulse,
+    status: &'a LiveStatus,
     phase: Phase,
     row: Vec<f64>,
     out: Outcome,
     sent: [f64; AXES],
-    deaf: u32,
+    unanswered: u32,
     inputs: inputs::Inputs,
-    /// What the controller took in the cycle before.
-    taken: inputs::Values,
+    /// Inputs of the controller in the cycle before.
+    previous: inputs::Values,
     skipped_before: u64,
-    /// Cycles since cycle 0 that the clock left out and the controller did not make up for.
+    /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
     missed: u64,
     stopped_for: u32,
 }
 
-impl<'a, L: Link> Machine<'a, L> {
+impl<'a, L: Link> ControlLoop<'a, L> {
     pub fn new(
         config: &'a Config,
-        wanted: Wanted,
+        options: RunOptions,
         bus: Bus<L>,
         (controller, signals): (Controller, Signals),
-        (sink, out): (Sink, Blank),
-        (pulse, base_step): (&'a Pulse, f64),
+        (sink, out): (Sink, Preallocated),
+        (status, base_step): (&'a LiveStatus, f64),
     ) -> Self {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
         let spin = Duration::from_micros(config.real_time.spin_us.into());
-        let powered = !wanted.dry_run;
-        Machine {
+        let powered = !options.dry_run;
+        ControlLoop {
             safety: Safety::new(config, base_step, bus.complete(), powered),
-            clock: Clock::new(cycle, spin, wanted.lockstep),
+            clock: Clock::new(cycle, spin, options.lockstep),
             phase: if powered { Phase::Arming(0) } else { Phase::Running },
             row: out.row,
             out: out.outcome,
             sent: [0.0; AXES],
-            deaf: 0,
+            unanswered: 0,
             inputs: inputs::Inputs::default(),
-            taken: inputs::Values::default(),
+            previous: inputs::Values::default(),
             skipped_before: 0,
             missed: 0,
             stopped_for: 0,
             config,
-            wanted,
+            options,
             bus,
             controller,
             signals,
             sink,
-            pulse,
+            status,
         }
     }
 
-    /// From disabled drives to disabled drives.
+    /// The whole run, from disabled drives to disabled drives.
     pub fn run(mut self) -> Outcome {
         while !self.cycle() {}
         self.out.cycles = self.controller.now();
@@ -138,22 +139,22 @@ impl<'a, L: Link> Machine<'a, L> {
         self.out
     }
 
-    /// One cycle; true when the drives are disabled and nothing is left to do.
+    /// One cycle; true when the run is over.
     fn cycle(&mut self) -> bool {
         let (begin, late_ns) = self.clock.wait();
-        let (tau, words) = self.outputs();
-        self.bus.write(&tau, &words);
+        let (tau, controlwords) = self.outputs();
+        self.bus.write(&tau, &controlwords);
         self.sent = tau;
-        // a late cycle waits less: the next one is not to be late too
-        let patience = self.patience_ns();
-        let deadline = begin + patience - late_ns.min(patience / 2);
+        // a late cycle waits less, so that the next one is not late too
+        let timeout = self.reply_timeout_ns();
+        let deadline = begin + timeout - late_ns.min(timeout / 2);
         let reply = *self.bus.exchange(deadline);
         let arrived = now_ns();
         let round_trip = arrived - begin;
         if let Some(phase) = reply.phase_ns {
             self.clock.steer(phase);
         }
-        self.deaf = if reply.answered { 0 } else { self.deaf + 1 };
+        self.unanswered = if reply.answered { 0 } else { self.unanswered + 1 };
         if let Phase::Arming(tries) = self.phase {
             if !self.armed(&reply, tries) {
                 return false;
@@ -166,7 +167,7 @@ impl<'a, L: Link> Machine<'a, L> {
             if disabled && self.out.to_disabled.is_none() {
                 self.out.to_disabled = Some(self.stopped_for);
             }
-            return over || self.deaf >= DEAF;
+            return over || self.unanswered >= UNANSWERED_LIMIT;
         }
         self.out.timing.wake_up.add(late_ns);
         if reply.answered {
@@ -177,9 +178,9 @@ impl<'a, L: Link> Machine<'a, L> {
         false
     }
 
-    fn patience_ns(&self) -> u64 {
+    fn reply_timeout_ns(&self) -> u64 {
         let b = &self.config.bus;
-        match self.wanted.lockstep {
+        match self.options.lockstep {
             true => u64::from(b.lockstep_timeout_ms) * 1_000_000,
             false => u64::from(b.reply_timeout_us) * 1000,
         }
@@ -190,11 +191,13 @@ impl<'a, L: Link> Machine<'a, L> {
         let mut tau = [0.0; AXES];
         tau.copy_from_slice(&self.controller.command()[..AXES]);
         match &mut self.phase {
-            Phase::Running if self.wanted.dry_run => ([0.0; AXES], [cia402::DISABLE_VOLTAGE; AXES]),
+            Phase::Running if self.options.dry_run => {
+                ([0.0; AXES], [cia402::DISABLE_VOLTAGE; AXES])
+            }
             Phase::Running => (tau, [cia402::ENABLE_OPERATION; AXES]),
             Phase::Arming(_) => {
                 let now = self.bus.reply().statusword.map(cia402::state);
-                let reset = self.wanted.reset_faults;
+                let reset = self.options.reset_faults;
                 let word = |s| match s {
                     State::Fault if reset => cia402::FAULT_RESET,
                     _ => cia402::towards_enabled(s),
@@ -208,16 +211,16 @@ impl<'a, L: Link> Machine<'a, L> {
         }
     }
 
-    /// Begin the reaction; whatever comes later does not change the reason.
+    /// Begin the reaction; later events do not change the reason.
     fn end(&mut self, ending: Ending, reason: Reason) {
-        // drives that were never all enabled are not led on to it by a ramp
+        // a ramp would enable drives that are not yet enabled
         let kind = match self.phase {
-            Phase::Running if !self.wanted.dry_run => self.config.reactions.to(reason),
-            _ => Kind::Zero,
+            Phase::Running if !self.options.dry_run => self.config.reactions.to(reason),
+            _ => ReactionKind::Zero,
         };
         let per_ms = self.controller_steps_per_ms();
         let ramp = f64::from(self.config.safety.ramp_ms) * per_ms;
-        let from = if self.wanted.dry_run { [0.0; AXES] } else { self.sent };
+        let from = if self.options.dry_run { [0.0; AXES] } else { self.sent };
         self.phase = Phase::Stopping(Reaction::new(kind, from, ramp as u32));
         self.out.ending = ending;
     }

@@ -1,32 +1,32 @@
 //! How a run ended, and its figures.
 
 use super::timing::Histogram;
-use crate::safety::{Reason, Trip};
+use crate::rules::{Reason, Trip};
 use crate::wire::Counts;
 
-/// Why the drives were not enabled, or why they were disabled.
+/// How the run ended.
 pub enum Ending {
-    /// The wanted time is over.
+    /// The duration is over.
     Done,
     /// Ctrl-C or SIGTERM.
-    Asked,
-    /// Refused before any power, with the reason.
+    StopRequested,
+    /// The drives were not all enabled, with the reason.
     Refused(String),
-    /// A rule was broken; the text adds what a component said.
+    /// A rule was violated; the text is the message of the component, if any.
     Tripped(Trip, String),
 }
 
-/// Durations of all cycles.
+/// Distributions of the durations of all cycles.
 pub struct Timing {
     pub wake_up: Histogram,
     pub round_trip: Histogram,
     /// All FMU calls of a cycle.
     pub compute: Histogram,
-    /// From the reply's arrival to the end of the cycle: computed, judged, recorded.
+    /// From the arrival of the reply to the end of the cycle.
     pub after_reply: Histogram,
 }
 
-/// What a run was.
+/// Ending and figures of a run.
 pub struct Outcome {
     pub ending: Ending,
     /// Cycles of the controller.
@@ -46,7 +46,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// A run that has not begun.
+    /// Before the run.
     pub fn new() -> Self {
         Outcome {
             ending: Ending::Done,
@@ -69,7 +69,7 @@ impl Outcome {
         }
     }
 
-    /// The axis whose drive reported a fault, but whose process data does not say which.
+    /// The axis of a drive fault whose code is not in the process data.
     pub fn axis_with_fault(&self) -> Option<usize> {
         match &self.ending {
             Ending::Tripped(trip, _) if trip.reason == Reason::DriveFault && trip.value == 0.0 => {
@@ -79,7 +79,7 @@ impl Outcome {
         }
     }
 
-    /// Which fault it was, asked of the drive afterwards.
+    /// Sets the fault code that was read from the drive afterwards.
     pub fn set_error_code(&mut self, code: Option<u16>) {
         if let (Ending::Tripped(trip, _), Some(code)) = (&mut self.ending, code) {
             trip.value = code.into();

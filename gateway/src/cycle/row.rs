@@ -1,6 +1,6 @@
 //! One row of the recording: the values of a cycle in the order of `Columns`.
 
-use super::{Machine, Phase};
+use super::{ControlLoop, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
 use crate::record::time_of;
@@ -9,8 +9,8 @@ use crate::wire::Link;
 /// Position of `compute` among the columns behind the axes.
 const COMPUTE: usize = 1 + 9 * AXES + 7;
 
-impl<L: Link> Machine<'_, L> {
-    /// Fill the row of cycle n; signals are those published at n.
+impl<L: Link> ControlLoop<'_, L> {
+    /// Fill the row of cycle n with the signals published at n.
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let bus = self.controller.bus();
         let mut row = Cursor(&mut self.row, 0);
@@ -42,17 +42,17 @@ impl<L: Link> Machine<'_, L> {
         }
     }
 
-    /// Hand the row over. In lockstep nothing is pressing, so no row is ever dropped there.
+    /// Pass the row to the writer. In lockstep it waits for room, so no row is dropped there.
     pub(super) fn push(&mut self, compute_ns: u64) {
         self.row[COMPUTE] = compute_ns as f64 / 1e3;
-        while self.wanted.lockstep && !self.sink.has_room() {
+        while self.options.lockstep && !self.sink.has_room() {
             std::thread::yield_now();
         }
         self.sink.push(&self.row);
     }
 }
 
-/// What a reply says; without one nothing was measured, and the values held are no measurement.
+/// Measured values; NaN without a reply, as the stored values are of an earlier cycle.
 fn measured(answered: bool, values: &[f64; AXES]) -> [f64; AXES] {
     if answered {
         *values

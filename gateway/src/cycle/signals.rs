@@ -1,16 +1,16 @@
-//! Places on the bus of the system description that a cycle looks at.
+//! Signals of the system description that the control loop uses.
 
 use flexhex_system::{Controller, Late, Options, System, Trip as Failure, What};
 use std::time::Duration;
 
 use crate::config::{self, Config, AXES};
-use crate::safety::Reason;
+use crate::rules::Reason;
 
-/// Waited for a late thread in lockstep, and allowed for one step of an FMU there: no clock rules
-/// in lockstep, but a component that hangs is told.
-const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(1);
+/// Longest wait for a thread and longest FMU step in lockstep: no clock applies there, but a
+/// component that hangs must be reported.
+const LOCKSTEP_LIMIT: Duration = Duration::from_secs(1);
 
-/// Slots of the signals by axis, and of those that the recording adds.
+/// Slots of the signals by axis, and of the further signals of the recording.
 pub struct Signals {
     pub r: [usize; AXES],
     pub e: [usize; AXES],
@@ -19,14 +19,14 @@ pub struct Signals {
 }
 
 impl Signals {
-    /// Err names the key of the configuration whose signal is not there.
+    /// Err names the key of the configuration whose signal does not exist.
     pub fn find(config: &Config, controller: &Controller) -> Result<Signals, String> {
         let s = &config.system;
         let by_axis = |key: &str, name: &str| {
             let mut slots = [0; AXES];
-            for (axis, slot) in slots.iter_mut().enumerate() {
+            for (axis, entry) in slots.iter_mut().enumerate() {
                 let signal = format!("{name}[{}]", axis + 1);
-                *slot = found(controller, key, &signal)?;
+                *entry = slot(controller, key, &signal)?;
             }
             Ok::<_, String>(slots)
         };
@@ -38,21 +38,22 @@ impl Signals {
                 .recorder
                 .signals
                 .iter()
-                .map(|name| found(controller, "recorder.signals", name))
+                .map(|name| slot(controller, "recorder.signals", name))
                 .collect::<Result<_, _>>()?,
         })
     }
 }
 
-fn found(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {
+fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {
     controller.slot(signal).ok_or_else(|| {
         let names = controller.signals();
         let near: Vec<_> = names.iter().filter(|n| n.ends_with("[1]")).take(8).collect();
-        format!("{key}: the system has no signal {signal:?}; it has for instance {near:?}")
+        format!("{key}: the system has no signal {signal:?}; some of its signals: {near:?}")
     })
 }
 
-/// The controller of a system, with the steps of the real drives in every component that asks.
+/// The controller of a system, with the quantisation steps of the drives set in every component
+/// that has these parameters.
 pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controller, String> {
     let steps =
         [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
@@ -67,13 +68,13 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
     let priority = config.real_time.priority;
     let options = Options {
         own_thread: config.system.own_thread.clone(),
-        wait: if lockstep { LOCKSTEP_PATIENCE } else { Duration::ZERO },
+        wait: if lockstep { LOCKSTEP_LIMIT } else { Duration::ZERO },
         late: match config.system.late {
             config::Late::Hold => Late::Hold,
             config::Late::Trip => Late::Trip,
         },
         step_limit: if lockstep {
-            Some(LOCKSTEP_PATIENCE)
+            Some(LOCKSTEP_LIMIT)
         } else {
             config.system.step_limit_us.map(|us| Duration::from_micros(us.into()))
         },
@@ -81,7 +82,7 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
         fault_trips: false,
         on_thread: (priority > 1).then(|| {
             let below: flexhex_system::ThreadHook = std::sync::Arc::new(move |_: &str| {
-                // without the right it runs as any thread: the cycle's own note tells
+                // without the right the thread has normal priority; the note of the control loop says so
                 let _ = crate::realtime::set_fifo((priority - 20).max(1));
             });
             below
@@ -90,7 +91,7 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
     Controller::open(system, &config.system.host, options).map_err(|why| why.to_string())
 }
 
-/// What a failure of the controller is among the reasons, with its value.
+/// Reason and value of a failure of the controller.
 pub fn reason(failure: &Failure) -> (Reason, f64) {
     match failure.what {
         What::Error => (Reason::FmuError, 0.0),

@@ -1,4 +1,4 @@
-//! When cycles begin, and how long their parts took.
+//! Start times of the cycles and distributions of durations.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use crate::realtime::{now_ns, sleep_until};
 const BIN_NS: u64 = 100;
 const BINS: usize = 200_000; // up to 20 ms
 
-/// Counts of durations, laid out before the run.
+/// Histogram of durations, allocated before the run.
 pub struct Histogram {
     bins: Vec<u32>,
     pub count: u64,
@@ -25,13 +25,13 @@ impl Histogram {
         self.most_ns = self.most_ns.max(ns);
     }
 
-    /// The duration [us] that this share of all stayed below.
+    /// Quantile of the durations [us].
     pub fn quantile_us(&self, share: f64) -> f64 {
-        let wanted = (share * self.count as f64).ceil() as u64;
+        let rank = (share * self.count as f64).ceil() as u64;
         let mut seen = 0;
         for (k, n) in self.bins.iter().enumerate() {
             seen += u64::from(*n);
-            if seen >= wanted.max(1) {
+            if seen >= rank.max(1) {
                 let ns = (k as u64 + 1) * BIN_NS;
                 return ns.min(self.most_ns) as f64 / 1e3;
             }
@@ -44,15 +44,15 @@ impl Histogram {
     }
 }
 
-/// The beginning of every cycle: the absolute clock, or at once in lockstep.
+/// Start of every cycle: by the absolute clock, or at once in lockstep.
 pub struct Clock {
     cycle_ns: u64,
     spin: Duration,
     lockstep: bool,
     next_ns: u64,
-    /// The phase in the drives' cycle was seen before.
+    /// The phase in the cycle of the drives is known.
     steered: bool,
-    /// Cycles that were left out because the one before took too long.
+    /// Cycles skipped because the one before took too long.
     pub skipped: u64,
 }
 
@@ -68,7 +68,7 @@ impl Clock {
         }
     }
 
-    /// Wait for the next cycle; gives its beginning and how late it is [ns].
+    /// Wait for the next cycle; returns its start and its delay [ns].
     pub fn wait(&mut self) -> (u64, u64) {
         if self.lockstep {
             return (now_ns(), 0);
@@ -78,22 +78,22 @@ impl Clock {
         sleep_until(self.next_ns, self.spin);
         let now = now_ns();
         let late = now.saturating_sub(self.next_ns);
-        // missed beginnings are left out: a burst of frames would only make it worse
+        // missed cycles are skipped: a burst of frames would delay the next ones too
         let missed = self.missed(late);
         self.skipped += missed;
         self.next_ns += missed * self.cycle_ns;
         (now, late)
     }
 
-    /// Beginnings that are missed when one is so late. A frame in the last quarter would come behind
-    /// the SYNC0 of the next cycle and read its angles: it is that cycle's.
+    /// Cycles missed at this delay. A frame in the last quarter would arrive after the SYNC0 of the next
+    /// cycle and read its angles, so it belongs to that cycle.
     fn missed(&self, late: u64) -> u64 {
         let behind = if self.steered { self.cycle_ns / 4 } else { 0 };
         (late + behind) / self.cycle_ns
     }
 
-    /// Pull the frame to a quarter of the drives' cycle, as it may come late but never early: at once
-    /// when its phase is seen first, before there is power, by at most a thousandth from then on.
+    /// Shift the frame to a quarter of the drives' cycle, as it may be late but never early: at once at
+    /// the first phase, before power, and by at most a thousandth of a cycle from then on.
     pub fn steer(&mut self, phase_ns: u64) {
         let cycle = self.cycle_ns as i64;
         let off = (phase_ns as i64 + cycle / 4).rem_euclid(cycle) - cycle / 2;

@@ -1,4 +1,4 @@
-//! The columns of a recording: names and units as measured logs have them.
+//! Columns of a recording: names and units as in measured logs.
 
 use crate::config::AXES;
 
@@ -33,14 +33,14 @@ const OF_CYCLE: [(&str, &str); 9] = [
     ("dc_phase", "us"),
 ];
 
-/// Time [s] of cycle n after `missed` beginnings that the clock left out since cycle 0: the samples
-/// between are missing in a recording, not moved together.
+/// Time [s] of cycle n after `missed` cycles that the clock skipped since cycle 0: a recording has
+/// a gap there.
 pub fn time_of(n: i64, missed: u64, base_step: f64) -> f64 {
     (n + missed as i64) as f64 * base_step
 }
 
 impl Columns {
-    /// What every recording has, then more signals of the system description with their units.
+    /// The columns of every recording, then further signals of the system with their units.
     pub fn with(more: &[(String, String)]) -> Columns {
         let mut columns = Columns::default();
         columns.add("time", "s");

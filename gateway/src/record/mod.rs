@@ -1,7 +1,7 @@
-//! Every cycle on disk without holding the cycle up.
+//! Recording of every cycle without delaying it.
 //!
-//! The cycle pushes a row of numbers into a ring that was laid out before; a thread takes rows out,
-//! keeps the newest for the moment before a trip, and writes them as CSV when asked to.
+//! The control loop pushes a row of numbers into a preallocated ring; a thread takes the rows out,
+//! keeps the newest for a trip file, and writes all of them as CSV with --record.
 
 mod columns;
 mod ring;

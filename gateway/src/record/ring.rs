@@ -12,10 +12,10 @@ struct Shared {
     overflowed: AtomicU64,
 }
 
-/// End of the cycle.
+/// The end of the control loop.
 pub struct Sink(Arc<Shared>);
 
-/// End of the writer.
+/// The end of the writer.
 pub struct Source(Arc<Shared>);
 
 /// A ring of `rows` rows of `width` numbers.
@@ -32,7 +32,7 @@ pub fn ring(rows: usize, width: usize) -> (Sink, Source) {
 }
 
 impl Sink {
-    /// Add a row; a full ring drops it and counts.
+    /// Add a row; a full ring drops and counts it.
     pub fn push(&mut self, row: &[f64]) {
         let s = &*self.0;
         debug_assert_eq!(row.len(), s.width);
@@ -48,7 +48,7 @@ impl Sink {
         s.written.store(written + 1, Ordering::Release);
     }
 
-    /// Whether another row fits in, or nobody takes any more.
+    /// Another row fits in, or the writer has ended.
     pub fn has_room(&self) -> bool {
         let s = &*self.0;
         if Arc::strong_count(&self.0) == 1 {

@@ -14,28 +14,28 @@ const PHASE: &str = "phase";
 const RUNNING: f64 = 1.0;
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// What is written where.
+/// Content and paths of the files.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub columns: Columns,
     /// `key: value` lines at the head of each file.
     pub meta: Vec<(String, String)>,
-    /// Every cycle of the controller goes here; None records nothing but what a trip keeps.
+    /// File of every cycle of the controller; None: only the trip file.
     pub recording: Option<PathBuf>,
-    /// The rows before a trip go here, and those of the reaction to it.
+    /// Trip file: the rows before a trip and those of the reaction.
     pub before_trip: PathBuf,
-    /// How many of them there are before the trip, and at most from it on.
+    /// Rows before the trip, and largest number of rows of the reaction.
     pub keep: usize,
     pub reaction: usize,
 }
 
-/// The last word to the writer: why the run ended, when it was a trip.
+/// Handle of the writer thread; the channel carries the text of the trip, if any.
 pub struct Writer {
     end: Sender<Option<String>>,
     thread: JoinHandle<Result<Written, String>>,
 }
 
-/// What a run left on disk.
+/// The files that were written.
 #[derive(Clone, Debug, Default)]
 pub struct Written {
     pub rows: u64,
@@ -44,7 +44,7 @@ pub struct Written {
 }
 
 impl Writer {
-    /// Open the files and start the thread; Err when a file cannot be made.
+    /// Open the files and start the thread; Err if a file cannot be created.
     pub fn start(plan: Plan, source: Source) -> Result<Writer, String> {
         let file = match &plan.recording {
             Some(path) => Some(create(path, &plan, None)?),
@@ -69,11 +69,13 @@ impl Writer {
         Ok(Writer { end, thread })
     }
 
-    /// Write what is left; with a trip also the rows before it.
+    /// Write the remaining rows; after a trip also the trip file.
     pub fn finish(self, trip: Option<String>) -> Result<Written, String> {
-        // the thread is gone only after a failed write, which joining tells
+        // the thread has ended only after a failed write, which `join` returns
         let _ = self.end.send(trip);
-        self.thread.join().unwrap_or_else(|_| Err("the recorder ended by itself".to_owned()))
+        self.thread
+            .join()
+            .unwrap_or_else(|_| Err("the recorder thread ended unexpectedly".to_owned()))
     }
 }
 
@@ -112,7 +114,7 @@ impl Sheet {
             let at = self.place(self.rows);
             self.kept[at..at + width].copy_from_slice(&self.row);
             self.rows += 1;
-            // a reaction is no motion that a model is asked about
+            // the reaction belongs into the trip file only: no model describes it
             if self.row[self.phase] > RUNNING {
                 continue;
             }
@@ -124,7 +126,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Where row n stands in the ring.
+    /// Offset of row n in `kept`.
     fn place(&self, n: u64) -> usize {
         n as usize % (self.plan.keep + self.plan.reaction) * self.row.len()
     }
@@ -146,9 +148,9 @@ impl Sheet {
     fn keep(&self, trip: &str) -> Result<PathBuf, String> {
         let path = self.plan.before_trip.clone();
         let mut file = create(&path, &self.plan, Some(trip))?;
-        let wanted = self.before.saturating_sub(self.plan.keep as u64);
+        let first = self.before.saturating_sub(self.plan.keep as u64);
         let oldest = self.rows.saturating_sub((self.plan.keep + self.plan.reaction) as u64);
-        for n in wanted.max(oldest)..self.rows {
+        for n in first.max(oldest)..self.rows {
             let at = self.place(n);
             line(&mut file, &self.kept[at..at + self.row.len()])
                 .map_err(|why| failed(&path, &why))?;
@@ -175,7 +177,7 @@ fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File
     Ok(file)
 }
 
-/// The shortest digits that read back as the same number.
+/// A row with the shortest digits that read back as the same numbers.
 fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
     for (k, value) in row.iter().enumerate() {
         let comma = if k == 0 { "" } else { "," };
@@ -190,10 +192,12 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
 
 fn failed(path: &Path, why: &std::io::Error) -> String {
     let mend = match why.kind() {
-        ErrorKind::StorageFull => "make room, or record elsewhere",
-        ErrorKind::IsADirectory => "name a file in it",
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "record elsewhere",
-        _ => "is the path right, may it be written?",
+        ErrorKind::StorageFull => "free some space or record to another disk",
+        ErrorKind::IsADirectory => "this is a folder: name a file in it",
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "record to a folder that may be written"
+        }
+        _ => "check the path and its permissions",
     };
     format!("{}: {why}: {mend}", path.display())
 }

@@ -2,21 +2,21 @@
 
 use serde_json::{json, Value};
 
-use super::Teller;
+use super::terminal::Reporter;
 use crate::cycle::{Histogram, Outcome};
 use crate::record::Written;
 
-pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
+pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
-        figures(teller, out);
+        figures(reporter, out);
     }
-    for (what, path) in [("recorded", &written.recording), ("kept", &written.before_trip)] {
+    for (label, path) in [("recording", &written.recording), ("trip file", &written.before_trip)] {
         if let Some(path) = path {
-            teller.line(what, &format!("{}", path.display()));
+            reporter.line(label, &format!("{}", path.display()));
         }
     }
     let c = out.counts;
-    teller.event(
+    reporter.event(
         "summary",
         json!({"cycles": out.cycles, "skipped": out.skipped, "lost": out.lost,
             "short": out.short, "late_threads": out.late_threads,
@@ -33,35 +33,37 @@ pub fn tell(teller: &Teller, out: &Outcome, written: &Written) {
     );
 }
 
-fn figures(teller: &Teller, out: &Outcome) {
-    teller.line("cycles", &format!("{}  ({} left out)", out.cycles, out.skipped));
-    teller.line("", "                            p50       p99       max");
-    for (what, h) in [
-        ("wake-up", &out.timing.wake_up),
+fn figures(reporter: &Reporter, out: &Outcome) {
+    reporter.line("cycles", &format!("{}  ({} skipped)", out.cycles, out.skipped));
+    reporter.line("", "                            p50       p99       max");
+    for (name, h) in [
+        ("wake-up delay", &out.timing.wake_up),
         ("round trip", &out.timing.round_trip),
-        ("compute", &out.timing.compute),
-        ("all after the reply", &out.timing.after_reply),
+        ("FMU computation", &out.timing.compute),
+        ("work after reply", &out.timing.after_reply),
     ] {
-        let (half, most) = (h.quantile_us(0.5), h.quantile_us(0.99));
-        let top = h.most_us();
-        teller.line("", &format!("{what:<19}{half:>8.1}  {most:>8.1}  {top:>8.1} us"));
+        let (p50, p99, max) = (h.quantile_us(0.5), h.quantile_us(0.99), h.most_us());
+        reporter.line("", &format!("{name:<19}{p50:>8.1}  {p99:>8.1}  {max:>8.1} us"));
     }
     let c = out.counts;
-    teller.line(
+    reporter.line(
         "frames",
         &format!(
-            "{} lost, {} with a short working counter, {} duplicated, {} late, {} bad",
+            "{} without a reply, {} with a short working counter, {} duplicated, {} late, {} \
+             invalid",
             out.lost, out.short, c.duplicated, c.late, c.bad
         ),
     );
     if out.late_threads > 0 {
-        teller.line("threads", &format!("{} results came late", out.late_threads));
+        let text = format!("{} results of components in their own thread late", out.late_threads);
+        reporter.line("threads", &text);
     }
     if out.overflowed > 0 {
-        teller.line("recorder", &format!("{} rows did not fit in", out.overflowed));
+        let text = format!("{} rows dropped: the disk is too slow", out.overflowed);
+        reporter.line("recorder", &text);
     }
-    let most = out.most_error.iter().fold(0.0, |a: f64, b| a.max(*b));
-    teller.line("error", &format!("at most {:.2} urad", most * 1e6));
+    let error = out.most_error.iter().fold(0.0, |a: f64, b| a.max(*b));
+    reporter.line("error", &format!("largest following error {:.2} urad", error * 1e6));
 }
 
 fn quantiles(h: &Histogram) -> Value {

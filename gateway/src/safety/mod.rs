@@ -1,33 +1,32 @@
-//! The one place that decides whether the machine may go on.
+//! The trip rules: the one place that decides whether the run may go on.
 //!
-//! `Safety::judge` sees everything that a cycle measured, before the next frame is made, and gives
-//! the first rule that is broken with its values. It knows nothing of sockets, clocks or FMUs.
+//! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
+//! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
 mod reaction;
-mod reason;
 #[cfg(test)]
 mod tests;
 
+use crate::bus::al;
+use crate::bus::cia402::{self, State};
 use crate::config::{Config, AXES};
+use crate::rules::{Reason, Trip};
 pub use reaction::Reaction;
-pub use reason::{Kind, Reactions, Reason, Trip};
 
-const OP: u8 = 8;
-const AL_MASK: u8 = 0x0f;
-const FAULT_BIT: u16 = 0x0008;
-const LONGEST: usize = 64; // cycles of the mean speed
+/// Longest window of the mean speed [cycles].
+const LONGEST: usize = 64;
 
-/// What one cycle saw. Arrays are by axis.
+/// Measurements of one cycle. Arrays are by axis.
 pub struct Measured<'a> {
     pub cycle: i64,
-    /// Cycles that the clock left out before this one.
+    /// Cycles that the clock skipped before this one.
     pub skipped: u64,
-    /// Whether a reply came in time.
+    /// A reply came in time.
     pub answered: bool,
     pub working_counter: u16,
     pub theta: &'a [f64; AXES],
     pub tau_meas: &'a [f64; AXES],
-    /// Torque that would be sent next.
+    /// Torque of the next frame [N m].
     pub tau: &'a [f64],
     pub r: &'a [f64; AXES],
     pub e: &'a [f64; AXES],
@@ -35,17 +34,17 @@ pub struct Measured<'a> {
     pub error_code: &'a [u16; AXES],
     /// AL status, 0 where a device did not answer.
     pub al_state: &'a [u8; AXES],
-    /// How the controller ended, if it did.
+    /// Failure of the controller, with its value.
     pub controller: Option<(Reason, f64)>,
     pub overrun_us: f64,
 }
 
-/// What decides: limits, and what the rules remember from cycle to cycle.
+/// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
     rules: Rules,
     lost: u32,
     short: u32,
-    /// Cycles since the newest complete reply.
+    /// Cycles since the last complete reply.
     age: u32,
     last: Option<[f64; AXES]>,
     past: [[f64; AXES]; LONGEST],
@@ -58,7 +57,7 @@ struct Rules {
     config: Config,
     expected: u16,
     base_step: f64,
-    /// Drives are energised: what the motion must keep to is judged.
+    /// The drives are enabled: following error, frozen encoders and drive states are judged.
     powered: bool,
 }
 
@@ -78,15 +77,15 @@ impl Safety {
         }
     }
 
-    /// Seconds of one cycle.
+    /// Cycle time [s].
     pub fn base_step(&self) -> f64 {
         self.rules.base_step
     }
 
-    /// The first broken rule of this cycle, in the order from cause to consequence.
+    /// The first violated rule of this cycle, in the order from cause to consequence.
     pub fn judge(&mut self, m: &Measured) -> Option<Trip> {
         if m.skipped > 0 {
-            // time went on without cycles: more motion may be seen, and no mean speed for a while
+            // time passed without cycles: a larger change of angle is allowed and the mean speed restarts
             self.age += m.skipped as u32;
             self.seen = 0;
         }
@@ -99,7 +98,7 @@ impl Safety {
         found
     }
 
-    /// Cycles without a complete answer, one after the other.
+    /// Consecutive cycles without a complete reply.
     fn wire(&mut self, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
         self.lost = if m.answered { 0 } else { self.lost + 1 };
@@ -119,28 +118,30 @@ impl Safety {
         None
     }
 
-    /// What the drives say of themselves.
+    /// States and faults that the drives report.
     fn drives(&self, m: &Measured) -> Option<Trip> {
         for k in 0..AXES {
             let (status, al) = (m.statusword[k], m.al_state[k]);
-            let trip = |reason, value: u16, wanted: u16| {
-                Some(Trip::of(reason, Some(k), value.into(), wanted.into(), m.cycle))
+            let trip = |reason, value: u16, expected: u16| {
+                Some(Trip::of(reason, Some(k), value.into(), expected.into(), m.cycle))
             };
-            // an absent device answers nothing: that is the working counter's business
-            if al != 0 && al & AL_MASK != OP {
-                return trip(Reason::AlState, al.into(), OP.into());
+            // an absent device shows AL status 0: the working counter rule covers it
+            if al != 0 && al & al::STATE != al::OP {
+                return trip(Reason::AlState, al.into(), al::OP.into());
             }
-            if al != 0 && status & FAULT_BIT != 0 {
+            if al != 0 && status & cia402::FAULT_BIT != 0 {
                 return trip(Reason::DriveFault, m.error_code[k], 0);
             }
-            if al != 0 && self.rules.powered && status & 0x6f != 0x27 {
-                return trip(Reason::DriveState, status & 0x6f, 0x27);
+            let enabled = cia402::state(status) == State::OperationEnabled;
+            if al != 0 && self.rules.powered && !enabled {
+                let shown = status & cia402::STATE_BITS;
+                return trip(Reason::DriveState, shown, cia402::OPERATION_ENABLED);
             }
         }
         None
     }
 
-    /// What the axes do. A reply that is missing or incomplete says nothing new of them.
+    /// Torque, angle and speed of the axes. Missing or incomplete replies are not judged as motion.
     fn motion(&self, m: &Measured) -> Option<Trip> {
         for k in 0..AXES {
             let l = self.rules.config.limits(k);
@@ -178,7 +179,7 @@ impl Safety {
         beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
     }
 
-    /// The same counts for many cycles while the reference moved.
+    /// Constant encoder counts over many cycles while the reference moved.
     fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
         let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
@@ -192,8 +193,8 @@ impl Safety {
             .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
-    /// Mean speed over the last cycles [rad/s], over more where the angle of then was not read; None
-    /// before there are so many.
+    /// Mean speed over the last cycles [rad/s], over more cycles where the older angle was not
+    /// measured; None before there are enough cycles.
     fn speed(&self, k: usize, m: &Measured) -> Option<f64> {
         let n = self.rules.config.safety.speed_cycles as usize;
         let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];

@@ -1,7 +1,7 @@
-//! The clock that ethercrab's time-outs read, and when the next of them wants to be looked at.
+//! The clock of ethercrab's time-outs, and the time of the next one.
 //!
-//! The thread that drives the bus polls its future again whenever it wakes, so wakers are not kept:
-//! the earliest instant is enough.
+//! The thread of the bus polls its future whenever it wakes, so no wakers are kept: the earliest
+//! time-out is enough.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::Waker;
@@ -29,7 +29,7 @@ embassy_time_driver::time_driver_impl!(static DRIVER: Monotonic = Monotonic {
     next_ns: AtomicU64::new(u64::MAX),
 });
 
-/// When to look again at the latest: the earliest time-out asked for since the last call.
+/// Latest time of the next poll: the earliest time-out requested since the last call.
 pub fn next_wake(now: u64) -> u64 {
     DRIVER.next_ns.swap(u64::MAX, Ordering::Relaxed).max(now)
 }

@@ -1,12 +1,12 @@
-//! The cable: one raw socket, the frames in flight, and a loop that drives one future to its end.
+//! Frames on the cable: one raw socket, the frames in flight, and a loop that polls one future.
 //!
-//! Everything happens in the calling thread: poll the future, send what it queued, hand it what
-//! arrived, sleep until something does. No thread hop, no allocation, and a frame that nobody waits
-//! for is counted and dropped.
+//! All of it runs in the calling thread: poll the future, send the frames that it queued, pass on
+//! the replies, sleep until the next one. It changes no thread and allocates nothing. Replies to no
+//! frame in flight are counted and dropped.
 //!
-//! A frame's own index is one byte and comes again after some 32 cycles. So each frame carries its
-//! number in the last four bytes of its source address too, which no device changes: a reply that is
-//! older than the frame in flight is never taken for its answer.
+//! The index of a frame is one byte and repeats after some 32 cycles. So the last four bytes of the
+//! source address, which no device changes, carry the number of the frame: a reply to an older frame
+//! is never taken for the reply to the newest.
 
 mod clock;
 mod socket;
@@ -23,21 +23,21 @@ pub use socket::{Link, Socket};
 
 const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1
 const LARGEST: usize = 1600;
-/// The number's place; the first device sets a bit of byte 6, the rest stays.
+/// Bytes of the number; the first device sets a bit of byte 6 and changes nothing else.
 const NUMBER: std::ops::Range<usize> = 8..12;
-/// What ethercrab's own source address has there.
+/// The same bytes in the source address of ethercrab.
 const OURS: [u8; 4] = [0x10; 4];
 
-/// What was seen on the cable.
+/// Frame counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     pub sent: u64,
     pub answered: u64,
-    /// Came again after its first copy.
+    /// Second copies of a reply.
     pub duplicated: u64,
-    /// Came after its cycle had given up.
+    /// Replies after the time-out of their cycle.
     pub late: u64,
-    /// Not an answer to anything that was sent.
+    /// Frames that reply to none of ours.
     pub bad: u64,
 }
 
@@ -49,7 +49,7 @@ enum Slot {
     GivenUp,
 }
 
-/// One end of the cable, with `Socket` as the real one.
+/// The frames of one link; `Socket` is the real link.
 pub struct Wire<L: Link> {
     link: L,
     tx: PduTx<'static>,
@@ -76,7 +76,7 @@ impl<L: Link> Wire<L> {
         }
     }
 
-    /// The future's result, or None when `deadline_ns` passes first (it is dropped then).
+    /// The result of the future, or None if `deadline_ns` passes first; the future is then dropped.
     pub fn drive<F: Future>(&mut self, future: F, deadline_ns: u64) -> Option<F::Output> {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
@@ -104,7 +104,7 @@ impl<L: Link> Wire<L> {
             let number = self.next_number;
             self.next_number = number.wrapping_add(1);
             let (slots, numbers) = (&mut self.slots, &mut self.numbers);
-            // a frame that the kernel did not take is a lost frame: its cycle counts it
+            // a frame that the kernel refuses counts as lost in its cycle
             let _ = frame.send_blocking(|bytes| {
                 let copy = &mut copy[..bytes.len()];
                 copy.copy_from_slice(bytes);
@@ -158,7 +158,7 @@ impl<L: Link> Wire<L> {
         }
     }
 
-    /// Hand the reply over with the address that ethercrab knows.
+    /// Pass the reply on with the source address that ethercrab expects.
     fn answer(
         &mut self,
         length: usize,

@@ -7,9 +7,9 @@ use std::os::unix::net::{SocketAddr, UnixListener};
 
 const ETHERTYPE: u16 = 0x88A4;
 
-/// Something that carries frames.
+/// A link that carries frames.
 pub trait Link {
-    /// Whether the frame left.
+    /// Send a frame; true if it was sent.
     fn send(&mut self, frame: &[u8]) -> bool;
     /// Length of the next frame that has arrived, if there is one.
     fn receive(&mut self, buffer: &mut [u8]) -> Option<usize>;
@@ -20,45 +20,45 @@ pub trait Link {
 /// AF_PACKET, not blocking.
 pub struct Socket {
     handle: libc::c_int,
-    /// Held so that no second gateway takes this port.
-    _mine: UnixListener,
+    /// Kept so that no second gateway opens this interface.
+    _claim: UnixListener,
 }
 
 impl Socket {
-    /// Whether a device stands behind the interface: a veth pair has none.
+    /// The interface belongs to a hardware device; a veth pair does not.
     pub fn is_hardware(interface: &str) -> bool {
         std::path::Path::new("/sys/class/net").join(interface).join("device").exists()
     }
 
-    /// Errors say which interface and what to do.
+    /// Errors name the interface and the remedy.
     pub fn open(interface: &str) -> Result<Socket, String> {
         let name = CString::new(interface)
-            .map_err(|_| format!("bus.interface = {interface:?}: not a name"))?;
+            .map_err(|_| format!("bus.interface = {interface:?}: not a valid name"))?;
         // SAFETY: the name is a C string that outlives the call.
         let index = unsafe { libc::if_nametoindex(name.as_ptr()) };
         if index == 0 {
             return Err(format!(
-                "bus.interface = {interface:?}: there is no such network interface: `ip link` lists them"
+                "bus.interface = {interface:?}: no such network interface: `ip link` lists them"
             ));
         }
         if !is_up(interface) {
             return Err(format!(
-                "bus.interface = {interface:?}: is down: `ip link set {interface} up`"
+                "bus.interface = {interface:?}: the interface is down: `ip link set {interface} up`"
             ));
         }
-        let mine = claimed(interface)?;
+        let claim = claim(interface)?;
         let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
-        // SAFETY: creates a descriptor, touches no memory of ours.
+        // SAFETY: creates a descriptor, accesses no memory of this process.
         let handle =
             unsafe { libc::socket(libc::AF_PACKET, kind, libc::c_int::from(ETHERTYPE.to_be())) };
         if handle < 0 {
             return Err(format!(
-                "bus.interface = {interface:?}: no raw socket ({}): run as root or give the program \
+                "bus.interface = {interface:?}: no raw socket ({}): run as root or grant \
                  CAP_NET_RAW (`setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep`)",
                 Error::last_os_error()
             ));
         }
-        let socket = Socket { handle, _mine: mine };
+        let socket = Socket { handle, _claim: claim };
         // SAFETY: an all-zero sockaddr_ll is valid; the fields that matter are set below.
         let mut address: libc::sockaddr_ll = unsafe { std::mem::zeroed() };
         address.sll_family = libc::AF_PACKET as u16;
@@ -69,13 +69,15 @@ impl Socket {
         let bound = unsafe { libc::bind(handle, std::ptr::from_ref(&address).cast(), size) };
         if bound != 0 {
             let why = Error::last_os_error();
-            return Err(format!("bus.interface = {interface:?}: {why}: is the interface up?"));
+            return Err(format!(
+                "bus.interface = {interface:?}: {why}: check that the interface is up"
+            ));
         }
         Ok(socket)
     }
 }
 
-/// Whether the interface was switched on; where that cannot be seen, it is taken for it.
+/// The interface is up; also true where its state cannot be read.
 fn is_up(interface: &str) -> bool {
     let file = std::path::Path::new("/sys/class/net").join(interface).join("flags");
     let flags = std::fs::read_to_string(file).unwrap_or_default();
@@ -83,13 +85,13 @@ fn is_up(interface: &str) -> bool {
     flags.map_or(true, |flags| flags & libc::IFF_UP as u32 != 0)
 }
 
-/// A name that belongs to one process of this network namespace at a time; it leaves no file.
-fn claimed(interface: &str) -> Result<UnixListener, String> {
+/// Claims the interface for this process with an abstract socket name, which leaves no file.
+fn claim(interface: &str) -> Result<UnixListener, String> {
     let name = SocketAddr::from_abstract_name(format!("flexhex-gateway {interface}"));
-    let mine = name.and_then(|name| UnixListener::bind_addr(&name));
-    mine.map_err(|why| match why.kind() {
+    let claim = name.and_then(|name| UnixListener::bind_addr(&name));
+    claim.map_err(|why| match why.kind() {
         ErrorKind::AddrInUse => format!(
-            "bus.interface = {interface:?}: another flexhex-gateway uses this port: end it first"
+            "bus.interface = {interface:?}: another flexhex-gateway uses this interface: stop it first"
         ),
         _ => format!("bus.interface = {interface:?}: {why}"),
     })
@@ -116,12 +118,12 @@ impl Link for Socket {
     }
 
     fn wait(&mut self, timeout_ns: u64) {
-        let mut wanted = libc::pollfd { fd: self.handle, events: libc::POLLIN, revents: 0 };
+        let mut poll = libc::pollfd { fd: self.handle, events: libc::POLLIN, revents: 0 };
         let timeout = libc::timespec {
             tv_sec: (timeout_ns / 1_000_000_000) as libc::time_t,
             tv_nsec: (timeout_ns % 1_000_000_000) as libc::c_long,
         };
         // SAFETY: one pollfd, and a timespec that outlives the call; no signal mask.
-        unsafe { libc::ppoll(&mut wanted, 1, &timeout, std::ptr::null()) };
+        unsafe { libc::ppoll(&mut poll, 1, &timeout, std::ptr::null()) };
     }
 }

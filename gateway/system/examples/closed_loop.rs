@@ -59,7 +59,8 @@ fn arguments() -> Result<Arguments, String> {
             "--pace" => found.pace = true,
             "--set" => {
                 let text = value()?;
-                let (name, text) = text.split_once('=').ok_or("--set wants name=value")?;
+                let (name, text) =
+                    text.split_once('=').ok_or("--set: write it as component.parameter=value")?;
                 let pair = (name.to_owned(), number(text)?);
                 found.options.parameters.push(pair);
             }

@@ -1,10 +1,10 @@
-//! A component: an FMU, what its parameters are and how often it steps.
+//! A component: an FMU with its parameters and its period.
 
 use std::sync::Arc;
 
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu, Variable};
-use crate::ssd::Values;
+use crate::structure::Values;
 
 /// One component of the system.
 #[derive(Clone)]
@@ -38,7 +38,7 @@ impl Component {
         &self.name
     }
 
-    /// Base steps between two steps of it.
+    /// Base steps between two of its steps.
     pub fn period(&self) -> i64 {
         self.period
     }
@@ -69,7 +69,7 @@ impl Component {
         &self.fmu
     }
 
-    /// What is set before initialisation.
+    /// Values that are set before initialisation.
     pub(crate) fn values(&self) -> &Values {
         &self.values
     }

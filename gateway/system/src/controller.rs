@@ -1,4 +1,4 @@
-//! Every component but the one that stands for the machine.
+//! All components except the host, the component of the machine that the drives replace.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,35 +15,35 @@ use crate::trip::Trip;
 use crate::wiring::find;
 use crate::worker::{Outcome, ThreadHook, Worker};
 
-/// What happens when a thread of its own has not finished at its tick.
+/// Reaction to a component in its own thread that has not finished at its tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Late {
     /// `cycle` returns a `Trip`.
     #[default]
     Trip,
-    /// Its outputs stay as they are; the tick is left out and counted (`Controller::late`).
+    /// Its outputs are kept; the tick is skipped and counted (`Controller::late`).
     Hold,
 }
 
-/// How a controller is run.
+/// Options of a controller.
 #[derive(Clone, Default)]
 pub struct Options {
     /// Components with a thread of their own, such as the estimator `K`.
     pub own_thread: Vec<String>,
-    /// How long a late one is waited for: zero on a wall clock, seconds in lockstep.
+    /// Longest wait for a late one: zero by the clock, seconds in lockstep.
     pub wait: Duration,
     pub late: Late,
     /// A component that takes longer for one step trips (`What::Overrun`); None: not measured.
     pub step_limit: Option<Duration>,
-    /// Over what the `.ssp` says: ("feedback.tau_step", 0.003). Those of the host are checked and
-    /// have no effect here, so that one list serves both sides.
+    /// Values that replace those of the `.ssp`: ("feedback.tau_step", 0.003). Those of the host are
+    /// checked but have no effect, so that one list serves controller and plant.
     pub parameters: Vec<(String, f64)>,
     /// A `fault` output that is nonzero trips (`What::Fault`).
     pub fault_trips: bool,
     pub on_thread: Option<ThreadHook>,
 }
 
-/// Every component but the host. May be opened in one thread and cycled in another.
+/// All components except the host. May be opened in one thread and cycled in another.
 pub struct Controller {
     inline: Inline,
     workers: Vec<Threaded>,
@@ -59,21 +59,21 @@ pub struct Controller {
     _folder: Arc<TempDir>,
 }
 
-/// A worker; left_out: it was late at the present tick, which it is not fed at.
+/// A worker; `skips_tick`: it was late at the present tick and gets no inputs.
 struct Threaded {
     worker: Worker,
-    left_out: bool,
+    skips_tick: bool,
 }
 
 impl Controller {
-    /// host: the component that stands for the machine; the drives take its place.
+    /// `host`: the component of the machine; the drives replace it.
     pub fn open(system: &System, host: &str, options: Options) -> Result<Controller, Error> {
         let system = system.with(&options.parameters)?;
         let machine = find(system.components(), host)?;
         for name in &options.own_thread {
             let found = find(system.components(), name)?;
             if found.name() == host {
-                let text = format!("{name}: is the machine's place, it has no thread");
+                let text = format!("{name}: is the component of the machine, which the drives replace: it has no thread");
                 return Err(Error::new(text));
             }
         }
@@ -89,8 +89,8 @@ impl Controller {
         for component in own {
             let unit = layout.unit(&system, component)?;
             let worker = Worker::open(unit, system.base_step(), options.on_thread.clone())?;
-            let left_out = false;
-            workers.push(Threaded { worker, left_out });
+            let skips_tick = false;
+            workers.push(Threaded { worker, skips_tick });
         }
         let faults = members.iter().filter_map(|m| {
             let slot = layout.find(m.name(), "fault")?;
@@ -144,7 +144,7 @@ impl Controller {
             }
         }
         for threaded in &self.workers {
-            if self.now % threaded.worker.period == 0 && !threaded.left_out {
+            if self.now % threaded.worker.period == 0 && !threaded.skips_tick {
                 threaded.worker.start(bus);
             }
         }
@@ -153,7 +153,7 @@ impl Controller {
         self.publish()
     }
 
-    /// What belongs to `now` comes on the bus.
+    /// Publishes the outputs of `now` on the bus.
     fn publish(&mut self) -> Result<(), Trip> {
         let now = self.now;
         self.inline.publish(now, &self.layout)?;
@@ -164,14 +164,14 @@ impl Controller {
             }
             match worker.finished(self.options.wait) {
                 Outcome::Done => {
-                    threaded.left_out = false;
+                    threaded.skips_tick = false;
                     worker.take(self.inline.bus_mut());
                     let bus = self.inline.bus();
                     check_finite(&worker.name, now, worker.slots.clone(), bus, &self.layout)?;
                 }
                 Outcome::Failed(message) => return Err(Trip::refused(&worker.name, now, message)),
                 Outcome::Late if self.options.late == Late::Hold => {
-                    threaded.left_out = true;
+                    threaded.skips_tick = true;
                     self.late += 1;
                 }
                 Outcome::Late => return Err(Trip::late(&worker.name, now, worker.period)),
@@ -222,14 +222,14 @@ impl Controller {
     }
 }
 
-/// Refuses a system in which the machine gives more than drives do.
+/// Refuses a system that uses outputs of the machine which drives do not measure.
 fn drives_suffice(system: &System, host: &str) -> Result<(), Error> {
     let given = |output: &str| output.starts_with("theta[") || output.starts_with("tau_meas[");
     let mut wires = system.wires().iter();
     match wires.find(|w| w.source == host && w.target != host && !given(&w.output)) {
         None => Ok(()),
         Some(wire) => Err(Error::new(format!(
-            "connection {wire}: drives give theta and tau_meas only; feed {}.{} from elsewhere",
+            "connection {wire}: drives measure theta and tau_meas only: connect another output to {}.{}",
             wire.target, wire.input
         ))),
     }

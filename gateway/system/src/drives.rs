@@ -1,4 +1,4 @@
-//! What is exchanged between the machine's place and the rest: angles, torques, commands.
+//! Signals between the machine and the other components: angles, torques, commands.
 
 use crate::component::Component;
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::fmu::Causality;
 use crate::layout::Layout;
 use crate::system::System;
 
-/// Slots by axis: the outputs `theta` and `tau_meas`, and what feeds the inputs `tau`.
+/// Slots by axis: the outputs `theta` and `tau_meas`, and the sources of the inputs `tau`.
 pub(crate) struct Drives {
     pub theta: Vec<usize>,
     pub tau_meas: Vec<usize>,
@@ -26,7 +26,7 @@ impl Drives {
             let mut wires = system.wires().iter();
             let wire = wires.find(|w| w.target == name && w.input == input);
             let slot = wire.and_then(|w| layout.find(&w.source, &w.output));
-            let text = format!("{name}.{input}: fed by nothing; connect an output to it");
+            let text = format!("{name}.{input}: not connected; connect an output to it");
             tau.push(slot.ok_or_else(|| Error::new(text))?);
         }
         if theta.len() != tau.len() || tau_meas.len() != tau.len() {
@@ -56,8 +56,8 @@ pub(crate) fn array(
         .collect();
     if names.is_empty() {
         return Err(Error::new(format!(
-            "{0}: has no {causality} {name}[1]: what stands for the machine has the inputs tau \
-             and the outputs theta and tau_meas",
+            "{0}: has no {causality} {name}[1]: the component of the machine must have \
+             the inputs tau and the outputs theta and tau_meas",
             component.name()
         )));
     }

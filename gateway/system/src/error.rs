@@ -1,8 +1,8 @@
-//! Refusals: one text that says what, where and how to mend it.
+//! Errors: one text with what, where and how to mend it.
 
 use std::fmt;
 
-/// What cannot be read or run.
+/// A system that cannot be read or run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Error(String);
 
@@ -11,7 +11,7 @@ impl Error {
         Error(text.into())
     }
 
-    /// The same, said of `place`.
+    /// The same error with the place in front.
     pub(crate) fn at(self, place: impl fmt::Display) -> Error {
         Error(format!("{place}: {}", self.0))
     }

@@ -1,4 +1,4 @@
-//! The executor of the simulation (`ssp/executor.c`) with a safe face: it owns all strings and
+//! Safe interface to the executor of the simulation (`ssp/executor.c`). It owns all strings and
 //! arrays that the C side points to.
 
 use std::ffi::{c_char, CStr, CString};
@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::ffi::{self, Binary, Description, Functions};
 use crate::fmu::Fmu;
 
-/// One FMU instance as the executor wants it.
+/// One FMU instance in the form of the executor.
 pub(crate) struct Unit {
     pub name: String,
     pub fmu: Arc<Fmu>,
@@ -23,7 +23,7 @@ pub(crate) struct Unit {
     pub slot: usize,
 }
 
-/// What the C side points to while the executor lives.
+/// Memory that the C side points to while the executor lives.
 struct Kept {
     _binary: Binary,
     functions: Box<Functions>,
@@ -92,7 +92,7 @@ impl Executor {
         }
     }
 
-    /// Outputs of a unit to the bus; false: `message` tells why not.
+    /// Outputs of a unit to the bus; false: `message` holds the reason.
     pub fn publish(&mut self, unit: usize, n: i64) -> bool {
         assert!(unit < self.n_units);
         // SAFETY: the executor is open and the unit exists.
@@ -113,7 +113,7 @@ impl Executor {
         unsafe { ffi::executor_advance(self.raw.as_ptr(), unit, n) }
     }
 
-    /// What the last call that failed said.
+    /// Message of the last call that failed.
     pub fn message(&self) -> String {
         // SAFETY: the executor is open; its message is a terminated string inside of it, which
         // no other call changes while `self` is borrowed.
@@ -193,7 +193,7 @@ impl Kept {
     }
 }
 
-/// How to mend what an FMU refuses while it is opened, where its own words do not say so.
+/// The remedy for an error of an FMU while it is opened, where its message has none.
 fn mended(message: String) -> String {
     if message.contains("fmi2Instantiate") {
         let hint = "its binary is not the one that its modelDescription.xml describes, or lacks a \

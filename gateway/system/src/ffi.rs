@@ -1,5 +1,5 @@
 //! The executor's C interface as in `ssp/executor.h`, and an FMU's functions by `dlopen`.
-//! Nothing here decides; `executor.rs` gives it a safe face.
+//! No decisions are made here; `executor.rs` is the safe interface.
 
 use std::ffi::{c_char, c_void};
 use std::marker::{PhantomData, PhantomPinned};

@@ -1,4 +1,4 @@
-//! What an `.fmu` says about itself, and its binary for this machine in a temporary folder.
+//! Model description of an FMU, and its binary for this platform in a temporary folder.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -76,10 +76,10 @@ impl Fmu {
         let variables = variables(top).map_err(|e| e.at(&place))?;
         let members = archive.members();
         fs::create_dir_all(root.join("resources"))
-            .map_err(|e| Error::new(format!("cannot be made ({e})")).at(root.display()))?;
+            .map_err(|e| Error::new(format!("cannot be created ({e})")).at(root.display()))?;
         for member in &members {
-            let wanted = *member == binary(&model) || member.starts_with("resources/");
-            if wanted && !member.ends_with('/') && enclosed(member) {
+            let unpack = *member == binary(&model) || member.starts_with("resources/");
+            if unpack && !member.ends_with('/') && enclosed(member) {
                 archive.extract(member, &root)?;
             }
         }
@@ -113,12 +113,12 @@ impl Fmu {
         if path.is_file() {
             return Ok(path);
         }
-        let held = match self.platforms.as_slice() {
+        let content = match self.platforms.as_slice() {
             [] => "no binary at all".to_owned(),
             names => format!("binaries for {}", names.join(", ")),
         };
         Err(Error::new(format!(
-            "holds {held}, none for this machine ({}): build it here, or for instance \
+            "holds {content}, none for this machine ({}): build it here, or for instance \
              with `flexhex build --platform {}`",
             PLATFORM.0, PLATFORM.0
         ))
@@ -206,7 +206,7 @@ fn variable(element: Node) -> Result<Variable, Error> {
     let reference = element.attribute("valueReference").and_then(|r| r.parse().ok());
     let (Some(typed), Some(name), Some(reference)) = (typed, element.attribute("name"), reference)
     else {
-        return Err(Error::new("a variable lacks name, type or reference: build it anew"));
+        return Err(Error::new("a variable lacks name, type or reference: build the FMU again"));
     };
     let is_real = typed.has_tag_name("Real");
     Ok(Variable {

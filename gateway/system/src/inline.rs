@@ -1,8 +1,8 @@
 //! FMUs that step inside the cycle, on one bus.
 //!
-//! A component of a longer period takes its inputs at its tick and shows what came of them one
-//! period later. In which base step between it computes cannot be seen, so those of equal period
-//! take turns: no base step does the work of all.
+//! A component of a longer period takes its inputs at its tick and publishes its outputs one period
+//! later. The base step in which it computes has no effect on the results, so components of equal
+//! period take turns and no base step computes all of them.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -52,8 +52,8 @@ impl Inline {
         self.executor.bus_mut()
     }
 
-    /// Everything due at n takes its inputs; everything whose turn it is steps, from its tick to
-    /// one period after it.
+    /// Components due at n take their inputs; those whose turn it is step from their tick to one
+    /// period after it.
     pub fn step(&mut self, n: i64, limit: Option<Duration>) -> Result<(), Trip> {
         let mut begin = limit.map(|_| Instant::now());
         for (k, member) in self.members.iter().enumerate() {
@@ -78,7 +78,7 @@ impl Inline {
         Ok(())
     }
 
-    /// Everything due at n shows its outputs, which must be finite.
+    /// Components due at n publish their outputs, which must be finite.
     pub fn publish(&mut self, n: i64, layout: &Layout) -> Result<(), Trip> {
         for (k, member) in self.members.iter().enumerate() {
             if n % member.period != 0 {

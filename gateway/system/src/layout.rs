@@ -1,5 +1,5 @@
-//! The part of a system that this process runs: which components, where their signals lie on the
-//! bus, and what comes from outside.
+//! The part of a system that this process runs: components, slots of their signals on the bus, and
+//! signals from outside.
 
 use std::collections::HashMap;
 
@@ -35,7 +35,7 @@ impl Layout {
         layout
     }
 
-    /// Slot of a signal, made if it has none.
+    /// Slot of a signal; a new one if it has none.
     pub fn add(&mut self, component: &Component, variable: &str) -> usize {
         let name = format!("{}.{variable}", component.name());
         if let Some(slot) = self.slots.get(&name) {
@@ -56,7 +56,7 @@ impl Layout {
         self.slot(&format!("{component}.{variable}"))
     }
 
-    /// A member as the executor wants it.
+    /// A member in the form of the executor.
     pub fn unit(&self, system: &System, member: &Component) -> Result<Unit, Error> {
         let reference = |name: &str| Ok(member.fmu().variable(name)?.reference);
         let outputs = member.of(Causality::Output).filter(|v| v.is_real);

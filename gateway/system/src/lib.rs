@@ -1,6 +1,6 @@
-//! The system description on the machine: the `.ssp` with its FMUs, run by the executor of the
-//! simulation. The component that stands for the machine (the host) is left out: who owns the
-//! drives writes its outputs and reads its inputs.
+//! Runs the FMUs of a system description (`.ssp`) in real time with the executor of the simulation.
+//! The component of the machine (the host) is left out: the caller, who owns the drives, writes its
+//! outputs and reads its inputs.
 
 mod archive;
 mod component;
@@ -14,10 +14,14 @@ mod inline;
 mod layout;
 mod plant;
 mod ssd;
+mod structure;
 mod system;
 mod trip;
 mod wiring;
 mod worker;
+
+/// Axes of the hexapod: the number of drives, limits and torques.
+pub const AXES: usize = 6;
 
 pub use component::Component;
 pub use controller::{Controller, Late, Options};

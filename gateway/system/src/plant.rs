@@ -1,4 +1,4 @@
-//! The machine as an FMU: one component, with whatever feeds its inputs other than the torques.
+//! The machine as an FMU: one component and the sources of its inputs other than the torques.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// fmu: takes the component's place, with its own start values.
+    /// `fmu`: replaces the component, with its own start values.
     /// parameters: as `Options::parameters`, with the component's name: ("plant.tau_step", 0.003).
     pub fn open(
         system: &System,
@@ -86,18 +86,18 @@ fn members<'a>(
     machine: &'a Component,
     torques: &[String],
 ) -> Vec<&'a Component> {
-    let mut wanted = vec![machine.name()];
+    let mut needed = vec![machine.name()];
     let mut k = 0;
-    while k < wanted.len() {
-        let target = wanted[k];
+    while k < needed.len() {
+        let target = needed[k];
         for wire in system.wires().iter().filter(|w| w.target == target) {
             let torque = wire.target == machine.name() && torques.contains(&wire.input);
-            if !torque && !wanted.contains(&wire.source.as_str()) {
-                wanted.push(&wire.source);
+            if !torque && !needed.contains(&wire.source.as_str()) {
+                needed.push(&wire.source);
             }
         }
         k += 1;
     }
     let all = system.components().iter();
-    all.filter(|c| wanted.contains(&c.name())).collect()
+    all.filter(|c| needed.contains(&c.name())).collect()
 }

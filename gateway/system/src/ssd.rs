@@ -1,16 +1,15 @@
-//! `SystemStructure.ssd` of a flat SSP 1.x: what it says, before any FMU is opened.
-//! Reads what `ssp/read.py` reads and refuses what that refuses.
+//! Reads `SystemStructure.ssd` of a flat SSP 1.x, with the rules of `ssp/read.py`.
 
 use roxmltree::{Document, Node};
 
 use crate::archive::Archive;
 use crate::error::Error;
-use crate::wiring::Wire;
+use crate::structure::{Element, Structure, Values, Wire};
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
-/// Where a base step [s] may stand, the first found wins.
+/// Elements that may hold the base step [s]; the first present wins.
 const BASE_STEPS: [(&str, &str, &str); 3] = [
     ("urn:flexhex:schedule", "Schedule", "baseStep"),
     ("http://opensimulationplatform.com/SSP/OSPAnnotations", "FixedStepAlgorithm", "baseStepSize"),
@@ -21,56 +20,37 @@ const BASE_STEPS: [(&str, &str, &str); 3] = [
     ),
 ];
 
-/// Names and values in the order in which they stand; later ones win.
-pub(crate) type Values = Vec<(String, f64)>;
-
-/// A component: its FMU's place in the archive and its own parameter sets.
-pub(crate) struct Element {
-    pub name: String,
-    pub source: String,
-    pub values: Values,
+/// Reads `SystemStructure.ssd` and the parameter sets it refers to.
+pub(crate) fn read(archive: &mut Archive) -> Result<Structure, Error> {
+    let file = archive.name().to_owned();
+    let text = archive.text("SystemStructure.ssd")?;
+    let document = parse(&text, "SystemStructure.ssd").map_err(|e| e.at(&file))?;
+    structure(&document, archive).map_err(|e| e.at(&file))
 }
 
-pub(crate) struct Structure {
-    pub elements: Vec<Element>,
-    pub wires: Vec<Wire>,
-    /// Of the system's parameter sets: "component.parameter".
-    pub values: Values,
-    pub base_step: Option<f64>,
-}
-
-impl Structure {
-    pub fn read(archive: &mut Archive) -> Result<Structure, Error> {
-        let file = archive.name().to_owned();
-        let text = archive.text("SystemStructure.ssd")?;
-        let document = parse(&text, "SystemStructure.ssd").map_err(|e| e.at(&file))?;
-        Structure::of(&document, archive).map_err(|e| e.at(&file))
+fn structure(document: &Document, archive: &mut Archive) -> Result<Structure, Error> {
+    let root = document.root_element();
+    if !root.has_tag_name((SSD, "SystemStructureDescription")) {
+        return Err(Error::new("SystemStructure.ssd is no SSP 1.x system description"));
     }
-
-    fn of(document: &Document, archive: &mut Archive) -> Result<Structure, Error> {
-        let root = document.root_element();
-        if !root.has_tag_name((SSD, "SystemStructureDescription")) {
-            return Err(Error::new("SystemStructure.ssd is no SSP 1.x system description"));
-        }
-        let top = child(root, (SSD, "System"))
-            .ok_or_else(|| Error::new("SystemStructure.ssd holds no System"))?;
-        refuse(top)?;
-        let mut elements = Vec::new();
-        for node in grandchildren(top, "Elements", "Component") {
-            elements.push(element(node, archive)?);
-        }
-        if elements.is_empty() {
-            return Err(Error::new("no components: nothing to run"));
-        }
-        Ok(Structure {
-            elements,
-            wires: grandchildren(top, "Connections", "Connection")
-                .map(wire)
-                .collect::<Result<_, _>>()?,
-            values: parameter_sets(top, archive)?,
-            base_step: base_step(root)?,
-        })
+    let top = child(root, (SSD, "System"))
+        .ok_or_else(|| Error::new("SystemStructure.ssd holds no System"))?;
+    refuse(top)?;
+    let mut elements = Vec::new();
+    for node in grandchildren(top, "Elements", "Component") {
+        elements.push(element(node, archive)?);
     }
+    if elements.is_empty() {
+        return Err(Error::new("no components: nothing to run"));
+    }
+    Ok(Structure {
+        elements,
+        wires: grandchildren(top, "Connections", "Connection")
+            .map(wire)
+            .collect::<Result<_, _>>()?,
+        values: parameter_sets(top, archive)?,
+        base_step: base_step(root)?,
+    })
 }
 
 fn parse<'a>(text: &'a str, file: &str) -> Result<Document<'a>, Error> {

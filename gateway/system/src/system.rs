@@ -1,4 +1,4 @@
-//! A `.ssp` on the machine: components with FMUs, parameters and sample times; connections.
+//! A system opened from a `.ssp`: components with FMUs, parameters and sample times; connections.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,8 +10,9 @@ use crate::archive::Archive;
 use crate::component::Component;
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu};
-use crate::ssd::{Element, Structure, Values};
-use crate::wiring::{check, find, Wire};
+use crate::ssd;
+use crate::structure::{Element, Structure, Values, Wire};
+use crate::wiring::{check, find};
 
 /// A `.ssp` that was read, checked and unpacked to a temporary folder, removed with the last
 /// of the things that were opened from it.
@@ -25,9 +26,9 @@ pub struct System {
 impl System {
     pub fn open(path: &Path) -> Result<System, Error> {
         let mut archive = Archive::open(path)?;
-        let structure = Structure::read(&mut archive)?;
+        let structure = ssd::read(&mut archive)?;
         let folder = TempDir::with_prefix("flexhex-")
-            .map_err(|e| Error::new(format!("no temporary folder can be made ({e})")))?;
+            .map_err(|e| Error::new(format!("a temporary folder cannot be created ({e})")))?;
         let fmus = open_fmus(&mut archive, &structure.elements, folder.path())?;
         let at = |e: Error| e.at(path.display());
         let base = base_step(&structure, &fmus).map_err(at)?;
@@ -96,7 +97,7 @@ impl System {
         let folder = tempfile::Builder::new()
             .prefix("fmu-")
             .tempdir_in(self.folder.path())
-            .map_err(|e| Error::new(format!("no temporary folder can be made ({e})")))?
+            .map_err(|e| Error::new(format!("a temporary folder cannot be created ({e})")))?
             .keep();
         let fmu = Arc::new(Fmu::open(Archive::open(path)?, folder)?);
         for component in components.iter_mut().filter(|c| c.name() == name) {
@@ -144,5 +145,5 @@ fn base_step(structure: &Structure, fmus: &HashMap<String, Arc<Fmu>>) -> Result<
     structure
         .base_step
         .or_else(|| sizes.min_by(f64::total_cmp))
-        .ok_or_else(|| Error::new("names no base step: write osp:FixedStepAlgorithm baseStepSize"))
+        .ok_or_else(|| Error::new("no base step: add osp:FixedStepAlgorithm with baseStepSize"))
 }

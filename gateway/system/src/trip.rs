@@ -3,10 +3,10 @@
 use std::fmt;
 use std::time::Duration;
 
-/// The kind of trouble.
+/// The kind of failure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum What {
-    /// The FMU refused a call.
+    /// An FMU call returned an error.
     Error,
     /// NaN or infinite on an output.
     NotFinite,
@@ -23,7 +23,7 @@ pub enum What {
 pub struct Trip {
     pub component: String,
     pub what: What,
-    /// Base steps at which it was seen.
+    /// Base step of the failure.
     pub now: i64,
     pub message: String,
 }
@@ -33,7 +33,7 @@ impl Trip {
         Trip { component: component.to_owned(), what, now, message }
     }
 
-    /// message: the executor's, which names component, call and time.
+    /// `message`: of the executor; it names component, call and time.
     pub(crate) fn refused(component: &str, now: i64, message: String) -> Trip {
         Trip::new(component, What::Error, now, message)
     }

@@ -1,27 +1,11 @@
-//! Connections between variables, and the checks that they pass before anything runs.
+//! Checks of the connections between variables.
 
 use std::collections::HashMap;
-use std::fmt;
 
 use crate::component::Component;
 use crate::error::{unknown, Error};
 use crate::fmu::{Causality, Variable};
-
-/// One scalar connection.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Wire {
-    pub source: String,
-    pub output: String,
-    pub target: String,
-    pub input: String,
-}
-
-impl fmt::Display for Wire {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Wire { source, output, target, input } = self;
-        write!(f, "{source}.{output} -> {target}.{input}")
-    }
-}
+use crate::structure::Wire;
 
 /// Refuses the first mistake: unknown ends, wrong causality, no Real, unequal units, an input
 /// fed twice or by nothing.
@@ -49,7 +33,7 @@ pub(crate) fn check(wires: &[Wire], components: &[Component]) -> Result<(), Erro
                 count => format!(" and {} more", count - 1),
             };
             return Err(Error::new(format!(
-                "{}.{first}{more}: fed by nothing; connect an output to it",
+                "{}.{first}{more}: not connected; connect an output to it",
                 component.name()
             )));
         }

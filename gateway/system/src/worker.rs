@@ -17,7 +17,7 @@ use crate::executor::{Executor, Unit};
 /// Called in a new thread before it does anything, with the component's name: priority, CPU.
 pub type ThreadHook = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// The cycle's turn: nothing was asked yet, or the step is done.
+/// The cycle's turn: no step requested yet, or the step is done.
 const DONE: u8 = 0;
 /// The thread's turn.
 const STEP: u8 = 1;
@@ -25,14 +25,14 @@ const STEP: u8 = 1;
 const FAILED: u8 = 2;
 /// The thread is to end.
 const END: u8 = 3;
-/// Pause between two looks while a late thread is waited for.
+/// Pause between two polls while waiting for a late thread.
 const PAUSE: Duration = Duration::from_micros(20);
-/// Looks of an idle thread in one period of its FMU.
+/// Polls of an idle thread in one period of its FMU.
 const LOOKS: f64 = 32.0;
-/// How long a thread that hangs in its FMU is waited for before it is left behind.
+/// Longest wait for a thread that hangs in its FMU before it is abandoned.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// What cycle and thread share.
+/// State shared between cycle and thread.
 struct Shared {
     turn: AtomicU8,
     state: Mutex<State>,
@@ -93,7 +93,7 @@ impl Worker {
                 }
                 serve(&theirs, pause);
             })
-            .map_err(|e| Error::new(format!("{name}: no thread can be made ({e})")))?;
+            .map_err(|e| Error::new(format!("{name}: a thread cannot be started ({e})")))?;
         Ok(Worker { name, period, sources, slots, shared, thread: Some(thread) })
     }
 
@@ -136,7 +136,7 @@ impl Worker {
 }
 
 impl Drop for Worker {
-    /// Ends the thread. One that hangs in its FMU is left behind with all that it uses.
+    /// Ends the thread. A thread that hangs in its FMU is abandoned with all that it uses.
     fn drop(&mut self) {
         let Some(thread) = self.thread.take() else {
             return;

@@ -23,7 +23,7 @@ pub struct Mailbox {
 }
 
 impl Mailbox {
-    /// A transfer that was under way is forgotten.
+    /// Drops a transfer in progress.
     pub fn reset(&mut self) {
         *self = Mailbox::default();
     }

@@ -7,7 +7,7 @@ pub trait Objects {
     fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32>;
 }
 
-/// A transfer in segments that is under way.
+/// A segmented transfer in progress.
 struct Transfer {
     index: u16,
     sub: u8,

@@ -53,7 +53,7 @@ enum Command {
     QuickStop,
 }
 
-/// What bits 0 to 3 ask for.
+/// Command in bits 0 to 3 of a controlword.
 fn command(word: u16) -> Command {
     match word & 0x0F {
         bits if bits & 2 == 0 => Command::DisableVoltage,

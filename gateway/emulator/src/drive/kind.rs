@@ -1,4 +1,4 @@
-//! The two kinds of drive as data: identity, maps, modes, limits.
+//! The two types of drive as data: identity, maps, modes, limits.
 use crate::coe::pdo::{Direction, Entry, Limits, Pdo};
 use serde::Deserialize;
 

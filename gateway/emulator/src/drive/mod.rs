@@ -1,4 +1,4 @@
-//! One servo drive: objects, process data, quantised current and encoder. The motion is the plant's.
+//! One servo drive: objects, process data, quantised current and encoder. The plant computes the motion.
 pub mod cia402;
 pub mod kind;
 
@@ -9,7 +9,7 @@ use kind::{Kind, Use};
 /// Heartbeat or watchdog error in object 0x603F; the AKD shows it as F706.
 pub const ERROR_WATCHDOG: u16 = 0x8130;
 
-/// What a drive is set to.
+/// Settings of a drive.
 #[derive(Debug, Clone)]
 pub struct Setting {
     pub kind: Kind,
@@ -99,7 +99,7 @@ impl Drive {
         (self.setting.direction * steps) as f64 * self.setting.torque_step()
     }
 
-    /// What the plant shows `[rad]`, `[N m]`; dt `[s]` since the last call, None: it stands still.
+    /// Takes the measurements of the plant `[rad]`, `[N m]`; dt `[s]` since the last call, None: at rest.
     pub fn measure(&mut self, angle: f64, torque: f64, dt: Option<f64>) {
         let setting = &self.setting;
         let steps = (angle / setting.angle_step()).round_ties_even() as i64;

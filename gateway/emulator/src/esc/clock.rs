@@ -1,5 +1,5 @@
 //! Distributed clock of one SubDevice: drifts, and is pulled to the reference by each time it gets.
-//! All times in ns; `now` is the time of the world, which nobody on the bus knows.
+//! All times in ns; `now` is the true time, which no device on the bus knows.
 
 /// Largest change of the rate that the control loop makes.
 const RATE_LIMIT: f64 = 2e-3;
@@ -8,7 +8,7 @@ const LONGEST_GAP_NS: i64 = 100_000_000;
 
 #[derive(Debug, Clone)]
 pub struct Clock {
-    /// Local time and the time of the world when it was last corrected.
+    /// Local time and the true time when it was last corrected.
     local: i64,
     world: i64,
     /// Relative error of the oscillator.
@@ -21,7 +21,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// power_up: local time at world time 0.
+    /// power_up: local time at true time 0.
     pub fn new(power_up: i64, drift: f64) -> Clock {
         Clock {
             local: power_up,

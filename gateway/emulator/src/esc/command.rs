@@ -1,4 +1,4 @@
-//! Datagram commands: who is addressed, what is read and written, how the working counter counts.
+//! Datagram commands: addressing, reads and writes, working counter.
 use super::fmmu::{copy_bits, Overlap};
 use super::registers as reg;
 use super::Esc;

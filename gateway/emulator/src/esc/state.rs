@@ -1,4 +1,4 @@
-//! Application-layer states: what is refused, and with which code [ETG.1000.6, table 11].
+//! Application-layer states: permitted transitions and error codes [ETG.1000.6, table 11].
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum State {
@@ -37,7 +37,7 @@ pub struct Layer {
     pub state: State,
     pub error: bool,
     pub code: u16,
-    /// OP was asked for and waits for the first outputs.
+    /// OP was requested and waits for the first outputs.
     pub waits_for_outputs: bool,
 }
 

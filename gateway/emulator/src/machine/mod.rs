@@ -1,9 +1,9 @@
-//! Six drives on one plant: the cycle, its start, and the faults at their exact cycles.
-mod mishaps;
+//! Six drives on one plant: start, cycle, and faults at their exact cycles.
+mod fault_injection;
 
 use crate::error::Error;
-use crate::event::{Event, Happening};
-use crate::faults::{Fault, What, When};
+use crate::event::{Event, EventKind};
+use crate::faults::{Fault, FaultKind, LossTime};
 use crate::plant::{Plant, AXES};
 use crate::replies::Replies;
 use crate::segment;
@@ -20,30 +20,30 @@ pub struct Machine {
     lockstep: bool,
     /// Base step `[s]`.
     dt: f64,
-    /// None: the plant stands still and waits for all drives.
+    /// None: the plant is held until all drives are enabled.
     cycle: Option<u64>,
-    /// Process-data frames, or base steps in their place, so far.
+    /// Process-data frames so far, or base steps in their place.
     pub frames: u64,
     other_frames: u64,
     pub dropped: u64,
     theta: [f64; AXES],
     tau_meas: [f64; AXES],
     pushed: [bool; AXES],
-    seen: Vec<Seen>,
+    seen: Vec<States>,
     replies: Replies,
     pub trajectory: Trajectory,
     pub events: Vec<Event>,
 }
 
-/// States that were last told of.
+/// The states of the last recorded events.
 #[derive(Clone, Copy, PartialEq)]
-struct Seen {
+struct States {
     layer: &'static str,
     drive: &'static str,
 }
 
-fn seen(device: &SubDevice) -> Seen {
-    Seen { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
+fn states(device: &SubDevice) -> States {
+    States { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
 }
 
 impl Machine {
@@ -56,7 +56,7 @@ impl Machine {
         trajectory: Trajectory,
     ) -> Machine {
         let mut machine = Machine {
-            seen: devices.iter().map(seen).collect(),
+            seen: devices.iter().map(states).collect(),
             devices,
             order,
             plant,
@@ -80,12 +80,12 @@ impl Machine {
         machine
     }
 
-    /// Plant cycles done; None before the start.
+    /// Plant cycles completed; None before the start.
     pub fn cycle(&self) -> Option<u64> {
         self.cycle
     }
 
-    /// The SYNC0 of the first drive that is nearest to this time [ns]; the time itself without one.
+    /// The SYNC0 of the first drive nearest to this time [ns]; the time itself without SYNC0.
     pub fn nearest_sync0(&self, wall: i64) -> i64 {
         let cycle = (self.dt * 1e9).round() as i64;
         let since = self.devices.first().and_then(|d| d.esc.since_sync0(wall, cycle));
@@ -100,7 +100,7 @@ impl Machine {
         (watch + 1000 * self.other_frames as i64, watch)
     }
 
-    /// A frame arrives; wall: ns, for clocks that run by themselves. Replies are added to `out`.
+    /// Processes a frame. `wall`: time [ns] for free-running clocks. Replies are added to `out`.
     pub fn receive(
         &mut self,
         frame: &[u8],
@@ -119,16 +119,16 @@ impl Machine {
             if line.reached > 0 {
                 out.push(frame);
             }
-            self.tell();
+            self.record_changes();
             return Ok(());
         }
         if self.cycle.is_none() && self.devices.iter().all(SubDevice::is_enabled) {
             self.cycle = Some(0);
-            self.happens(Happening::Enabled);
+            self.record(EventKind::Enabled);
         }
         let line = self.line(wall);
-        let lost = self.acting(What::FrameLost);
-        if lost != Some(When::Before) {
+        let lost = self.acting(FaultKind::FrameLost);
+        if lost != Some(LossTime::Before) {
             segment::pass(&mut frame, &ranges, &mut self.devices, &line);
             self.devices.iter_mut().for_each(|device| {
                 device.act();
@@ -141,7 +141,7 @@ impl Machine {
             self.advance(wall)
         } else {
             self.frames += 1;
-            self.tell();
+            self.record_changes();
             Ok(())
         }
     }
@@ -151,7 +151,7 @@ impl Machine {
         let (_, watch) = self.now(wall);
         for position in 0..self.devices.len() {
             if self.devices[position].watch(watch) {
-                self.happens(Happening::Watchdog { position });
+                self.record(EventKind::Watchdog { position });
             }
         }
         if self.lockstep {
@@ -160,7 +160,7 @@ impl Machine {
         if let Some(cycle) = self.cycle {
             self.push(cycle)?;
         }
-        self.tell();
+        self.record_changes();
         for device in &mut self.devices {
             device.drive_mut().machine.settle();
         }
@@ -180,7 +180,7 @@ impl Machine {
             tau[axis] = self.devices[position].torque();
             let pushes = self.devices[position].is_enabled();
             if self.pushed[axis] && !pushes {
-                self.happens(Happening::TorqueZero { position });
+                self.record(EventKind::TorqueZero { position });
             }
             self.pushed[axis] = pushes;
         }
@@ -196,15 +196,15 @@ impl Machine {
         }
     }
 
-    pub fn happens(&mut self, what: Happening) {
+    pub fn record(&mut self, what: EventKind) {
         self.events.push(Event { cycle: self.cycle, frame: self.frames, what });
     }
 
-    /// Tells of states that have changed.
-    fn tell(&mut self) {
+    /// Records an event for each state that has changed.
+    fn record_changes(&mut self) {
         for position in 0..self.devices.len() {
             let device = &self.devices[position];
-            let (now, before) = (seen(device), self.seen[position]);
+            let (now, before) = (states(device), self.seen[position]);
             if now == before {
                 continue;
             }
@@ -212,17 +212,17 @@ impl Machine {
             self.seen[position] = now;
             if now.layer != before.layer {
                 let (from, to) = (before.layer, now.layer);
-                self.happens(Happening::State { position, from, to, code });
+                self.record(EventKind::State { position, from, to, code });
             }
             if now.drive != before.drive {
                 let (from, to) = (before.drive, now.drive);
-                self.happens(Happening::Drive { position, from, to, error });
+                self.record(EventKind::Drive { position, from, to, error });
             }
         }
     }
 
-    /// Torque on any axis in the last step?
-    pub fn pushes(&self) -> bool {
+    /// Some axis had torque in the last step.
+    pub fn has_torque(&self) -> bool {
         self.pushed.contains(&true)
     }
 
@@ -231,7 +231,7 @@ impl Machine {
         let faults = names.zip(self.counts.iter().copied()).collect();
         let digest = self.trajectory.finish()?;
         let (frames, dropped) = (self.frames, self.dropped);
-        self.happens(Happening::Stopped { digest, frames, dropped, faults });
+        self.record(EventKind::Stopped { digest, frames, dropped, faults });
         Ok(())
     }
 }

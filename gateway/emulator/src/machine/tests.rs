@@ -37,7 +37,7 @@ fn the_plant_is_held_until_a_reply_says_that_all_are_enabled() {
     let counts = 3.0 / 0.05 * 0.00025 * 0.00025 / std::f64::consts::TAU * 4_294_967_296.0;
     assert_eq!(second[0].position, counts.round() as i32);
     assert_eq!(second[0].current, 1000);
-    assert!(bench.events().contains(&(Some(0), Happening::Enabled)));
+    assert!(bench.events().contains(&(Some(0), EventKind::Enabled)));
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn a_disabled_drive_pushes_no_more_and_the_plant_goes_on() {
     let (after, _) = bench.cycle(0, 1000).unwrap();
     assert_eq!(after[0].current, 0);
     assert!(after[0].position > before[0].position, "it coasts");
-    assert!(bench.events().contains(&(Some(100), Happening::TorqueZero { position: 0 })));
+    assert!(bench.events().contains(&(Some(100), EventKind::TorqueZero { position: 0 })));
 }
 
 #[test]
@@ -99,8 +99,8 @@ fn the_watchdog_zeroes_the_torque_at_its_exact_cycle() {
     // frame 9 was the last that acted, so 2.5 ms have passed at cycle 19
     let events = bench.events();
     for position in 0..6 {
-        assert!(events.contains(&(Some(19), Happening::Watchdog { position })));
-        assert!(events.contains(&(Some(19), Happening::TorqueZero { position })));
+        assert!(events.contains(&(Some(19), EventKind::Watchdog { position })));
+        assert!(events.contains(&(Some(19), EventKind::TorqueZero { position })));
         assert_eq!(bench.read(position, 0x0130, 6).data, [0x14, 0, 0, 0, 0x1B, 0]);
         assert_eq!(bench.read(position, 0x0442, 1).data, [1]);
     }
@@ -115,7 +115,7 @@ fn a_drive_fault_is_seen_at_its_cycle() {
     let seen = states(&mut bench, 7);
     let third: Vec<u16> = seen.iter().map(|one| one.as_ref().unwrap().0[2]).collect();
     assert_eq!(third, [0x27, 0x27, 0x27, 0x27, 0x27, 0x0F, 0x08 & 0x6F]);
-    assert!(bench.events().contains(&(Some(5), Happening::TorqueZero { position: 2 })));
+    assert!(bench.events().contains(&(Some(5), EventKind::TorqueZero { position: 2 })));
     assert_eq!(bench.machine.devices[2].drive().machine.error, 0x2310);
 }
 
@@ -143,7 +143,7 @@ fn a_drive_in_safe_op_still_counts_fully() {
     let seen = states(&mut bench, 4);
     assert!(seen.iter().all(|one| one.as_ref().unwrap().1 == 18));
     assert_eq!(bench.read(5, 0x0130, 6).data, [0x14, 0, 0, 0, 0x1A, 0]);
-    assert!(bench.events().contains(&(Some(2), Happening::TorqueZero { position: 5 })));
+    assert!(bench.events().contains(&(Some(2), EventKind::TorqueZero { position: 5 })));
 }
 
 #[test]

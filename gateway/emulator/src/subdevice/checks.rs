@@ -1,4 +1,4 @@
-//! What must be configured before a state is entered.
+//! Checks of the configuration before a change of state.
 use super::SubDevice;
 use crate::esc::registers as reg;
 use crate::esc::state::{code, State};
@@ -9,7 +9,7 @@ use crate::sii;
 const SHORTEST_CYCLE_NS: u32 = 250_000;
 
 impl SubDevice {
-    /// Err: the AL status code that says what is wrong.
+    /// Err: the AL status code.
     pub(super) fn check(&self, before: State, state: State) -> Result<(), u16> {
         if before == State::Init && state == State::PreOp {
             self.check_mailbox()?;
@@ -31,7 +31,7 @@ impl SubDevice {
             sm.enabled()
                 && sm.is_mailbox()
                 && sm.start == *start
-                && sm.length == self.application.manner.mailbox_bytes
+                && sm.length == self.application.settings.mailbox_bytes
                 && sm.direction() == *direction
         });
         if right {

@@ -1,7 +1,7 @@
 //! One SubDevice: controller, mailbox, states and the drive behind them.
 mod checks;
 
-use crate::application::{Application, Manner};
+use crate::application::{Application, DeviceSettings};
 use crate::coe::Mailbox;
 use crate::drive::{cia402, Drive, ERROR_WATCHDOG};
 use crate::esc::clock::Clock;
@@ -18,15 +18,15 @@ pub struct SubDevice {
 }
 
 impl SubDevice {
-    pub fn new(drive: Drive, manner: Manner, clock: Clock) -> SubDevice {
+    pub fn new(drive: Drive, settings: DeviceSettings, clock: Clock) -> SubDevice {
         let kind = drive.setting.kind;
         let (mut outputs, mut inputs) = (kind.outputs(), kind.inputs());
         for pdo in outputs.pdos.iter_mut().chain(&mut inputs.pdos) {
-            pdo.fixed |= manner.maps_fixed;
+            pdo.fixed |= settings.maps_fixed;
         }
-        let (identity, mailbox) = (&manner.identity, manner.mailbox_bytes);
+        let (identity, mailbox) = (&settings.identity, settings.mailbox_bytes);
         let image = sii::image(identity, kind.name(), mailbox, &outputs, &inputs);
-        let application = Application { drive, manner, outputs, inputs, state: State::Init };
+        let application = Application { drive, settings, outputs, inputs, state: State::Init };
         let mut device = SubDevice {
             esc: Esc::new(image, clock),
             layer: Layer::new(),

@@ -1,8 +1,8 @@
-//! Why the machine was stopped, and what the configuration wants done then.
+//! Reasons for a trip as data, and the reaction that the configuration assigns to each.
 
 use serde::Deserialize;
 
-/// One word for each rule. `Stopped` is no mistake: the run is over or somebody asked for its end.
+/// One name for each rule. `Stopped` is no fault: the run is over or was stopped by a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
     LostFrames,
@@ -50,47 +50,47 @@ impl Reason {
         }
     }
 
-    /// The value and its limit in words.
-    fn words(self, value: f64, limit: f64) -> String {
-        let word = |n: f64| n as u64;
+    /// The value and its limit as a sentence.
+    fn text(self, value: f64, limit: f64) -> String {
+        let bits = |n: f64| n as u64;
         match self {
             Reason::LostFrames => {
-                format!("{value} frames without an answer, allowed fewer than {limit}")
+                format!("{value} frames in a row without a reply, allowed fewer than {limit}")
             }
-            Reason::WorkingCounter => format!("working counter {value}, wanted {limit}"),
+            Reason::WorkingCounter => format!("working counter {value}, expected {limit}"),
             Reason::AlState => {
-                format!("AL status {:#04x}, wanted {:#04x}", word(value), word(limit))
+                format!("AL status {:#04x}, expected {:#04x} (OP)", bits(value), bits(limit))
             }
-            Reason::DriveFault => format!("fault {:#06x} of the drive", word(value)),
+            Reason::DriveFault => format!("drive fault {:#06x} (0x603F)", bits(value)),
             Reason::DriveState => format!(
-                "statusword {:#04x}, wanted {:#04x} (operation enabled)",
-                word(value),
-                word(limit)
+                "statusword {:#04x}, expected {:#04x} (operation enabled)",
+                bits(value),
+                bits(limit)
             ),
             Reason::Torque => format!("torque {value} N m, allowed {limit} N m"),
             Reason::Jump => format!("angle jumped by {value} rad, allowed {limit} rad"),
             Reason::FrozenEncoder => format!(
-                "counts stand still while the reference moved {value} rad, allowed {limit} rad"
+                "encoder counts constant while the reference moved {value} rad, allowed {limit} rad"
             ),
             Reason::Speed => format!("speed {value} rad/s, allowed {limit} rad/s"),
             Reason::Position => format!("angle {value} rad, limit {limit} rad"),
             Reason::FollowingError => format!("following error {value} rad, allowed {limit} rad"),
-            Reason::NotFinite => "an FMU gave a number that is none".to_owned(),
+            Reason::NotFinite => "an FMU output is NaN or infinite".to_owned(),
             Reason::FmuError => "an FMU returned an error".to_owned(),
             Reason::FmuFault => format!("an FMU reports fault {value}"),
-            Reason::FmuOverrun => format!("an FMU took {value} us for one step"),
-            Reason::LateThread => "a component in its own thread was not ready".to_owned(),
-            Reason::Overrun => format!("a cycle began {value} us late, allowed {limit} us"),
-            Reason::Stopped => "asked to end".to_owned(),
+            Reason::FmuOverrun => format!("one FMU step took {value} us"),
+            Reason::LateThread => "a component in a thread of its own was late".to_owned(),
+            Reason::Overrun => format!("cycle started {value} us late, allowed {limit} us"),
+            Reason::Stopped => "stopped".to_owned(),
         }
     }
 }
 
-/// The rule that was broken: which, where, by how much, when.
+/// A violated rule with axis, value, limit and cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trip {
     pub reason: Reason,
-    /// Counted from 0; None where it is no axis.
+    /// From 0; None for a rule that concerns no single axis.
     pub axis: Option<usize>,
     pub value: f64,
     pub limit: f64,
@@ -108,23 +108,23 @@ impl std::fmt::Display for Trip {
         if let Some(axis) = self.axis {
             write!(f, "axis {}: ", axis + 1)?;
         }
-        let words = self.reason.words(brief(self.value), brief(self.limit));
-        write!(f, "{words} (cycle {})", self.cycle)
+        let text = self.reason.text(brief(self.value), brief(self.limit));
+        write!(f, "{text} (cycle {})", self.cycle)
     }
 }
 
-/// Six digits: what people read.
+/// Rounded to six significant digits, for text.
 fn brief(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// What is done with the torque.
+/// How torque and drives are brought to a stop.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
-    /// Fade the last torque to zero, then disable.
+pub enum ReactionKind {
+    /// Ramp the last torque to zero, then disable.
     Ramp,
-    /// Zero torque and the drive's own quick stop, then disable.
+    /// Zero torque and quick stop of the drive, then disable.
     #[default]
     QuickStop,
     /// Zero torque and disable at once.
@@ -136,14 +136,14 @@ macro_rules! reactions {
         /// The reaction to each reason.
         #[derive(Clone, Copy, Debug, Deserialize)]
         #[serde(deny_unknown_fields, default)]
-        pub struct Reactions { $(pub $field: Kind),* }
+        pub struct Reactions { $(pub $field: ReactionKind),* }
 
         impl Default for Reactions {
-            fn default() -> Self { Reactions { $($field: Kind::$kind),* } }
+            fn default() -> Self { Reactions { $($field: ReactionKind::$kind),* } }
         }
 
         impl Reactions {
-            pub fn to(&self, reason: Reason) -> Kind {
+            pub fn to(&self, reason: Reason) -> ReactionKind {
                 match reason { $(Reason::$reason => self.$field),* }
             }
         }

@@ -1,8 +1,8 @@
-//! The faults of the list, where they meet the machine.
+//! Applies the faults of the options file to drives, cable and replies.
 use super::Machine;
 use crate::esc::state::code;
-use crate::event::Happening;
-use crate::faults::{Fault, What, When};
+use crate::event::EventKind;
+use crate::faults::{Fault, FaultKind, LossTime};
 use crate::replies::Fate;
 use crate::segment::{self, Line};
 
@@ -23,12 +23,12 @@ impl Machine {
             };
             let drive = device.drive_mut();
             match fault.kind {
-                What::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
-                What::EncoderJump => drive.encoder.jump = fault.size,
-                What::EncoderFrozen => {
+                FaultKind::DriveFault => drive.machine.raise(fault.code.unwrap_or(0x7305)),
+                FaultKind::EncoderJump => drive.encoder.jump = fault.size,
+                FaultKind::EncoderFrozen => {
                     drive.encoder.frozen = Some(drive.shown_position());
                 }
-                What::SafeOp => {
+                FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }
                 _ => continue,
@@ -36,7 +36,8 @@ impl Machine {
             device.show_inputs();
             self.count(place);
         }
-        let cut = |place: &usize| self.faults[*place].kind == What::CableCut && self.acts(*place);
+        let cut =
+            |place: &usize| self.faults[*place].kind == FaultKind::CableCut && self.acts(*place);
         let places = (0..self.faults.len()).filter(cut);
         let reached = places.map(|place| self.faults[place].position).min();
         let reached = reached.unwrap_or(self.devices.len());
@@ -48,8 +49,8 @@ impl Machine {
             return;
         };
         match fault.kind {
-            What::EncoderJump => device.drive_mut().encoder.jump = 0,
-            What::EncoderFrozen => device.drive_mut().encoder.frozen = None,
+            FaultKind::EncoderJump => device.drive_mut().encoder.jump = 0,
+            FaultKind::EncoderFrozen => device.drive_mut().encoder.frozen = None,
             _ => return,
         }
         device.show_inputs();
@@ -57,13 +58,13 @@ impl Machine {
 
     pub(super) fn line(&mut self, wall: i64) -> Line {
         let (dc, watch) = self.now(wall);
-        let mut line = Line { reached: self.devices.len(), deaf: Vec::new(), dc, watch };
+        let mut line = Line { reached: self.devices.len(), bypassed: Vec::new(), dc, watch };
         for place in 0..self.faults.len() {
             let (kind, position) = (self.faults[place].kind, self.faults[place].position);
-            if matches!(kind, What::CableCut | What::WkcShort) && self.acts(place) {
+            if matches!(kind, FaultKind::CableCut | FaultKind::WkcShort) && self.acts(place) {
                 match kind {
-                    What::CableCut => line.reached = line.reached.min(position),
-                    _ => line.deaf.push(position),
+                    FaultKind::CableCut => line.reached = line.reached.min(position),
+                    _ => line.bypassed.push(position),
                 }
                 self.count(place);
             }
@@ -75,30 +76,30 @@ impl Machine {
         self.cycle.is_some_and(|cycle| self.faults[place].acts(place, cycle))
     }
 
-    /// The first fault of this kind that acts now.
-    fn find(&mut self, kind: What) -> Option<Fault> {
+    /// The first fault of this kind that is active now.
+    fn find(&mut self, kind: FaultKind) -> Option<Fault> {
         let place = (0..self.faults.len())
             .find(|place| self.faults[*place].kind == kind && self.acts(*place))?;
         self.count(place);
         Some(self.faults[place].clone())
     }
 
-    pub(super) fn acting(&mut self, kind: What) -> Option<When> {
+    pub(super) fn acting(&mut self, kind: FaultKind) -> Option<LossTime> {
         self.find(kind).map(|fault| fault.acting)
     }
 
-    /// What becomes of this frame's reply.
+    /// How the reply to this frame is treated.
     pub(super) fn fate(&mut self, answered: bool) -> Fate {
         if !answered {
             return Fate::Lost;
         }
-        if self.find(What::FrameDuplicated).is_some() {
+        if self.find(FaultKind::FrameDuplicated).is_some() {
             return Fate::Twice;
         }
-        if let Some(fault) = self.find(What::FrameDelayed) {
+        if let Some(fault) = self.find(FaultKind::FrameDelayed) {
             return Fate::Late { frames: fault.frames, after: false };
         }
-        if let Some(fault) = self.find(What::FrameReordered) {
+        if let Some(fault) = self.find(FaultKind::FrameReordered) {
             return Fate::Late { frames: fault.frames, after: true };
         }
         Fate::Sound
@@ -109,7 +110,7 @@ impl Machine {
         if self.counts[place] == 1 {
             let fault = &self.faults[place];
             let (kind, position) = (fault.kind.name(), fault.position);
-            self.happens(Happening::Fault { kind, position });
+            self.record(EventKind::Fault { kind, position });
         }
     }
 }

@@ -1,0 +1,136 @@
+//! Rules on angle, speed and following error.
+
+use super::{after_rest, config, next_up, safety, Cycle, COMPLETE, TS};
+use crate::config::AXES;
+use crate::rules::Reason;
+use crate::safety::Safety;
+
+#[test]
+fn a_jump_is_told_by_its_size_and_not_as_speed() {
+    let over = next_up(0.001);
+    assert_eq!(after_rest(|c| c.theta[5] = -over), Some((Reason::Jump, Some(5), -over, 0.001)));
+    assert_eq!(after_rest(|c| c.theta[5] = 0.001), None);
+}
+
+#[test]
+fn a_jump_may_be_larger_after_cycles_without_a_reply() {
+    for (moved, wanted) in [(0.0029, None), (0.0031, Some(Reason::Jump))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        cycle.judged(&mut safety);
+        cycle.answered = false;
+        assert_eq!(cycle.judged(&mut safety), None);
+        assert_eq!(cycle.judged(&mut safety), None);
+        cycle.answered = true;
+        cycle.theta[0] = moved;
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted, "{moved}");
+    }
+}
+
+#[test]
+fn cycles_that_were_left_out_allow_more_motion_once() {
+    for (moved, wanted) in [(0.0049, None), (0.0051, Some(Reason::Jump))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        for _ in 0..20 {
+            assert_eq!(cycle.judged(&mut safety), None);
+        }
+        cycle.skipped = 4;
+        cycle.theta[0] = moved;
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted, "{moved}");
+        cycle.skipped = 0;
+        cycle.theta[0] += 0.0011;
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), Some(Reason::Jump));
+    }
+}
+
+/// 16 skipped cycles, then one without a reply: its angle is from before the gap.
+#[test]
+fn an_angle_from_before_a_gap_makes_no_speed() {
+    for (speed, wanted) in [(1.0, None), (3.01, Some((Reason::Speed, 38)))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        let mut found = None;
+        for n in 0..60 {
+            let time = n + if n < 29 { 0 } else { 16 };
+            cycle.n = n;
+            (cycle.skipped, cycle.answered) = (if n == 29 { 16 } else { 0 }, n != 29);
+            if cycle.answered {
+                // slow until the gap: what is found is found after it
+                let after = (time - 46).max(0) as f64;
+                cycle.theta[3] = TS * (time.min(46) as f64 + speed * after);
+            }
+            found = found.or(cycle.judged(&mut safety));
+        }
+        assert_eq!(found.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
+    }
+}
+
+#[test]
+fn speed_is_the_mean_over_its_cycles() {
+    for (speed, wanted) in [(2.99, None), (3.01, Some((Reason::Speed, 8)))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        let mut found = None;
+        for n in 0..40 {
+            cycle.n = n;
+            cycle.theta[3] = speed * TS * n as f64;
+            found = found.or(cycle.judged(&mut safety));
+        }
+        assert_eq!(found.map(|t| (t.reason, t.cycle)), wanted, "{speed}");
+    }
+}
+
+#[test]
+fn position_trips_at_either_end() {
+    for (theta, limit) in [(0.55, None), (-0.55, None), (0.551, Some(0.55)), (-0.551, Some(-0.55))]
+    {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        cycle.theta[0] = theta;
+        let found = cycle.judged(&mut safety);
+        assert_eq!(found.map(|t| t.limit), limit, "{theta}");
+        assert!(found.is_none_or(|t| t.reason == Reason::Position));
+    }
+}
+
+#[test]
+fn following_error_trips_only_with_power() {
+    let over = next_up(0.05);
+    assert_eq!(after_rest(|c| c.e[4] = 0.05), None);
+    assert_eq!(after_rest(|c| c.e[4] = over), Some((Reason::FollowingError, Some(4), over, 0.05)));
+    let mut safety = Safety::new(&config(), TS, COMPLETE, false);
+    let mut cycle = Cycle::rest();
+    cycle.e[4] = 1.0;
+    cycle.statusword = [0x0250; AXES];
+    assert_eq!(cycle.judged(&mut safety), None);
+}
+
+#[test]
+fn a_frozen_encoder_needs_time_and_motion() {
+    // 40 cycles with the same counts, and more than 0.002 rad of reference
+    for (motion, wanted) in [(0.0019, None), (0.0021, Some(40)), (0.1, Some(40))] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        let mut found = None;
+        for n in 0..60 {
+            cycle.n = n;
+            cycle.r[1] = motion * (n as f64 / 10.0).min(1.0);
+            found = found.or(cycle.judged(&mut safety));
+        }
+        assert_eq!(found.map(|t| t.cycle), wanted, "{motion}");
+        assert!(found.is_none_or(|t| t.reason == Reason::FrozenEncoder && t.axis == Some(1)));
+    }
+}
+
+#[test]
+fn an_encoder_that_moves_now_and_then_is_not_frozen() {
+    let mut safety = safety();
+    let mut cycle = Cycle::rest();
+    for n in 0..400 {
+        cycle.n = n;
+        cycle.r[1] = 1e-4 * n as f64;
+        cycle.theta[1] = 1e-9 * (n / 39) as f64;
+        assert_eq!(cycle.judged(&mut safety), None, "{n}");
+    }
+}

@@ -1,0 +1,186 @@
+//! What `check` and `run` both prepare: configuration, system description, rights of the process.
+
+use clap::Args;
+use flexhex_system::{Component, Controller, System};
+use std::path::PathBuf;
+
+use crate::config::{self, Config, AXES};
+use crate::realtime;
+use crate::report::Reporter;
+
+/// The configuration file and the values that the command line replaces in it.
+#[derive(Args)]
+pub struct ConfigArgs {
+    /// Configuration of the machine (TOML), for example gateway/machines/akd.toml.
+    config: PathBuf,
+    /// Network interface of the drives, for example eth1; replaces bus.interface.
+    #[arg(long, value_name = "NAME")]
+    interface: Option<String>,
+    /// System description (.ssp); replaces system.ssp.
+    #[arg(long, value_name = "FILE")]
+    ssp: Option<PathBuf>,
+    /// Replace one value of the configuration, for example --set safety.overrun_us=20000; may be
+    /// repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Write one JSON object a line to stdout and the text for people to stderr.
+    #[arg(long)]
+    json: bool,
+}
+
+impl ConfigArgs {
+    pub fn reporter(&self) -> Reporter {
+        Reporter::new(self.json)
+    }
+
+    /// The checked configuration.
+    pub fn read(&self) -> Result<Config, String> {
+        let mut config = config::read(&self.config, &self.set)?;
+        if let Some(interface) = &self.interface {
+            config.bus.interface.clone_from(interface);
+        }
+        if let Some(ssp) = &self.ssp {
+            config.system.ssp.clone_from(ssp);
+        }
+        Ok(config)
+    }
+}
+
+/// Read the system description and check that it fits the configuration.
+pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, String> {
+    let system = System::open(&config.system.ssp).map_err(|why| why.to_string())?;
+    check_host(config, &system)?;
+    check_names(config, &system)?;
+    check_timeout(config, &system)?;
+    check_torque_limits(config, &system)?;
+    let (path, step_us) = (config.system.ssp.display(), system.base_step() * 1e6);
+    let count = system.components().len();
+    reporter.mark(true, &format!("{path}: {count} components, cycle time {step_us:.0} us"));
+    Ok(system)
+}
+
+fn names(system: &System) -> Vec<&str> {
+    system.components().iter().map(Component::name).collect()
+}
+
+/// The component that the drives replace has their signals for every axis.
+fn check_host(config: &Config, system: &System) -> Result<(), String> {
+    let (path, host) = (config.system.ssp.display(), &config.system.host);
+    let Some(component) = system.component(host) else {
+        let names = names(system);
+        return Err(format!("{path}: no component {host:?}, only {names:?}: correct system.host"));
+    };
+    for variable in ["theta", "tau_meas", "tau"] {
+        for axis in 1..=AXES {
+            let name = format!("{variable}[{axis}]");
+            if component.variable(&name).is_none() {
+                return Err(format!(
+                    "{path}: component {host} has no variable {name}: set system.host to the \
+                     component of the machine"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every component that the configuration names exists.
+fn check_names(config: &Config, system: &System) -> Result<(), String> {
+    let threads = config.system.own_thread.iter().map(|name| ("system.own_thread", name));
+    let faults = config.safety.non_trip_faults.keys().map(|n| ("safety.non_trip_faults", n));
+    match threads.chain(faults).find(|(_, name)| system.component(name).is_none()) {
+        Some((key, name)) => {
+            Err(format!("{key}: no component {name:?}, only {:?}: correct the name", names(system)))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_timeout(config: &Config, system: &System) -> Result<(), String> {
+    let (timeout, step_us) = (config.bus.reply_timeout_us, system.base_step() * 1e6);
+    if f64::from(timeout) < step_us {
+        return Ok(());
+    }
+    Err(format!(
+        "bus.reply_timeout_us = {timeout}, allowed less than {step_us:.0}, the cycle time of {}",
+        config.system.ssp.display()
+    ))
+}
+
+/// No component may command more torque than the limit of any axis.
+fn check_torque_limits(config: &Config, system: &System) -> Result<(), String> {
+    let others = system.components().iter().filter(|c| c.name() != config.system.host);
+    for component in others {
+        let Some(value) = component.parameter("tau_max") else {
+            continue;
+        };
+        let key = format!("{}.tau_max", component.name());
+        let tau_max = config.system.parameters.get(&key).copied().unwrap_or(value);
+        for axis in 0..AXES {
+            let limit = config.limits(axis).torque;
+            if tau_max > limit {
+                return Err(format!(
+                    "limits.torque_N_m = {limit} of axis {}: {key} = {tau_max} N m exceeds it: \
+                     lower {key} in [system.parameters] or raise the limit",
+                    axis + 1
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Names and units of the signals that the configuration adds to a recording.
+pub fn extra_columns(config: &Config, controller: &Controller) -> Vec<(String, String)> {
+    let unit = |name: &String| {
+        let slot = controller.slot(name);
+        slot.map_or("1".to_owned(), |slot| controller.units()[slot].clone())
+    };
+    config.recorder.signals.iter().map(|name| (name.clone(), unit(name))).collect()
+}
+
+/// Signal of the system behind each channel of a recording and its period in base steps,
+/// `theta=plant.theta:1 ...`, for programs that compare a recording with a simulation.
+pub fn channel_map(config: &Config, system: &System) -> String {
+    let (s, host) = (&config.system, &config.system.host);
+    let mut channels = vec![
+        ("theta".to_owned(), format!("{host}.theta")),
+        ("tau_meas".to_owned(), format!("{host}.tau_meas")),
+        ("r".to_owned(), s.reference.clone()),
+        ("tau_ff".to_owned(), s.feedforward.clone()),
+        ("e".to_owned(), s.following_error.clone()),
+    ];
+    for name in &config.recorder.signals {
+        let array = name.split('[').next().unwrap_or(name).to_owned();
+        if !channels.iter().any(|(channel, _)| *channel == array) {
+            channels.push((array.clone(), array));
+        }
+    }
+    let period = |signal: &str| {
+        let component = signal.split('.').next().and_then(|name| system.component(name));
+        component.map_or(1, Component::period)
+    };
+    let entry =
+        |(channel, signal): &(String, String)| format!("{channel}={signal}:{}", period(signal));
+    channels.iter().map(entry).collect::<Vec<_>>().join(" ")
+}
+
+/// Request the real-time settings of the configuration; a note on each that was not granted, with
+/// its remedy. Lockstep needs none.
+pub fn request_real_time(config: &Config, lockstep: bool) -> Vec<String> {
+    let r = &config.real_time;
+    let mut notes = Vec::new();
+    if lockstep {
+        return notes;
+    }
+    if r.lock_memory {
+        notes.extend(realtime::lock_memory().err());
+    }
+    if let Some(cpu) = r.cpu {
+        notes.extend(realtime::pin_to(cpu).err());
+    }
+    if r.priority > 0 {
+        notes.extend(realtime::set_fifo(r.priority).err());
+    }
+    notes
+}
