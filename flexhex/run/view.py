@@ -130,8 +130,14 @@ def run_json(run: PaperRun, report: Path) -> str:
         "repeatable_share": run.share if run.table else None,
         "undetermined": list(run.fit.undetermined),
         "fit_warnings": list(run.fit.warnings),
+        "experiments": {name: _data(name, result) for name, result in run.experiments.items()},
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),
     }
     return json.dumps(found, indent=2)
+
+
+def _data(name: str, result: Any) -> Any:
+    chosen = experiment(name)
+    return (chosen.data or chosen.rows)(result)

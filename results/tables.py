@@ -1,0 +1,200 @@
+"""Tables of the guides, each from the `found` of its results file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from results.shares import share
+
+Found = Any
+Rows = Iterable[Sequence[str]]
+CASES = (
+    ("feedback", "feedback only"),
+    ("fixed", "fixed feedforward"),
+    ("adaptive", "adaptive feedforward"),
+    ("repeatability", "non-repeatable part of three passes"),
+    ("paper-form", "adaptive, the paper's form of the filter"),
+    ("exact-adaptive", "adaptive, exact plant"),
+)
+
+
+def markdown(head: Sequence[str], rows: Rows) -> str:
+    """A table in Markdown; a bar in a cell becomes a slash."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(c.replace('|', '/') for c in row)} |" for row in lines) + "\n"
+
+
+def paper(found: Found) -> str:
+    """RMS errors and torques beside [SH, Table I]."""
+    head = ("RMS", "e [µrad]", "paper", "τ_FB [N m]", "paper")
+    rows = [_case(title, found["cases"][n], found["paper"].get(n)) for n, title in CASES]
+    alone, theirs = found["actuators"], found["paper_actuators"]
+    rows += [_case(f"actuators alone: {t}", alone[n], theirs[n]) for n, t in CASES[:3]]
+    return markdown(head, rows)
+
+
+def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
+    def cells(e: float, tau: float) -> tuple[str, str]:
+        return f"{e:.0f}" if e >= 100 else f"{e:.1f}", f"{tau:.4f}"
+
+    e, tau = cells(ours["e"], ours["tau_fb"])
+    their_e, their_tau = cells(*theirs[:2]) if theirs else ("", "")
+    return [title, e, their_e, tau, their_tau]
+
+
+def missing(found: Found) -> str:
+    """The adaptive loop before and after."""
+    rows = found["experiments"]["missing"]["rows"]
+    head = list(rows[0])
+    return markdown(
+        head, ([v if isinstance(v, str) else f"{v:.2f}" for v in r.values()] for r in rows)
+    )
+
+
+def hidden(found: Found) -> str:
+    """How the cases of the study ended."""
+    head = ("hidden", "said", "cases", "wanted")
+    rows, before = [], ""
+    for c in found["claims"]:
+        if c["n"]:
+            kind = c["kind"] if c["kind"] != before else ""
+            rows.append((kind, c["ending"], share(c["hits"], c["n"]), c["wanted"]))
+            before = c["kind"]
+    return markdown(head, rows)
+
+
+def cases(found: Found) -> str:
+    """Every case of the study."""
+    head = ("case", "hidden (axes)", "observable [% of torque RMS]", "verdict and names", "judged")
+    rows = []
+    for c in found["cases"]:
+        notes = c["notes"]
+        truth = [
+            f"{id} {_axes(a)}" for id, a in zip(c["truth"], notes["hidden_axes"], strict=False)
+        ]
+        named = [{"id": id, **e} for id, e in zip(c["named"], notes["named"], strict=True)]
+        verdict = ": ".join(filter(None, (c["verdict"], _names(named))))
+        if c["category"] == "changed":
+            truth = [f"changed: {', '.join(c['truth'])}"]
+        seen = ", ".join(f"{100 * x:.2f}" for x in c["observable"])
+        number = str(c["task"][1])
+        rows.append((number, "; ".join(truth) or "nothing", seen, verdict, c["outcome"]))
+    return markdown(head, rows)
+
+
+def machines(lines: Found) -> str:
+    """Machines of the showcase, failures too."""
+    head = (
+        "machine",
+        "hidden (axes, N m)",
+        "verdict and names",
+        "judged",
+        "repeatable and other residual of the held-out runs [mN m]: before → after"
+        " (non-repeatable part)",
+        "e on the machine [µrad]",
+    )
+    return markdown(head, [_machine(line) for line in lines])
+
+
+def _machine(line: Found) -> list[str]:
+    hidden = "; ".join(f"{h['kind']} {_axes(h['axes'])} {h['size']:.3f}" for h in line["hidden"])
+    name = str(line["number"]) if line["number"] else "default"
+    if "error" in line:
+        return [name, hidden, " ".join(line["error"].split())[:300], "failed", "", ""]
+    found, shown = line["diagnosis"], line["shown"]
+    names = [_names(found["effects"])] if found["effects"] else []
+    names += [f"changed {c['parameter']}" for c in found["changed"]]
+    names += [f"withdrawn {id}" for id in shown["withdrawn"]]
+    before, after, rest = (1e3 * found["gap"][k] for k in ("before", "after", "floor"))
+    loop = shown["closed_loop"]["machine"]
+    return [
+        name,
+        hidden,
+        ": ".join(filter(None, (found["verdict"], "; ".join(names)))),
+        line["judged"],
+        f"{before:.2f} → {after:.2f} ({rest:.2f})",
+        f"{loop['before']['e']:.1f} → {loop['after']['e']:.1f}",
+    ]
+
+
+def _names(effects: Sequence[Found]) -> str:
+    return "; ".join(
+        f"{e['id']} {_axes(e['axes'])}" + (f" (or {', '.join(e['rivals'])})" if e["rivals"] else "")
+        for e in effects
+    )
+
+
+def _axes(axes: Sequence[int]) -> str:
+    return "all" if len(axes) in (0, 6) else ",".join(map(str, axes))
+
+
+def speed(found: Found) -> str:
+    """Ours beside its rivals."""
+    head = ("what", "median", "required", "stretch", "beside it", "ratio")
+    rows = []
+    for row in found["rows"]:
+        first, *rivals = row["timings"]
+        unit = _factor if row["faster"] else _micro
+        limits = [unit(x) if x else "" for x in (row["required"], row["stretch"])]
+        met = ["", " no", " yes"]
+        marks = [met[_mark(row[k])] for k in ("met_required", "met_stretch")]
+        own = [row["what"], unit(first["median"])]
+        own += [limit + mark for limit, mark in zip(limits, marks, strict=True)]
+        for k, rival in enumerate(rivals):
+            beside = [
+                f"{rival['name']} {unit(rival['median'])}",
+                f"{row['ratios'][rival['name']]:.3g}",
+            ]
+            rows.append([*(own if k == 0 else [""] * 4), *beside])
+        if not rivals:
+            rows.append([*own, "", ""])
+    return markdown(head, rows)
+
+
+def _mark(met: bool | None) -> int:
+    return 0 if met is None else 1 + met
+
+
+def _micro(ns: float) -> str:
+    return f"{ns / 1e3:.3g} µs"
+
+
+def _factor(value: float) -> str:
+    return f"{value:.3g} ×"
+
+
+def growth(found: Found) -> str:
+    """Time of K over its number of parameters."""
+    timings = found["growth"]["parameters"]
+    rows = [[t["name"], f"{t['median'] / 1e3:.3g}", f"{t['median'] / int(t['name']) ** 2:.2f}"]
+            for t in timings]  # fmt: skip
+    return markdown(("parameters of K", "median [µs]", "ns for a square of a parameter"), rows)
+
+
+def loops(found: Found) -> str:
+    """Loops side by side: simulated seconds in a second."""
+    rows = [[name, *(f"{x:.3g}" for x in pair)] for name, pair in found["growth"]["loops"].items()]
+    return markdown(("loops in threads", "of the clock", "of processor time"), rows)
+
+
+def profile(found: Found) -> str:
+    """Share of each FMU in the time of the loop."""
+    parts = found["profile"]
+    total = sum(share for share, _ in parts.values())
+    rows = [
+        [name, f"{step:.2f}", f"{1e3 * spent:.2f}", f"{100 * spent / total:.0f} %"]
+        for name, (spent, step) in parts.items()
+    ]
+    return markdown(("FMU", "µs a step", "ms a simulated second", "share"), rows)
+
+
+def quantisation(found: Found) -> str:
+    """Tracking error with the drives' steps: the model, the machine."""
+    names = ("model", "machine")
+    head = ["steps of the drive", *(f"{name}: RMS, largest, change [µrad]" for name in names)]
+    rows = []
+    for variants in zip(*found["systems"].values(), strict=True):
+        cells = [f"{v['rms']:.3f}, {v['max']:.2f}, {v['change']:.4f}" for v in variants]
+        rows.append([variants[0]["title"], *cells])
+    return markdown(head, rows)
