@@ -129,72 +129,37 @@ def _axes(axes: Sequence[int]) -> str:
     return "all" if len(axes) in (0, 6) else ",".join(map(str, axes))
 
 
-def speed(found: Found) -> str:
-    """Ours beside its rivals."""
-    head = ("what", "median", "required", "stretch", "beside it", "ratio")
+def schunk(found: Found) -> str:
+    """Effects of the measured arm and its residual, axis by axis."""
+    named = {str(axis): e for e in found["effects"] for axis in e["axes"]}
     rows = []
-    for row in found["rows"]:
-        first, *rivals = row["timings"]
-        unit = _factor if row["faster"] else _micro
-        limits = [unit(x) if x else "" for x in (row["required"], row["stretch"])]
-        met = ["", " no", " yes"]
-        marks = [met[_mark(row[k])] for k in ("met_required", "met_stretch")]
-        own = [row["what"], unit(first["median"])]
-        own += [limit + mark for limit, mark in zip(limits, marks, strict=True)]
-        for k, rival in enumerate(rivals):
-            beside = [
-                f"{rival['name']} {unit(rival['median'])}",
-                f"{row['ratios'][rival['name']]:.3g}",
-            ]
-            rows.append([*(own if k == 0 else [""] * 4), *beside])
-        if not rivals:
-            rows.append([*own, "", ""])
+    for axis, gap in found["gap"]["per_axis"].items():
+        names, values = "not named", ""
+        if axis in named:
+            effect = named[axis]
+            names = " or ".join((effect["id"], *effect["rivals"]))
+            alone = len(effect["axes"]) == 1
+            values = "; ".join(
+                f"{name} = {v['value']:.3g} ({v['ci95'][0]:.3g} to {v['ci95'][1]:.3g}) {v['unit']}"
+                for name, v in effect["parameters"].items()
+                if alone or f"[{axis}]" in name
+            )
+        rows.append([axis, names, values, *(f"{gap[key]:.2f}" for key in ("before", "after"))])
+    head = ("axis", "named", "parameters (95 %)", "residual before [N m]", "after [N m]")
     return markdown(head, rows)
 
 
-def _mark(met: bool | None) -> int:
-    return 0 if met is None else 1 + met
-
-
-def _micro(ns: float) -> str:
-    return f"{ns / 1e3:.3g} µs"
-
-
-def _factor(value: float) -> str:
-    return f"{value:.3g} ×"
-
-
-def growth(found: Found) -> str:
-    """Time of K over its number of parameters."""
-    timings = found["growth"]["parameters"]
-    rows = [[t["name"], f"{t['median'] / 1e3:.3g}", f"{t['median'] / int(t['name']) ** 2:.2f}"]
-            for t in timings]  # fmt: skip
-    return markdown(("parameters of K", "median [µs]", "ns for a square of a parameter"), rows)
-
-
-def loops(found: Found) -> str:
-    """Loops side by side: simulated seconds in a second."""
-    rows = [[name, *(f"{x:.3g}" for x in pair)] for name, pair in found["growth"]["loops"].items()]
-    return markdown(("loops in threads", "of the clock", "of processor time"), rows)
-
-
-def profile(found: Found) -> str:
-    """Share of each FMU in the time of the loop."""
-    parts = found["profile"]
-    total = sum(share for share, _ in parts.values())
-    rows = [
-        [name, f"{step:.2f}", f"{1e3 * spent:.2f}", f"{100 * spent / total:.0f} %"]
-        for name, (spent, step) in parts.items()
-    ]
-    return markdown(("FMU", "µs a step", "ms a simulated second", "share"), rows)
-
-
-def quantisation(found: Found) -> str:
-    """Tracking error with the drives' steps: the model, the machine."""
-    names = ("model", "machine")
-    head = ["steps of the drive", *(f"{name}: RMS, largest, change [µrad]" for name in names)]
+def made(files: Found) -> str:
+    """How each results file was made."""
     rows = []
-    for variants in zip(*found["systems"].values(), strict=True):
-        cells = [f"{v['rms']:.3f}, {v['max']:.2f}, {v['change']:.4f}" for v in variants]
-        rows.append([variants[0]["title"], *cells])
+    for name, m in files.items():
+        computer = m["computer"]
+        place = f"{computer['cpu']}, {computer['cores']} cores, load {computer['load']}"
+        took = f"{m['minutes']:g} min"
+        commit = m["commit"][:7] + (" with changes" if m["dirty"] else "")
+        link = f"[{name}.json](../results/{name}.json)"
+        rows.append(
+            [link, f"`{m['command']}`", commit, m["date"][:10], took, place, computer["compiler"]]
+        )
+    head = ("file", "command", "commit", "date", "took", "computer", "compiler")
     return markdown(head, rows)
