@@ -33,8 +33,9 @@ def number(form: str, *path: str | int) -> Callable[[Found], str]:
     return text
 
 
-def _missing(row: int) -> Source:
-    return Source("missing", number(".1f", "experiments", "missing", "rows", row, "e [µrad]"))
+def _missing(which: str) -> Source:
+    path = ("experiments", "missing", "shown", "closed_loop", "machine", which, "e")
+    return Source("missing", number(".1f", *path))
 
 
 def _below(limit: float) -> Callable[[Found], str]:
@@ -49,8 +50,8 @@ def _below(limit: float) -> Callable[[Found], str]:
 
 FIGURES: dict[str, Source] = {
     "schunk verdict": Source("schunk", number("", "verdict")),
-    "missing before": _missing(0),
-    "missing after": _missing(1),
+    "missing before": _missing("before"),
+    "missing after": _missing("after"),
     "repeatability": Source("paper", number(".1f", "cases", "repeatability", "e")),
     "feedback dphi": Source("paper", number(".0f", "cases", "feedback", "dphi")),
     "feedback dx": Source("paper", number(".0f", "cases", "feedback", "dx")),

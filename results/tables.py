@@ -44,12 +44,17 @@ def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
 
 
 def missing(found: Found) -> str:
-    """The adaptive loop before and after."""
-    rows = found["experiments"]["missing"]["rows"]
-    head = list(rows[0])
-    return markdown(
-        head, ([v if isinstance(v, str) else f"{v:.2f}" for v in r.values()] for r in rows)
-    )
+    """The adaptive loop on the machine, with the model as it was and with the extended one."""
+    run = found["experiments"]["missing"]
+    gap, loops = run["diagnosis"]["gap"], run["shown"]["closed_loop"]["machine"]
+    rows = []
+    for title, key in (("as it was", "before"), ("extended", "after")):
+        e, tau = loops[key]["e"], loops[key]["tau_fb"]
+        residual = f"{1e3 * gap[key]:.2f}", f"{1e3 * gap['floor']:.2f}"
+        rows.append([title, f"{e:.1f}", f"{1e3 * tau:.2f}", *residual])
+    head = ("model", "e [µrad]", "τ_FB [mN m]", "residual of the held-out runs [mN m]")
+    named = f"Named: {_names(run['diagnosis']['effects'])}.\n"
+    return markdown((*head, "its non-repeatable part"), rows) + "\n" + named
 
 
 def hidden(found: Found) -> str:
@@ -90,8 +95,7 @@ def machines(lines: Found) -> str:
         "hidden (axes, N m)",
         "verdict and names",
         "judged",
-        "repeatable and other residual of the held-out runs [mN m]: before → after"
-        " (non-repeatable part)",
+        "residual of the held-out runs [mN m]: before → after (non-repeatable part)",
         "e on the machine [µrad]",
     )
     return markdown(head, [_machine(line) for line in lines])

@@ -61,16 +61,14 @@ def test_results_file_says_how_it_was_made(path: Path) -> None:
 
 
 def test_changed_figure_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    row = {"e [µrad]": 25.13}
-    found = {"experiments": {"missing": {"rows": [row, row]}}}
+    growth = {"parameters": [{"name": "10", "median": 2513.0}]}
+    found = {"growth": growth, "cases": {"repeatability": {"e": 25.13}}}
     monkeypatch.setattr(render, "content", lambda name: {"found": found})
-    text = (
-        "e = <!--= missing after -->25.2<!--/--> µrad\n<!-- table: missing -->\n<!-- /table -->\n"
-    )
-    assert render.rendered(text) == (
-        "e = <!--= missing after -->25.1<!--/--> µrad\n<!-- table: missing -->\n"
-        "| e [µrad] |\n| --- |\n| 25.13 |\n| 25.13 |\n<!-- /table -->\n"
-    )
+    text = "e = <!--= repeatability -->25.2<!--/-->\n<!-- table: growth -->\n<!-- /table -->\n"
+    lines = render.rendered(text).splitlines()
+    assert lines[0] == "e = <!--= repeatability -->25.1<!--/-->"
+    assert lines[1] == "<!-- table: growth -->"
+    assert lines[4:] == ["| 10 | 2.51 | 25.13 |", "<!-- /table -->"]
 
 
 def test_unknown_name_and_missing_key_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
