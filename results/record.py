@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import resource
 import shlex
 import subprocess
 import sys
@@ -36,6 +37,8 @@ def record(name: str, command: list[str]) -> Path:
         raise ValueError(f"{shlex.join(command)}: exit {done.returncode}, no JSON") from None
     made = {"command": shlex.join(command), "exit": done.returncode, **before}
     made["minutes"] = round((time.monotonic() - began) / 60, 1)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    made["processor_minutes"] = round((used.ru_utime + used.ru_stime) / 60, 1)
     return write(name, {"made": made, "found": found})
 
 

@@ -160,6 +160,8 @@ def made(files: Found) -> str:
         computer = m["computer"]
         place = f"{computer['cpu']}, {computer['cores']} cores, load {computer['load']}"
         took = f"{m['minutes']:g} min"
+        if "processor_minutes" in m:
+            took += f", {m['processor_minutes']:g} of a core"
         commit = m["commit"][:7] + (" with changes" if m["dirty"] else "")
         link = f"[{name}.json](../results/{name}.json)"
         rows.append(

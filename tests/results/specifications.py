@@ -4,7 +4,6 @@ BASE = "base step, in machines/tflex.toml"
 SPECIFICATIONS: dict[str, dict[str, str]] = {
     "README.md": {
         "50 s": "length of the paper's trajectory",
-        "10 µrad": "limit below which machines are counted",
         "31 ×": "size of the constraints",
         "6 ×": "size of the platform's system",
         "2.0": "FMI 2.0",
