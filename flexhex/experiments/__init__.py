@@ -27,7 +27,7 @@ from flexhex.output.plots import Figure
 class Experiment:
     """One experiment. run(builder, fit, progress, command, quick) -> its result, which
     `figures` (by the id of their place) and `rows` turn into plots and a table. asked: it takes
-    minutes, so it runs only when it is named. data: for `--json`, where that is more than rows."""
+    minutes, so it runs only when it is named. data: what `--json` says of it, if anything."""
 
     name: str
     title: str
