@@ -39,8 +39,8 @@ def case(cases: tuple[Case, ...], name: str) -> Case:
 
 @pytest.mark.parametrize(("name", "reached"), [("exact-fixed", 0.0194), ("exact-adaptive", 0.884)])
 def test_exact_plant_leaves_little_error(builder: Builder, name: str, reached: float) -> None:
-    """What is reached [urad], and half as much again for the rounding of other compilers. A delay of
-    the reference that is wrong by a sixth of a base step gives 0.74 in place of 0.02."""
+    """What is reached [urad], and half as much again for other compilers' rounding. A delay of the
+    reference that is wrong by a sixth of a base step gives 0.74 in place of 0.02."""
     p = base_parameters(builder.machine)
     found = error(simulated(builder, case(extra_cases(builder.machine, p, SECONDS), name)))
     assert 0 < found < 1.5 * reached
