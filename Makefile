@@ -6,7 +6,7 @@ READY  := $(VENV)/.ready
 
 GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
-.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench clean lock
+.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench results results-studies clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -21,6 +21,8 @@ help:
 	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
 	@echo "make bench     speed: medians and ratios side by side"
+	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
+	@echo "make results-studies  the long ones (hours; root for the emulated drives)"
 	@echo "make format    format Python, C and Rust"
 	@echo "make lock      resolve requirements.lock and requirements-platforms.lock anew"
 	@echo "make clean     remove out/ and the environment"
@@ -69,6 +71,23 @@ fuzz: build
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks
+
+RECORD := $(BIN)/python -m results.record
+DAY    := $(shell date +%y%m%d)
+
+results: $(READY)
+	$(RECORD) paper python -m flexhex run --only table --json
+	$(RECORD) missing python -m flexhex run --only missing --json
+	$(RECORD) speed python -m benchmarks --json
+	$(BIN)/python -m results.render
+
+results-studies: build gateway
+	$(RECORD) schunk python examples/schunk/diagnose.py --json
+	$(RECORD) quantisation python -m studies.quantisation --json
+	$(RECORD) drive python -m flexhex drive --json
+	$(RECORD) hidden_effects python -m studies.hidden_effects --json --seeds $(DAY)000:$(DAY)080
+	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
+	$(BIN)/python -m results.render
 
 check: $(READY)
 	$(BIN)/ruff check .

@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import json
 import os
-import platform
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,10 +16,10 @@ from rich.console import Console
 from benchmarks import adapter, growth, kalman, loop, mechanism, plant, tables
 from benchmarks.clock import Row, pin
 from benchmarks.rooms import operations
-from flexhex.fmugen.compile import version
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
+from results.record import computer
 
 MACHINE_FILE = Path("machines") / "tflex.toml"
 ROOMS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
@@ -61,7 +60,7 @@ def collect(only: str | None, rounds: int) -> dict[str, Any]:
     machine, before = load_machine(MACHINE_FILE), pin()
     try:
         wanted = [only] if only else [*ROWS, *MORE]
-        found: dict[str, Any] = {"where": where(), "rows": []}
+        found: dict[str, Any] = {"where": computer(), "rows": []}
         for name in wanted:
             if name in ROWS:
                 found["rows"].append(ROWS[name](machine, rounds))
@@ -87,17 +86,6 @@ def grown(machine: Machine, rounds: int, cores: list[int]) -> dict[str, Any]:
             if count <= max(len(cores), 1):
                 side[f"{loops} loops, {count} cores"] = loop.side_by_side(ssp, loops, cores[:count])
     return {"parameters": by_parameters, "loops": side}
-
-
-def where() -> dict[str, Any]:
-    """The computer: processor, cores, load, compiler."""
-    cpu = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        cpu = names[0].partition(":")[2].strip() if names else cpu
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
-    return {"cpu": cpu, "cores": os.cpu_count(), "load": round(load, 1), "compiler": version()}
 
 
 def _plain(value: Any) -> Any:

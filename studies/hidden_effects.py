@@ -1,9 +1,10 @@
 """`python -m studies.hidden_effects --seeds A:B [--closed A:B] [--machines] [--jobs N]
-[--dask ADDRESS] [--store FILE]`: measured runs in which an effect is hidden, diagnosed, judged.
+[--dask ADDRESS] [--store FILE] [--json]`: runs in which an effect is hidden, diagnosed, judged.
 
 Each case comes from `studies/generator`, which shares no code with the library of effects, then
 diagnosed from its logs, then scored against the truth, which lies in another folder and is
-opened by the scorer alone. One JSON line a case in the store: a study goes on where it stopped.
+opened by the scorer alone. One JSON line a case in the store: a study goes on where it stopped,
+on the commit that it began with.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import multiprocessing
 import os
 import shutil
 import signal
+import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -23,6 +25,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from results.record import provenance
 from studies import tables
 from studies.generator.closed import closed_case, simulate_closed
 from studies.generator.draw import Case, draw
@@ -199,34 +202,51 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--machines", action="store_true", help=f"the {COUNT} of the showcase")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--dask", metavar="ADDRESS", help="tcp://host:port of a scheduler")
-    parser.add_argument("--store", type=Path, default=OUT / "study.jsonl")
+    parser.add_argument("--store", type=Path, help="default: a file of this commit in out/hidden")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     given = parser.parse_args(arguments)
     tasks: list[Task] = [("seed", k) for k in given.seeds]
     tasks += [("closed", k) for k in given.closed]
     tasks += [("machine", k) for k in range(1, COUNT + 1) if given.machines]
-    store, failed = Store(given.store), []
-    waiting = [t for t in tasks if t not in store.done]
-    print(f"{len(tasks)} cases, {len(tasks) - len(waiting)} done before")
+    store = Store(given.store or OUT / f"study-{provenance()['commit'][:9]}.jsonl")
+    failed = _study(tasks, store, given.jobs, given.dask)
+    scores = {t: store.done[t] for t in tasks if t in store.done}
+    if given.json:
+        found = [asdict(claim) for claim in tables.claims(list(scores.values()))]
+        cases = [{"task": task, **asdict(found)} for task, found in scores.items()]
+        print(json.dumps({"claims": found, "failed": failed, "cases": cases}))
+    else:
+        print(tables.text(list(scores.values())))
+    if failed:
+        _say(f"{len(failed)} cases failed and count nowhere: {failed}")
+    return 1 if failed else 0
+
+
+def _study(tasks: Sequence[Task], store: Store, jobs: int, dask: str | None) -> list[Task]:
+    """Run what the store does not have; the cases that failed."""
+    waiting, failed = [t for t in tasks if t not in store.done], []
+    _say(f"{len(tasks)} cases, {len(tasks) - len(waiting)} done before")
     loops = [number for kind, number in waiting if kind == "closed"]
     groups = [loops[k : k + SIDE_BY_SIDE] for k in range(0, len(loops), SIDE_BY_SIDE)]
-    if groups and not given.dask:
+    if groups and not dask:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(given.jobs, len(groups)), mp_context=context) as executor:
-            print(f"{sum(executor.map(close_loops, groups))} closed loops integrated", flush=True)
-    pool = over_dask(given.dask) if given.dask else local(given.jobs)
+        with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context) as executor:
+            _say(f"{sum(executor.map(close_loops, groups))} closed loops integrated")
+    pool = over_dask(dask) if dask else local(jobs)
     for task, found in pool(waiting) if waiting else ():
         if isinstance(found, str):
-            failed.append((task, found))
-            print(f"{task[0]} {task[1]}: FAILED\n{found}", flush=True)
+            failed.append(task)
+            _say(f"{task[0]} {task[1]}: FAILED\n{found}")
             continue
         store.add(task, found)
         truth = " + ".join(found.truth) or "nothing"
         said = " + ".join(found.named) or found.verdict
-        print(f"{task[0]} {task[1]}: {truth} -> {said}: {found.outcome}", flush=True)
-    print(tables.text([store.done[t] for t in tasks if t in store.done]))
-    if failed:
-        print(f"\n{len(failed)} cases failed and count nowhere: {[t for t, _ in failed]}")
-    return 1 if failed else 0
+        _say(f"{task[0]} {task[1]}: {truth} -> {said}: {found.outcome}")
+    return failed
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What the drives' steps do to the tracking error of the adaptive loop, by simulation.
 
-    python -m studies.quantisation [--duration S] [SSP ...]
+    python -m studies.quantisation [--duration S] [--json] [SSP ...]
 
 tau* = tau_step round(tau / tau_step), theta* = theta_step round(theta / theta_step), the drives';
 carried: feedback.fmu commands whole steps and adds what is left over to the next command.
@@ -9,9 +9,11 @@ carried: feedback.fmu commands whole steps and adds what is left over to the nex
 from __future__ import annotations
 
 import argparse
+import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,18 +87,28 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def table(ssp: Path, seconds: float) -> Table:
-    """A row for each variant; the last column: by how much the angles moved from "no steps"."""
-    out = Table(title=f"{ssp}, {seconds:g} s after the hold", box=MARKDOWN)
-    for name in ("steps", "e RMS [µrad]", "e max [µrad]", "change of θ RMS [µrad]"):
-        out.add_column(name, justify="left" if name == "steps" else "right", no_wrap=True)
+def figures(ssp: Path, seconds: float) -> list[dict[str, Any]]:
+    """For each variant: RMS and largest tracking error, RMS by which the angles moved from those of
+    "no steps" [urad]."""
+    found: list[dict[str, Any]] = []
     exact: Array | None = None
     for steps in variants():
         e, theta = moved(ssp, seconds, steps)
         exact = theta if exact is None else exact
-        figures = (rms(e), float(np.abs(e).max()), rms(theta - exact))
-        shown = [f"{1e6 * value:.{digits}f}" for value, digits in zip(figures, DIGITS, strict=True)]
-        out.add_row(steps.title, *shown)
+        values = {"rms": rms(e), "max": float(np.abs(e).max()), "change": rms(theta - exact)}
+        found.append({"title": steps.title} | {k: 1e6 * v for k, v in values.items()})
+    return found
+
+
+def table(title: str, found: list[dict[str, Any]]) -> Table:
+    """A row for each variant."""
+    out = Table(title=title, box=MARKDOWN)
+    for name in ("steps", "e RMS [µrad]", "e max [µrad]", "change of θ RMS [µrad]"):
+        out.add_column(name, justify="left" if name == "steps" else "right", no_wrap=True)
+    for row in found:
+        figures = (row["rms"], row["max"], row["change"])
+        shown = [f"{value:.{digits}f}" for value, digits in zip(figures, DIGITS, strict=True)]
+        out.add_row(row["title"], *shown)
     return out
 
 
@@ -105,10 +117,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="studies.quantisation", description=__doc__)
     parser.add_argument("systems", nargs="*", type=Path, default=SYSTEMS, metavar="SSP")
     parser.add_argument("--duration", type=float, default=20.0, help="time after the hold [s]")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     asked = parser.parse_args(arguments)
-    out = Console(width=120)
-    for ssp in asked.systems:
-        out.print(table(ssp, asked.duration))
+    seconds = asked.duration
+    found = {str(ssp): figures(ssp, seconds) for ssp in asked.systems}
+    if asked.json:
+        print(json.dumps({"seconds": seconds, "systems": found}))
+        return
+    for ssp, rows in found.items():
+        Console(width=120).print(table(f"{ssp}, {seconds:g} s after the hold", rows))
 
 
 if __name__ == "__main__":

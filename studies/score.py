@@ -1,20 +1,19 @@
 """A verdict against the sealed truth. Nothing but this opens the truth.
 
 Outcomes, one a case:
-- nothing hidden: `right` (none, or changed parameters: the file is indeed off by some percent),
-  `unknown` (a gap where none is), `false_alarm` (an effect named, alone or in a set);
-- one effect: `alone` (named, no rival, nothing else), `set` (it is in a set of at most three,
-  nothing else), `wrong` (any effect named that is not there, the right name on wrong joints
-  only, or too large a set), `missed` (nothing named);
-- two effects or more: `both` (all), `some`, `wrong`, `missed`;
-- outside the list: `right` (unknown, none or changed), `wrong` (an effect named);
+- nothing hidden: `silent` (no effect named and no gap claimed; changed parameters may be reported,
+  as the machine file is indeed off by some percent), `unknown` (a gap where none is),
+  `false_alarm` (an effect named, alone or in a set);
+- effects of the library: see `outcome_of`;
+- outside the library: `detected` (unknown, nothing named), `unnoticed` (none or changed),
+  `wrong` (an effect named);
 - a changed parameter: `right` (of the family that was changed), `wrong`, `missed`.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from studies.generator.draw import INSIDE
 
 VERDICTS = ("named", "set", "changed", "unknown", "none")
 LARGEST_SET = 3
+JOINTS = 6
 SAME = 1.1
 """Largest ratio of two floors that are the same noise."""
 FAMILIES = {
@@ -51,7 +51,6 @@ class Score:
     verdict: str
     named: tuple[str, ...]
     outcome: str
-    axes_right: bool | None = None
     closed_gap: float | None = None
     wanted: tuple[float, ...] = ()
     notes: Mapping[str, Any] = field(default_factory=dict)
@@ -63,7 +62,6 @@ def score(found: Mapping[str, Any], sealed: Path) -> Score:
     truth = json.loads(sealed.read_text(encoding="utf-8"))
     _check(found)
     hidden, effects = truth["hidden"], found["effects"]
-    outcome, axes = _outcome(truth, found)
     return Score(
         truth["seed"],
         truth["category"],
@@ -73,11 +71,15 @@ def score(found: Mapping[str, Any], sealed: Path) -> Score:
         tuple(h["observable"] for h in hidden),
         found["verdict"],
         tuple(e["id"] for e in effects),
-        outcome,
-        axes,
+        _outcome(truth, found),
         _closed(found.get("gap") or {}),
         tuple(h["wanted"] for h in hidden),
-        {"rivals": [list(_rivals(e)) for e in effects], "gap": found.get("gap")},
+        {
+            "hidden_axes": [h["axes"] for h in hidden],
+            "named": [{"axes": e.get("axes"), "rivals": list(_rivals(e))} for e in effects],
+            "changed": [c["parameter"] for c in found["changed"]],
+            "gap": found.get("gap"),
+        },
     )
 
 
@@ -118,37 +120,68 @@ def _set(effect: Mapping[str, Any]) -> frozenset[str]:
     return frozenset((effect["id"], *_rivals(effect)))
 
 
-def _meets(effect: Mapping[str, Any], hidden: Mapping[str, Any]) -> bool:
-    """Whether a named effect is the hidden one: its set holds it and a joint is right."""
-    axes = effect.get("axes")
-    placed = not axes or bool(set(axes) & set(hidden["axes"]))
-    return hidden["id"] in _set(effect) and placed and len(_set(effect)) <= LARGEST_SET
+@dataclass(frozen=True)
+class Hidden:
+    """What a machine hides: the names that are right for it, and its joints."""
+
+    ids: frozenset[str]
+    axes: frozenset[int]
+
+    def met(self, effect: Mapping[str, Any]) -> bool:
+        """Whether a named effect is this one: its set holds it and one joint is right."""
+        together = _set(effect)
+        placed = bool(_axes(effect) & self.axes)
+        return bool(together & self.ids) and placed and len(together) <= LARGEST_SET
+
+    def exact(self, effect: Mapping[str, Any]) -> bool:
+        """The same with all joints right and no other."""
+        return self.met(effect) and _axes(effect) == self.axes
 
 
-def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> tuple[str, bool | None]:
-    category, effects, hidden = truth["category"], found["effects"], truth["hidden"]
+def outcome_of(hidden: Sequence[Hidden], effects: Sequence[Mapping[str, Any]]) -> str:
+    """What became of effects of the library, the worst word that holds:
+
+    `missed`: nothing is named; `wrong`: an effect is named that is not there, or on other joints
+    only, or in a set of more than three; `some`: not all are named; `joints`: all are named, one
+    on too many joints or too few; `set`: all are named on their joints, one of them in a set;
+    `alone`: all are named on their joints and nothing else.
+    """
+    if not effects:
+        return "missed"
+    if any(not any(h.met(e) for h in hidden) for e in effects):
+        return "wrong"
+    if any(not any(h.met(e) for e in effects) for h in hidden):
+        return "some"
+    if any(not any(h.exact(e) for e in effects) for h in hidden):
+        return "joints"
+    return "set" if any(len(_set(e)) > 1 for e in effects) else "alone"
+
+
+def outside_of(found: Mapping[str, Any]) -> str:
+    """What became of an effect that the library does not have."""
+    if found["effects"]:
+        return "wrong"
+    return "detected" if found["verdict"] == "unknown" else "unnoticed"
+
+
+def _axes(effect: Mapping[str, Any]) -> frozenset[int]:
+    """Joints of a named effect; none are told where it acts on the whole machine."""
+    return frozenset(effect.get("axes") or range(1, JOINTS + 1))
+
+
+def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+    category, effects = truth["category"], found["effects"]
     if category == "nothing":
         if effects:
-            return "false_alarm", None
-        return ("unknown" if found["verdict"] == "unknown" else "right"), None
+            return "false_alarm"
+        return "unknown" if found["verdict"] == "unknown" else "silent"
     if category == "changed":
-        return _changed(truth, found), None
-    named = [h for h in hidden if h["id"] in INSIDE]
-    if not named:
-        return ("wrong" if effects else "right"), None
-    if not effects:
-        return "missed", None
-    met = [h for h in named if any(_meets(e, h) for e in effects)]
-    if not met or any(not any(_meets(e, h) for h in named) for e in effects):
-        return "wrong", None
-    axes = all(any(_exact(e, h) for e in effects) for h in met)
-    if len(hidden) > 1:
-        return ("both" if len(met) == len(named) else "some"), axes
-    return ("set" if any(len(_set(e)) > 1 for e in effects) else "alone"), axes
-
-
-def _exact(effect: Mapping[str, Any], hidden: Mapping[str, Any]) -> bool:
-    return _meets(effect, hidden) and set(effect.get("axes") or ()) == set(hidden["axes"])
+        return _changed(truth, found)
+    inside = [h for h in truth["hidden"] if h["id"] in INSIDE]
+    if not inside:
+        return outside_of(found)
+    hidden = [Hidden(frozenset([h["id"]]), frozenset(h["axes"])) for h in inside]
+    return outcome_of(hidden, effects)
 
 
 def _changed(truth: Mapping[str, Any], found: Mapping[str, Any]) -> str:

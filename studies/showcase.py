@@ -1,9 +1,9 @@
-"""`python -m studies.showcase`: what machines hide, found from their logs and added.
+"""`python -m studies.showcase [--json]`: what machines hide, found from their logs and added.
 
 Machine 0 is the default one; the others are drawn from seeds (`showcase_machines.py`). For each:
 logs of machine.fmu under the fixed feedforward, `diagnose`, the extended model built, the adaptive
 loop on machine.fmu before and after. Finished machines are lines of OUT/results.jsonl and are not
-run again; the table goes to OUT/table.md.
+run again on the same commit.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from __future__ import annotations
 import argparse
 import json
 import shutil
+import sys
 import time
 import traceback
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,9 @@ from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import table_cases
 from flexhex.ssp.executor import run
+from results.record import provenance
+from results.tables import machines as table
+from studies.score import Hidden, outcome_of, outside_of
 from studies.showcase_machines import NEAR, SEEN_AS, drawn, write_machine
 
 DEFAULT = Path("machines/tflex.toml")
@@ -76,7 +79,7 @@ def show(number: int, seed: int, machines: int, out: Path) -> Line:
     runs, locked = record(machine_file, folder, own)
     _say(number, began, "recorded")
     found = diagnose(runs, locked, machine_file, Options(confidence=0))
-    _say(number, began, f"{found.verdict}: {_names(found.data()['effects'])}")
+    _say(number, began, f"{found.verdict}: {', '.join(e.id for e in found.effects)}")
     line["diagnosis"] = found.data()
     for sub in ("model", "model/before"):
         _share_cache(folder / sub)
@@ -99,101 +102,28 @@ def _default_hidden() -> list[Line]:
 
 
 def _say(number: int, began: float, text: str) -> None:
-    print(f"machine {number}, {time.monotonic() - began:.0f} s: {text}", flush=True)
-
-
-def _names(effects: Sequence[Line]) -> str:
-    return "; ".join(
-        f"{e['id']} {','.join(map(str, e['axes']))}"
-        + (f" (or {', '.join(e['rivals'])})" if e["rivals"] else "")
-        for e in effects
-    )
+    took = time.monotonic() - began
+    print(f"machine {number}, {took:.0f} s: {text}", file=sys.stderr, flush=True)
 
 
 def judged(line: Line) -> str:
-    """right, in a set, near (see `NEAR`), partly, missed, wrong; right for what is outside is to
-    name nothing."""
+    """As `outcome_of` and `outside_of` say; `, near` where a name is another form of the same
+    thing (`NEAR`); `failed`."""
     if "error" in line:
         return "failed"
-    near = {name: ids for kind, names in NEAR.items() for name in names for ids in SEEN_AS[kind]}
-    kinds = {h["kind"] for h in line["hidden"]}
-    said_near = {e["id"] for e in line["diagnosis"]["effects"]} & set(near)
-    if said_near and kinds & set(NEAR):
-        effects = [{**e, "id": near.get(e["id"], e["id"])} for e in line["diagnosis"]["effects"]]
-        found = judged({**line, "hidden": line["hidden"], "diagnosis": {"effects": effects}})
-        return found.replace("right", "near")
-    wanted = [set(SEEN_AS[h["kind"]]) for h in line["hidden"]]
-    said = [{e["id"], *e["rivals"]} for e in line["diagnosis"]["effects"]]
-    alone = [{e["id"]} for e in line["diagnosis"]["effects"]]
-    inside = [ids for ids in wanted if ids]
+    found = line["diagnosis"]
+    inside = [h for h in line["hidden"] if SEEN_AS[h["kind"]]]
     if not inside:
-        return "right" if not said else "wrong"
-    wrong = [s for s in said if not any(s & ids for ids in inside)]
-    hit = [ids for ids in inside if any(s & ids for s in said)]
-    if wrong:
-        return "one wrong" if hit else "wrong"
-    if len(hit) < len(inside):
-        return "partly" if hit else "missed"
-    return "right" if all(any(s & ids for s in alone) for ids in inside) else "right, in a set"
-
-
-def table(lines: Sequence[Line]) -> str:
-    """All machines as a markdown table, failures too."""
-    head = (
-        "machine",
-        "hidden (axes, N m)",
-        "verdict and names",
-        "judged",
-        "gap of locked runs [mN m]: base, extended, floor",
-        "simulated gap [mN m]",
-        "e [µrad] on the machine",
-        "τ_FB [mN m]",
+        return outside_of(found)
+    strict, wider = (
+        outcome_of([_hidden(h, near) for h in inside], found["effects"]) for near in (False, True)
     )
-    rows = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    for line in sorted(lines, key=lambda entry: int(entry["number"])):
-        rows.append("| " + " | ".join(_row(line)) + " |")
-    return "\n".join(rows) + "\n"
+    return strict if strict == wider else f"{wider}, near"
 
 
-def _row(line: Line) -> list[str]:
-    hidden = "; ".join(
-        f"{h['kind']} {','.join(map(str, h['axes']))} {h['size']:.3f}" for h in line["hidden"]
-    )
-    name = str(line["number"]) if line["number"] else "default"
-    if "error" in line:
-        return [
-            name,
-            hidden,
-            " ".join(line["error"].replace("|", "/").split())[:300],
-            "failed",
-            "",
-            "",
-            "",
-            "",
-        ]
-    found, shown = line["diagnosis"], line["shown"]
-    gap = found["gap"]
-    sums = [_rms(shown["simulation_gap"], key) for key in ("before", "after")]
-    loop = shown["closed_loop"]["machine"]
-    names = _names(found["effects"])
-    if found["changed"]:
-        names += f"; changed {', '.join(c['parameter'] for c in found['changed'])}"
-    names += f" (withdrawn: {', '.join(shown['withdrawn'])})" if shown["withdrawn"] else ""
-    return [
-        name,
-        hidden,
-        f"{found['verdict']}: {names}",
-        judged(line),
-        " ".join(f"{1e3 * gap[key]:.2f}" for key in ("before", "after", "floor")),
-        f"{sums[0]:.2f} → {sums[1]:.2f}",
-        f"{loop['before']['e']:.1f} → {loop['after']['e']:.1f}",
-        f"{1e3 * loop['before']['tau_fb']:.2f} → {1e3 * loop['after']['tau_fb']:.2f}",
-    ]
-
-
-def _rms(gaps: Line, key: str) -> float:
-    values = [v**2 for gap in gaps.values() for v in gap[key]]
-    return float(1e3 * (sum(values) / max(len(values), 1)) ** 0.5)
+def _hidden(entry: Line, near: bool) -> Hidden:
+    names = (*SEEN_AS[entry["kind"]], *(NEAR.get(entry["kind"], ()) if near else ()))
+    return Hidden(frozenset(names), frozenset(entry["axes"]))
 
 
 def main() -> None:
@@ -203,30 +133,33 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=41)
     parser.add_argument("--only", type=int, nargs="*", help="numbers of machines, 0: the default")
     parser.add_argument("--out", type=Path, default=Path("out/showcase"))
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
     given = parser.parse_args()
     store = given.out / "results.jsonl"
     given.out.mkdir(parents=True, exist_ok=True)
     lines: list[Line] = []
     if store.exists():
         lines = [json.loads(text) for text in store.read_text(encoding="utf-8").splitlines()]
-    key = {"seed": given.seed, "machines": given.machines}
+    key = {"seed": given.seed, "machines": given.machines, "commit": provenance()["commit"]}
     # a failure is tried again; its row stands until then
     lines = [e for e in lines if {k: e[k] for k in key} == key and "error" not in e]
     done = {line["number"] for line in lines}
     numbers = range(given.machines + 1) if given.only is None else given.only
     for number in (n for n in numbers if n not in done):
         try:
-            line = show(number, given.seed, given.machines, given.out)
+            line = {**key, **show(number, given.seed, given.machines, given.out)}
         except Exception as error:  # a failure is a row of the table
             traceback.print_exc()
             hidden = drawn(given.seed, number, given.machines) if number else ()
             line = {**key, "number": number, "hidden": [vars(h) for h in hidden]}
             line["error"] = f"{type(error).__name__}: {error}"
+        line["judged"] = judged(line)
+        _say(number, time.monotonic(), line["judged"])
         lines.append(line)
         with store.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
-        (given.out / "table.md").write_text(table(lines), encoding="utf-8")
-    print(table(lines))
+    lines.sort(key=lambda entry: int(entry["number"]))
+    print(json.dumps(lines) if given.json else table(lines))
 
 
 if __name__ == "__main__":

@@ -2,73 +2,84 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
 
+from results.shares import share
 from studies.score import Score
 
 SEEN = 0.004
 """Effects of which at least this share of torque RMS is observable have to be found."""
+Endings = tuple[tuple[str, str, tuple[str, ...]], ...]
+NOTHING: Endings = (
+    ("an effect named", "at most 1 %", ("false_alarm",)),
+    ("`unknown`", "", ("unknown",)),
+)
+SINGLE: Endings = (
+    ("named alone, axes right", "at least 80 %", ("alone",)),
+    ("in a set of two or three, axes right", "", ("set",)),
+    ("name right, axes wrong in part", "", ("joints",)),
+    ("missed", "", ("missed",)),
+    ("wrong", "at most 2 %", ("wrong",)),
+)
+FAINT: Endings = tuple((name, "" if "alone" in name else w, o) for name, w, o in SINGLE)
+OUTSIDE: Endings = (
+    ("detected: `unknown`", "at least 90 %", ("detected",)),
+    ("not noticed: `none` or `changed`", "", ("unnoticed",)),
+    ("an effect named", "at most 3 %", ("wrong",)),
+)
+PAIR: Endings = (
+    ("both named alone, axes right", "", ("alone",)),
+    ("both named, a set among them", "", ("set",)),
+    ("both named, axes wrong in part", "", ("joints",)),
+    ("some named", "", ("some",)),
+    ("missed", "", ("missed",)),
+    ("a wrong name", "at most 3 %", ("wrong",)),
+)
+CHANGED: Endings = (
+    ("right", "at least 95 %", ("right",)),
+    ("missed", "", ("missed",)),
+    ("wrong", "", ("wrong",)),
+)
 BINS = (0.0, 0.001, 0.002, 0.004, 0.006, 0.01, 0.02, 1.0)
 
 
-def wilson(hits: int, n: int) -> tuple[float, float]:
-    """95 % interval of a share; 0 to 1 where nothing was tried."""
-    if n == 0:
-        return 0.0, 1.0
-    z, p = 1.959964, hits / n
-    middle, width = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    low, high = (middle - width) / (1 + z * z / n), (middle + width) / (1 + z * z / n)
-    return max(0.0, min(low, p)), min(1.0, max(high, p))
+@dataclass(frozen=True)
+class Claim:
+    """How many of n cases ended in one way, and how many are wanted."""
+
+    kind: str
+    ending: str
+    wanted: str
+    hits: int
+    n: int
 
 
-def share(hits: int, n: int) -> str:
-    """12/40 = 30.0 % (18.1 to 45.4)."""
-    if n == 0:
-        return "no case"
-    low, high = wilson(hits, n)
-    return f"{hits}/{n} = {100 * hits / n:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
-
-
-def _count(scores: Iterable[Score], *outcomes: str) -> tuple[int, int]:
-    listed = list(scores)
-    return sum(s.outcome in outcomes for s in listed), len(listed)
-
-
-def targets(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
-    """Claim, what is wanted, what was found with n and interval."""
+def claims(scores: Sequence[Score]) -> list[Claim]:
+    """Every ending that was wanted or is to be avoided, kind by kind."""
     of = {c: [s for s in scores if s.category == c] for c in {s.category for s in scores}}
-    nothing, single = of.get("nothing", []), of.get("single", [])
+    single, pairs = of.get("single", []), of.get("pair", [])
     seen = [s for s in single if s.observable[0] >= SEEN]
-    faint = [s for s in single if s.observable[0] < SEEN]
-    pairs = [s for s in of.get("pair", []) if min(s.observable) >= SEEN]
-    rows = [
-        ("nothing hidden: an effect named", "<= 1 %", share(*_count(nothing, "false_alarm"))),
-        ("nothing hidden: unknown", "", share(*_count(nothing, "unknown"))),
-        ("seen: alone or in a set of three", ">= 95 %", share(*_count(seen, "alone", "set"))),
-        ("seen: named alone", ">= 80 %", share(*_count(seen, "alone"))),
-        ("seen: joints exactly right", "", share(sum(bool(s.axes_right) for s in seen), len(seen))),
-        ("seen: wrong", "<= 2 %", share(*_count(seen, "wrong"))),
-        ("seen: missed", "", share(*_count(seen, "missed"))),
-        ("faint: alone or in a set", "", share(*_count(faint, "alone", "set"))),
-        ("faint: wrong", "<= 2 %", share(*_count(faint, "wrong"))),
-        ("outside: unknown or none", ">= 95 %", share(*_count(of.get("outside", []), "right"))),
-        ("pairs, both seen: both", ">= 80 %", share(*_count(pairs, "both"))),
-        ("all pairs: both", "", share(*_count(of.get("pair", []), "both"))),
-        ("all pairs: wrong", "<= 2 %", share(*_count(of.get("pair", []), "wrong"))),
-        ("changed parameter: right", "", share(*_count(of.get("changed", []), "right"))),
-        ("changed parameter: wrong", "", share(*_count(of.get("changed", []), "wrong"))),
-        (
-            "machines: all effects found",
-            "",
-            share(*_count(of.get("machine", []), "alone", "set", "both", "right")),
-        ),
-        ("machines: wrong", "", share(*_count(of.get("machine", []), "wrong"))),
+    both = [s for s in pairs if min(s.observable) >= SEEN]
+    listed = [
+        ("nothing hidden", of.get("nothing", []), NOTHING),
+        (f"one effect, observable part at least {SEEN:.1%} of torque RMS", seen, SINGLE),
+        ("one effect, observable part less", [s for s in single if s not in seen], FAINT),
+        ("outside the library", of.get("outside", []), OUTSIDE),
+        ("two effects, both observable", both, PAIR),
+        ("two effects, all cases", pairs, PAIR),
+        ("a parameter changed", of.get("changed", []), CHANGED),
+        ("machines of one to three effects", of.get("machine", []), PAIR),
     ]
-    return rows
+    found = []
+    for kind, part, endings in listed:
+        for ending, wanted, outcomes in endings:
+            hits = sum(s.outcome in outcomes for s in part)
+            found.append(Claim(kind, ending, wanted, hits, len(part)))
+    return found
 
 
 def confusion(scores: Sequence[Score]) -> tuple[list[str], list[tuple[str, list[int]]]]:
@@ -87,14 +98,16 @@ def _row(s: Score) -> str:
     return mark.get(s.category, "") + (s.truth[0] if s.truth else "")
 
 
-def detection(scores: Sequence[Score]) -> list[tuple[str, str, str]]:
-    """Observable share of torque RMS, right (alone or set), wrong: for single effects."""
+def detection(scores: Sequence[Score]) -> list[tuple[str, str, str, str]]:
+    """Observable share of torque RMS, named alone, in a set, wrong: for single effects."""
     single = [s for s in scores if s.category == "single"]
     rows = []
     for low, high in pairwise(BINS):
         part = [s for s in single if low <= s.observable[0] < high]
         name = f"{100 * low:.1f} to {100 * high:.1f} %" if high < 1 else f"over {100 * low:.1f} %"
-        rows.append((name, share(*_count(part, "alone", "set")), share(*_count(part, "wrong"))))
+        counts = (sum(s.outcome == o for s in part) for o in ("alone", "set", "wrong"))
+        alone, several, wrong = (share(hits, len(part)) for hits in counts)
+        rows.append((name, alone, several, wrong))
     return rows
 
 
@@ -102,7 +115,7 @@ def gaps(scores: Sequence[Score]) -> list[tuple[str, str]]:
     """Closed share of the gap on locked runs, where something was added: of all above the floor,
     and, of effects that are to be seen, of what the effect itself had made."""
     rows = []
-    for outcome in ("alone", "set", "both", "some", "wrong"):
+    for outcome in ("alone", "set", "joints", "some", "wrong"):
         named = [s for s in scores if s.outcome == outcome]
         rows += _closed(outcome, [s.closed_gap for s in named])
         rows += _closed("  seen, the effect's own", [s.closed_effect for s in named])
@@ -119,9 +132,10 @@ def _closed(name: str, shares: Iterable[float | None]) -> list[tuple[str, str]]:
 def text(scores: Sequence[Score]) -> str:
     """All tables, as printed."""
     lines = [f"{len(scores)} cases, {sum(s.closed for s in scores)} by a full closed loop", ""]
-    lines += [f"{claim:36s} {wanted:8s} {found}" for claim, wanted, found in targets(scores)]
-    lines += ["", "observable      right                              wrong"]
-    lines += [f"{name:15s} {right:34s} {wrong}" for name, right, wrong in detection(scores)]
+    for c in claims(scores):
+        lines.append(f"{c.kind}: {c.ending}: {share(c.hits, c.n)} {c.wanted and f'({c.wanted})'}")
+    lines += ["", "observable part: named alone; in a set; wrong"]
+    lines += ["; ".join(row) for row in detection(scores)]
     lines += ["", "gap closed on locked runs"]
     lines += [f"{outcome:24s} {found}" for outcome, found in gaps(scores)] or ["no case"]
     columns, rows = confusion(scores)

@@ -1,10 +1,12 @@
 """Diagnose the measured arm: fitted to runs 1 to 12, judged on 40, 60, 80 and 100.
 
-python examples/schunk/diagnose.py
+python examples/schunk/diagnose.py [--json]
 """
 
 from __future__ import annotations
 
+import json
+import sys
 from pathlib import Path
 
 from flexhex.diagnosis.verdict import Diagnosis
@@ -36,4 +38,8 @@ def show(found: Diagnosis) -> None:
 
 if __name__ == "__main__":
     options = Options(base="schunk", confidence=0)
-    show(diagnose([run(k) for k in FITTED], [run(k) for k in LOCKED], options=options))
+    result = diagnose([run(k) for k in FITTED], [run(k) for k in LOCKED], options=options)
+    if "--json" in sys.argv[1:]:
+        print(json.dumps(result.data()))
+    else:
+        show(result)

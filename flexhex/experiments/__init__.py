@@ -27,7 +27,7 @@ from flexhex.output.plots import Figure
 class Experiment:
     """One experiment. run(builder, fit, progress, command, quick) -> its result, which
     `figures` (by the id of their place) and `rows` turn into plots and a table. asked: it takes
-    minutes, so it runs only when it is named."""
+    minutes, so it runs only when it is named. data: what `--json` says of it, if anything."""
 
     name: str
     title: str
@@ -35,6 +35,7 @@ class Experiment:
     figures: Callable[[Any], dict[str, Figure]]
     rows: Callable[[Any], list[dict[str, Any]]]
     asked: bool = False
+    data: Callable[[Any], Any] | None = None
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -71,6 +72,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             missing.figures,
             missing.rows,
             asked=True,
+            data=missing.data,
         ),
     )
 }

@@ -145,6 +145,12 @@ def rows(result: Missing) -> list[dict[str, Any]]:
     return listed
 
 
+def data(result: Missing) -> dict[str, Any]:
+    """For `--json`: the rows, the diagnosis, and what was built from it."""
+    rebuilt = result.rebuilt.data() if result.rebuilt else None
+    return {"rows": rows(result), "diagnosis": result.found.data(), "shown": rebuilt}
+
+
 def figures(result: Missing) -> dict[str, Figure]:
     """What repeats of the residual over the angle, before and after, axis by axis."""
     shown = [m for m in result.found.maps if m.over == "angle"]

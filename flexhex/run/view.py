@@ -130,8 +130,15 @@ def run_json(run: PaperRun, report: Path) -> str:
         "repeatable_share": run.share if run.table else None,
         "undetermined": list(run.fit.undetermined),
         "fit_warnings": list(run.fit.warnings),
+        "experiments": _experiments(run),
         "paper": PAPER,
         "paper_actuators": PAPER_ACTUATORS,
         "report": str(report),
     }
     return json.dumps(found, indent=2)
+
+
+def _experiments(run: PaperRun) -> dict[str, Any]:
+    """What the experiments say that have `data`."""
+    listed = {name: (experiment(name).data, result) for name, result in run.experiments.items()}
+    return {name: data(result) for name, (data, result) in listed.items() if data}

@@ -14,6 +14,7 @@ from flexhex.ssp.read import read_ssp
 from tests.adapter import toys
 from tests.conformity import mutants
 from tests.conformity.archives import members, write
+from tests.conftest import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -65,5 +66,7 @@ def test_our_fmus_and_systems_are_not_blamed(fmu_dir: Path, machine_ssp: Path) -
     assert check_fmu(fmu_dir / "plant.fmu") == []
 
 
-def test_kinds_are_many() -> None:
-    assert len(mutants.FMU) + len(mutants.SYSTEM) >= 25
+def test_kinds_are_as_many_as_the_readme_says() -> None:
+    said = re.search(r"(\d+) kinds of mistakes", (ROOT / "build" / "README.md").read_text())
+    assert said is not None
+    assert len(mutants.FMU) + len(mutants.SYSTEM) == int(said[1])

@@ -50,17 +50,20 @@ def test_plant_moves_as_each_arm_alone_would(alone: Builder) -> None:
         assert found == pytest.approx(wanted, rel=0.03), f"joint {i + 1}"
 
 
-@pytest.mark.parametrize("name", ["exact-fixed", "exact-adaptive"])
-def test_exact_actuators_leave_little_error(alone: Builder, name: str) -> None:
+@pytest.mark.parametrize(("name", "reached"), [("exact-fixed", 0.0632), ("exact-adaptive", 0.229)])
+def test_exact_actuators_leave_little_error(alone: Builder, name: str, reached: float) -> None:
+    """What is reached [urad], and half as much again for other compilers and C libraries."""
     cases = extra_cases(alone.machine, base_parameters(alone.machine), 6.0)
     case = next(c for c in cases if c.name == name)
     result = run(alone.case(case), case.duration)
-    assert 0 < rms(result["feedback.e"][result.time("feedback.e") > SETTLE]) < 1e-6
+    e = rms(result["feedback.e"][result.time("feedback.e") > SETTLE]) * 1e6
+    assert 0 < e < 1.5 * reached
 
 
 @pytest.mark.parametrize("which", ["total", "actuators"])
 def test_feedback_only_is_near_the_papers_row(which: str, alone: Builder, builder: Builder) -> None:
-    """One parameter set meets both rows within 15 %, over the whole 50 s."""
+    """One parameter set meets both rows within 15 %, over the whole 50 s. The machine was tuned to
+    them (docs/decisions/0004-machine.md), so this guards the tuning and proves nothing."""
     made = builder if which == "total" else alone
     paper = PAPER["feedback"] if which == "total" else PAPER_ACTUATORS["feedback"]
     case = table_cases(made.machine, base_parameters(made.machine), 50.0)[0]

@@ -37,28 +37,30 @@ def case(cases: tuple[Case, ...], name: str) -> Case:
     return next(c for c in cases if c.name == name)
 
 
-@pytest.mark.parametrize(("name", "most"), [("exact-fixed", 1.5), ("exact-adaptive", 3.0)])
-def test_exact_plant_leaves_little_error(builder: Builder, name: str, most: float) -> None:
-    """Targets of the project [urad]; about 0.02 and 1 are reached."""
+@pytest.mark.parametrize(("name", "reached"), [("exact-fixed", 0.0194), ("exact-adaptive", 0.884)])
+def test_exact_plant_leaves_little_error(builder: Builder, name: str, reached: float) -> None:
+    """What is reached [urad], and half as much again for other compilers' rounding. A delay of the
+    reference that is wrong by a sixth of a base step gives 0.74 in place of 0.02."""
     p = base_parameters(builder.machine)
     found = error(simulated(builder, case(extra_cases(builder.machine, p, SECONDS), name)))
-    assert 0 < found <= most
+    assert 0 < found < 1.5 * reached
 
 
 def test_filtering_the_basis_beats_filtering_its_angle(builder: Builder) -> None:
-    """The paper's form leaves more than ten times the error on an exact plant."""
+    """The paper's form leaves 22 times the error on an exact plant."""
     cases = extra_cases(builder.machine, base_parameters(builder.machine), SECONDS)
     ours = error(simulated(builder, case(cases, "exact-adaptive")))
     paper = error(simulated(builder, case(cases, "exact-paper-form")))
-    assert paper > 10 * ours
+    assert paper > 15 * ours
 
 
 def test_feedforward_and_adaptation_help_on_the_machine(builder: Builder) -> None:
-    """Nominal parameters on a machine that differs: adaptive < fixed << feedback only."""
+    """Nominal parameters on a machine that differs: adaptive < fixed << feedback only. Reached are
+    1325, 45.5 and 34.3 urad; noise and drift of machine.fmu are seeded, so a tenth is margin."""
     p = base_parameters(builder.machine)
     found = {c.name: error(simulated(builder, c)) for c in table_cases(builder.machine, p, SECONDS)}
-    assert found["feedback"] > 10 * found["fixed"]
-    assert found["fixed"] > 1.05 * found["adaptive"]
+    wanted = {"feedback": 1325.0, "fixed": 45.5, "adaptive": 34.3}
+    assert found == pytest.approx(wanted, rel=0.1)
 
 
 def test_one_integration_step_stays_below_the_encoder(hexapod_ssp: Path, builder: Builder) -> None:

@@ -63,7 +63,7 @@ def test_friction_does_not_bend_the_hysteresis_of_the_model(tmp_path: Path) -> N
 
 def test_effect_outside_the_list_gets_no_name() -> None:
     found = verdict("outside", "limit_cycle", 0.03)
-    assert found.outcome == "right", found
+    assert found.outcome in ("detected", "unnoticed"), found
 
 
 def test_payload_is_a_changed_parameter() -> None:

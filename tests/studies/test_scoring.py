@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from results.shares import share, wilson
 from studies import hidden_effects, tables
 from studies.generator.draw import slots
 from studies.hidden_effects import Store, judge
@@ -48,18 +49,23 @@ def said(verdict: str, *effects: Found, changed: Sequence[str] = ()) -> Found:
 
 
 DRAG, BEND = ("quadratic_drag", [2]), ("cubic_stiffness", [4])
+ALL = ("gravity_tilt", [1, 2, 3, 4, 5, 6])
 
 
 @pytest.mark.parametrize(
     ("category", "hidden", "found", "outcome"),
     [
-        ("nothing", (), said("none"), "right"),
-        ("nothing", (), said("changed", changed=["actuator.k[1]"]), "right"),
+        ("nothing", (), said("none"), "silent"),
+        ("nothing", (), said("changed", changed=["actuator.k[1]"]), "silent"),
         ("nothing", (), said("unknown"), "unknown"),
         ("nothing", (), said("named", effect("quadratic_drag", [2])), "false_alarm"),
         ("nothing", (), said("set", effect("quadratic_drag", [2], "time_delay")), "false_alarm"),
         ("single", (DRAG,), said("named", effect("quadratic_drag", [2])), "alone"),
         ("single", (DRAG,), said("named", effect("quadratic_drag", [3])), "wrong"),
+        ("single", (DRAG,), said("named", effect("quadratic_drag", [2, 5])), "joints"),
+        ("single", (DRAG,), said("named", effect("quadratic_drag")), "joints"),
+        ("single", (ALL,), said("named", effect("gravity_tilt")), "alone"),
+        ("single", (ALL,), said("named", effect("gravity_tilt", [1])), "joints"),
         ("single", (DRAG,), said("set", effect("cubic_stiffness", [2], "quadratic_drag")), "set"),
         ("single", (DRAG,), said("set", effect("a", [2], "b", "c", "quadratic_drag")), "wrong"),
         ("single", (DRAG,), said("named", effect("cubic_stiffness", [2])), "wrong"),
@@ -71,13 +77,27 @@ DRAG, BEND = ("quadratic_drag", [2]), ("cubic_stiffness", [4])
         ),
         ("single", (DRAG,), said("none"), "missed"),
         ("single", (DRAG,), said("unknown"), "missed"),
-        ("outside", (("backlash", [1]),), said("unknown"), "right"),
+        ("outside", (("backlash", [1]),), said("unknown"), "detected"),
+        ("outside", (("backlash", [1]),), said("none"), "unnoticed"),
+        ("outside", (("backlash", [1]),), said("changed", changed=["d[1]"]), "unnoticed"),
         ("outside", (("backlash", [1]),), said("named", effect("quadratic_drag", [1])), "wrong"),
         (
             "pair",
             (DRAG, BEND),
             said("named", effect("quadratic_drag", [2]), effect("cubic_stiffness", [4])),
-            "both",
+            "alone",
+        ),
+        (
+            "pair",
+            (DRAG, BEND),
+            said("set", effect("quadratic_drag", [2], "d"), effect("cubic_stiffness", [4])),
+            "set",
+        ),
+        (
+            "pair",
+            (DRAG, BEND),
+            said("named", effect("quadratic_drag", [2]), effect("cubic_stiffness", [3, 4])),
+            "joints",
         ),
         ("pair", (DRAG, BEND), said("named", effect("cubic_stiffness", [4])), "some"),
         ("pair", (DRAG, BEND), said("named", effect("time_delay", [4])), "wrong"),
@@ -163,26 +183,30 @@ def test_gap_of_an_effect_is_what_it_adds_to_the_same_runs_without_it(
 
 def test_wilson_is_the_textbooks() -> None:
     """Newcombe (1998), table I: 81 of 263 and 0 of 20."""
-    assert tables.wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
-    assert tables.wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
-    assert tables.wilson(0, 0) == (0.0, 1.0)
+    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
+    assert wilson(0, 0) == (0.0, 1.0)
+    assert share(0, 17) == "0 of 17 (95 % interval 0 to 18 %)"
+    assert share(0, 0) == "no case"
 
 
 def judged(category: str, outcome: str, named: tuple[str, ...] = (), seen: float = 0.006) -> Score:
     hidden = ("quadratic_drag",) if category == "single" else ()
     sizes = (seen,) if hidden else ()
-    return Score(1, category, False, hidden, sizes, sizes, "named", named, outcome, None, 0.95)
+    return Score(1, category, False, hidden, sizes, sizes, "named", named, outcome, 0.95)
 
 
 def test_tables_count_what_is_there() -> None:
-    scores = [judged("nothing", "right")] * 3 + [judged("nothing", "false_alarm", ("time_delay",))]
+    scores = [judged("nothing", "silent")] * 3 + [judged("nothing", "false_alarm", ("time_delay",))]
     scores += [judged("single", "alone", ("quadratic_drag",))] * 2
     scores += [judged("single", "wrong", ("time_delay",)), judged("single", "missed", (), 0.001)]
-    rows = {claim: found for claim, _, found in tables.targets(scores)}
-    assert rows["nothing hidden: an effect named"].startswith("1/4 = 25.0 %")
-    assert rows["seen: named alone"].startswith("2/3")
-    assert rows["faint: alone or in a set"].startswith("0/1")
-    assert rows["outside: unknown or none"] == "no case"
+    scores += [judged("outside", "unnoticed")] * 4 + [judged("outside", "detected")]
+    (alarms,) = (c for c in tables.claims(scores) if c.ending == "an effect named" and c.n == 4)
+    assert (alarms.kind, alarms.hits) == ("nothing hidden", 1)
+    kinds = {c.kind: c for c in tables.claims(scores) if "alone" in c.ending and c.n}
+    assert [(c.hits, c.n) for c in kinds.values()] == [(2, 3), (0, 1)]
+    outside = [c for c in tables.claims(scores) if c.kind == "outside the library"]
+    assert [(c.hits, c.n) for c in outside] == [(1, 5), (4, 5), (0, 5)]
     columns, matrix = tables.confusion(scores)
     counts = {truth: dict(zip(columns, row, strict=True)) for truth, row in matrix}
     assert counts["quadratic_drag"]["quadratic_drag"] == 2
@@ -228,7 +252,8 @@ def test_study_hands_over_logs_alone(tmp_path: Path, monkeypatch: pytest.MonkeyP
         return said("none")
 
     listed = [row[0] for row in slots()]
-    expected = {"nothing": "right", "single": "missed", "outside": "right", "changed": "missed"}
+    expected = {"nothing": "silent", "single": "missed", "outside": "unnoticed"}
+    expected["changed"] = "missed"
     for category, outcome in expected.items():
         found = judge(("seed", listed.index(category)), blind, keep=tmp_path)
         assert (found.category, found.outcome) == (category, outcome)

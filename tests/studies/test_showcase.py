@@ -9,7 +9,8 @@ import pytest
 
 from flexhex.fmus.common.machine_file import load_machine, truth_file
 from flexhex.fmus.machine.truth import load_truth
-from studies.showcase import judged, table
+from results.tables import machines as table
+from studies.showcase import judged
 from studies.showcase_machines import INSIDE, LARGE, OUTSIDE, SMALL, drawn, write_machine
 from tests.conftest import MACHINE_FILE
 
@@ -36,36 +37,55 @@ def test_drawn_machine_is_written_as_its_truth(tmp_path: Path) -> None:
         assert all(SMALL <= h.size <= LARGE for h in hidden)
 
 
-def line(hidden: list[str], said: list[tuple[str, list[str]]]) -> dict[str, Any]:
-    entries = [{"kind": kind, "axes": [1], "size": 0.01} for kind in hidden]
-    effects = [{"id": id, "axes": [1], "rivals": rivals} for id, rivals in said]
-    return {"number": 3, "hidden": entries, "diagnosis": {"effects": effects}}
+Said = list[tuple[str, list[int], list[str]]]
+
+
+def line(hidden: list[tuple[str, list[int]]], said: Said, verdict: str = "named") -> dict[str, Any]:
+    entries = [{"kind": kind, "axes": axes, "size": 0.01} for kind, axes in hidden]
+    effects = [{"id": id, "axes": axes, "rivals": rivals} for id, axes, rivals in said]
+    found = {"verdict": verdict, "effects": effects, "changed": []}
+    return {"number": 3, "hidden": entries, "diagnosis": found}
+
+
+LUGRE, DRAG, CUBIC = ("lugre", [1]), ("drag", [1]), ("cubic", [1, 2])
 
 
 @pytest.mark.parametrize(
     ("hidden", "said", "wanted"),
     [
-        (["lugre"], [("stribeck_friction", [])], "right"),
-        (["lugre"], [("second_hysteresis", [])], "near"),
-        (["lugre", "drag"], [("second_hysteresis", [])], "partly"),
-        (["drag"], [("second_hysteresis", [])], "wrong"),
-        (["cubic"], [("cable_force", ["cubic_stiffness"])], "right, in a set"),
-        (["cubic", "drag"], [("cubic_stiffness", [])], "partly"),
-        (["cubic"], [], "missed"),
-        (["cubic"], [("drive_lag", [])], "wrong"),
-        (["cubic"], [("cubic_stiffness", []), ("drive_lag", [])], "one wrong"),
-        (["bump"], [], "right"),
-        (["bump"], [("cogging_harmonic", [])], "wrong"),
+        ([LUGRE], [("stribeck_friction", [1], [])], "alone"),
+        ([LUGRE], [("stribeck_friction", [2], [])], "wrong"),
+        ([LUGRE], [("stribeck_friction", [1], ["coulomb_friction"])], "set"),
+        ([LUGRE], [("second_hysteresis", [1], [])], "alone, near"),
+        ([LUGRE, DRAG], [("second_hysteresis", [1], [])], "some, near"),
+        ([DRAG], [("second_hysteresis", [1], [])], "wrong"),
+        ([CUBIC], [("cubic_stiffness", [1], [])], "joints"),
+        ([CUBIC], [("cable_force", [1, 2], ["cubic_stiffness"])], "set"),
+        ([CUBIC, DRAG], [("cubic_stiffness", [1, 2], [])], "some"),
+        ([CUBIC], [], "missed"),
+        ([CUBIC], [("drive_lag", [1, 2], [])], "wrong"),
+        ([CUBIC], [("cubic_stiffness", [1, 2], []), ("drive_lag", [1], [])], "wrong"),
+        ([("bump", [1])], [("cogging_harmonic", [1], [])], "wrong"),
     ],
 )
-def test_showcase_judges_names(
-    hidden: list[str], said: list[tuple[str, list[str]]], wanted: str
+def test_showcase_judges_names_axes_and_sets(
+    hidden: list[tuple[str, list[int]]], said: Said, wanted: str
 ) -> None:
     assert judged(line(hidden, said)) == wanted
 
 
+@pytest.mark.parametrize(
+    ("verdict", "wanted"),
+    [("unknown", "detected"), ("none", "unnoticed"), ("changed", "unnoticed")],
+)
+def test_silence_about_an_effect_outside_the_library_is_no_success(
+    verdict: str, wanted: str
+) -> None:
+    assert judged(line([("bump", [1])], [], verdict)) == wanted
+
+
 def test_table_shows_failures() -> None:
-    broken = {**line(["cubic"], []), "error": "LogError: too short | no"}
+    broken = {**line([CUBIC], []), "error": "LogError: too short | no", "judged": "failed"}
     (row,) = [text for text in table([broken]).splitlines() if text.startswith("| 3 |")]
     assert "LogError: too short / no" in row
     assert "| failed |" in row

@@ -1,0 +1,78 @@
+"""Single figures of the texts, by name: results file, how to find the figure in it, its format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from results import tables, times
+from results.tables import Found
+
+CORRECTION = "kinematics_correct"
+EVERY = "*"
+"""Stands for what `made` says in all results files."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a figure or a table comes from: results file and what makes text of its `found`."""
+
+    file: str
+    text: Callable[[Found], str]
+
+
+def number(form: str, *path: str | int) -> Callable[[Found], str]:
+    """The number at a path of keys, in a format."""
+
+    def text(found: Any) -> str:
+        for key in path:
+            found = found[key]
+        return format(found, form)
+
+    return text
+
+
+def _missing(which: str) -> Source:
+    path = ("experiments", "missing", "shown", "closed_loop", "machine", which, "e")
+    return Source("missing", number(".1f", *path))
+
+
+def _below(limit: float) -> Callable[[Found], str]:
+    """How many machines of the showcase end below a tracking error [urad], of how many."""
+
+    def text(lines: Found) -> str:
+        ends = [n["shown"]["closed_loop"]["machine"]["after"]["e"] for n in lines if "shown" in n]
+        return f"{sum(e < limit for e in ends)} of {len(lines)}"
+
+    return text
+
+
+FIGURES: dict[str, Source] = {
+    "schunk verdict": Source("schunk", number("", "verdict")),
+    "missing before": _missing("before"),
+    "missing after": _missing("after"),
+    "repeatability": Source("paper", number(".1f", "cases", "repeatability", "e")),
+    "feedback dphi": Source("paper", number(".0f", "cases", "feedback", "dphi")),
+    "feedback dx": Source("paper", number(".0f", "cases", "feedback", "dx")),
+    "paper dphi": Source("paper", number(".0f", "paper", "feedback", 5)),
+    "paper dx": Source("paper", number(".0f", "paper", "feedback", 2)),
+    "operations of N": Source("speed", number("d", "operations", "kinematics", CORRECTION)),
+    "machines below 10": Source("machines", _below(10.0)),
+}
+TABLES: dict[str, Source] = {
+    "paper": Source("paper", tables.paper),
+    "missing": Source("missing", tables.missing),
+    "hidden": Source("hidden_effects", tables.hidden),
+    "cases": Source("hidden_effects", tables.cases),
+    "machines": Source("machines", tables.machines),
+    "speed": Source("speed", times.speed),
+    "growth": Source("speed", times.growth),
+    "operations": Source("speed", times.operations),
+    "schunk": Source("schunk", tables.schunk),
+    "drive errors": Source("drive", times.drive_errors),
+    "drive times": Source("drive", times.drive_times),
+    "made": Source(EVERY, tables.made),
+    "profile": Source("speed", times.profile),
+    "quantisation": Source("quantisation", times.quantisation),
+}

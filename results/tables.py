@@ -1,0 +1,171 @@
+"""Tables of the guides, each from the `found` of its results file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from results.shares import share
+
+Found = Any
+Rows = Iterable[Sequence[str]]
+CASES = (
+    ("feedback", "feedback only"),
+    ("fixed", "fixed feedforward"),
+    ("adaptive", "adaptive feedforward"),
+    ("repeatability", "non-repeatable part of three passes"),
+    ("paper-form", "adaptive, the paper's form of the filter"),
+    ("exact-adaptive", "adaptive, exact plant"),
+)
+
+
+def markdown(head: Sequence[str], rows: Rows) -> str:
+    """A table in Markdown; a bar in a cell becomes a slash."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(c.replace('|', '/') for c in row)} |" for row in lines) + "\n"
+
+
+def paper(found: Found) -> str:
+    """RMS errors and torques beside [SH, Table I]."""
+    head = ("RMS", "e [µrad]", "paper", "τ_FB [N m]", "paper")
+    rows = [_case(title, found["cases"][n], found["paper"].get(n)) for n, title in CASES]
+    alone, theirs = found["actuators"], found["paper_actuators"]
+    rows += [_case(f"actuators alone: {t}", alone[n], theirs[n]) for n, t in CASES[:3]]
+    return markdown(head, rows)
+
+
+def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
+    def cells(e: float, tau: float) -> tuple[str, str]:
+        return f"{e:.0f}" if e >= 100 else f"{e:.1f}", f"{tau:.4f}"
+
+    e, tau = cells(ours["e"], ours["tau_fb"])
+    their_e, their_tau = cells(*theirs[:2]) if theirs else ("", "")
+    return [title, e, their_e, tau, their_tau]
+
+
+def missing(found: Found) -> str:
+    """The adaptive loop on the machine, with the model as it was and with the extended one."""
+    run = found["experiments"]["missing"]
+    gap, loops = run["diagnosis"]["gap"], run["shown"]["closed_loop"]["machine"]
+    rows = []
+    for title, key in (("as it was", "before"), ("extended", "after")):
+        e, tau = loops[key]["e"], loops[key]["tau_fb"]
+        residual = f"{1e3 * gap[key]:.2f}", f"{1e3 * gap['floor']:.2f}"
+        rows.append([title, f"{e:.1f}", f"{1e3 * tau:.2f}", *residual])
+    head = ("model", "e [µrad]", "τ_FB [mN m]", "residual of the held-out runs [mN m]")
+    named = f"Named: {_names(run['diagnosis']['effects'])}.\n"
+    return markdown((*head, "its non-repeatable part"), rows) + "\n" + named
+
+
+def hidden(found: Found) -> str:
+    """How the cases of the study ended."""
+    head = ("hidden", "said", "cases", "wanted")
+    rows, before = [], ""
+    for c in found["claims"]:
+        if c["n"]:
+            kind = c["kind"] if c["kind"] != before else ""
+            rows.append((kind, c["ending"], share(c["hits"], c["n"]), c["wanted"]))
+            before = c["kind"]
+    return markdown(head, rows)
+
+
+def cases(found: Found) -> str:
+    """Every case of the study."""
+    head = ("case", "hidden (axes)", "observable [% of torque RMS]", "verdict and names", "judged")
+    rows = []
+    for c in found["cases"]:
+        notes = c["notes"]
+        truth = [
+            f"{id} {_axes(a)}" for id, a in zip(c["truth"], notes["hidden_axes"], strict=False)
+        ]
+        named = [{"id": id, **e} for id, e in zip(c["named"], notes["named"], strict=True)]
+        verdict = ": ".join(filter(None, (c["verdict"], _names(named))))
+        if c["category"] == "changed":
+            truth = [f"changed: {', '.join(c['truth'])}"]
+        seen = ", ".join(f"{100 * x:.2f}" for x in c["observable"])
+        number = str(c["task"][1])
+        rows.append((number, "; ".join(truth) or "nothing", seen, verdict, c["outcome"]))
+    return markdown(head, rows)
+
+
+def machines(lines: Found) -> str:
+    """Machines of the showcase, failures too."""
+    head = (
+        "machine",
+        "hidden (axes, N m)",
+        "verdict and names",
+        "judged",
+        "residual of the held-out runs [mN m]: before → after (non-repeatable part)",
+        "e on the machine [µrad]",
+    )
+    return markdown(head, [_machine(line) for line in lines])
+
+
+def _machine(line: Found) -> list[str]:
+    hidden = "; ".join(f"{h['kind']} {_axes(h['axes'])} {h['size']:.3f}" for h in line["hidden"])
+    name = str(line["number"]) if line["number"] else "default"
+    if "error" in line:
+        return [name, hidden, " ".join(line["error"].split())[:300], "failed", "", ""]
+    found, shown = line["diagnosis"], line["shown"]
+    names = [_names(found["effects"])] if found["effects"] else []
+    names += [f"changed {c['parameter']}" for c in found["changed"]]
+    names += [f"withdrawn {id}" for id in shown["withdrawn"]]
+    before, after, rest = (1e3 * found["gap"][k] for k in ("before", "after", "floor"))
+    loop = shown["closed_loop"]["machine"]
+    return [
+        name,
+        hidden,
+        ": ".join(filter(None, (found["verdict"], "; ".join(names)))),
+        line["judged"],
+        f"{before:.2f} → {after:.2f} ({rest:.2f})",
+        f"{loop['before']['e']:.1f} → {loop['after']['e']:.1f}",
+    ]
+
+
+def _names(effects: Sequence[Found]) -> str:
+    return "; ".join(
+        f"{e['id']} {_axes(e['axes'])}" + (f" (or {', '.join(e['rivals'])})" if e["rivals"] else "")
+        for e in effects
+    )
+
+
+def _axes(axes: Sequence[int]) -> str:
+    return "all" if len(axes) in (0, 6) else ",".join(map(str, axes))
+
+
+def schunk(found: Found) -> str:
+    """Effects of the measured arm and its residual, axis by axis."""
+    named = {str(axis): e for e in found["effects"] for axis in e["axes"]}
+    rows = []
+    for axis, gap in found["gap"]["per_axis"].items():
+        names, values = "not named", ""
+        if axis in named:
+            effect = named[axis]
+            names = " or ".join((effect["id"], *effect["rivals"]))
+            alone = len(effect["axes"]) == 1
+            values = "; ".join(
+                f"{name} = {v['value']:.3g} ({v['ci95'][0]:.3g} to {v['ci95'][1]:.3g}) {v['unit']}"
+                for name, v in effect["parameters"].items()
+                if alone or f"[{axis}]" in name
+            )
+        rows.append([axis, names, values, *(f"{gap[key]:.2f}" for key in ("before", "after"))])
+    head = ("axis", "named", "parameters (95 %)", "residual before [N m]", "after [N m]")
+    return markdown(head, rows)
+
+
+def made(files: Found) -> str:
+    """How each results file was made."""
+    rows = []
+    for name, m in files.items():
+        computer = m["computer"]
+        place = f"{computer['cpu']}, {computer['cores']} cores, load {computer['load']}"
+        took = f"{m['minutes']:g} min"
+        if "processor_minutes" in m:
+            took += f", {m['processor_minutes']:g} of a core"
+        commit = m["commit"][:7] + (" with changes" if m["dirty"] else "")
+        link = f"[{name}.json](../results/{name}.json)"
+        rows.append(
+            [link, f"`{m['command']}`", commit, m["date"][:10], took, place, computer["compiler"]]
+        )
+    head = ("file", "command", "commit", "date", "took", "computer", "compiler")
+    return markdown(head, rows)

@@ -1,0 +1,49 @@
+"""Numbers of the texts that nobody measured: text -> number with its unit -> what it is."""
+
+BASE = "base step, in machines/tflex.toml"
+SPECIFICATIONS: dict[str, dict[str, str]] = {
+    "README.md": {
+        "50 s": "length of the paper's trajectory",
+        "31 ×": "size of the constraints",
+        "6 ×": "size of the platform's system",
+        "2.0": "FMI 2.0",
+        "3.11": "version of Python",
+    },
+    "diagnose.md": {
+        "95 %": "level of the intervals",
+        "12 s": "length of a logged run",
+        "0.3": "size of a hidden effect",
+        "1 %": "error of masses in the generator",
+        "3 %": "error of stiffness in the generator",
+        "5 %": "error of actuators in the generator",
+        "15 %": "error of the Dahl width in the generator",
+        "10 %": "error of masses that was not tried",
+    },
+    "gateway.md": {
+        "10 s": "length of a run of `flexhex drive`",
+        "100 us": "limit for cyclictest",
+        "100 ms": "watchdog in the drive's manual",
+        "20 s": "length of the simulation",
+        "0.25 ms": BASE,
+        "1 mA": "step of the drive's command",
+        "6.12": "version of Linux",
+    },
+    "import.md": {
+        "0.25 ms": BASE,
+        "0.12 s": "length of a simulation",
+        "2 s": "length of a simulation",
+        "15 ms": "how often ecos is read",
+        "0.00025": BASE,
+        "2.0": "FMI 2.0",
+        "1.0": "SSP 1.0",
+    },
+    "machines.md": {
+        "12 s": "length of a logged run",
+        "10 µrad": "limit below which machines are counted",
+    },
+    "performance.md": {
+        "2 ms": "length of a burst",
+        "6 ×": "size of the platform's system",
+        "0.25 ms": BASE,
+    },
+}
