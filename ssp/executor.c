@@ -1,4 +1,4 @@
-/* One file on purpose, though a long one: whoever links the executor compiles just this. */
+/* Long: one file, so that a program that links the executor compiles just this one. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "executor.h"
@@ -40,7 +40,7 @@ struct executor {
   fmi2CallbackFunctions callbacks[]; /* one for each unit: they carry its address */
 };
 
-/* The FMU's logger: keeps its last error for the error text, and its first warning. */
+/* The FMU's logger: stores its last error for the error message, and its first warning. */
 static void keep_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                          fmi2String category, fmi2String message, ...) {
   unit *u = environment;

@@ -77,7 +77,7 @@ executor *executor_open(const executor_component *components, size_t n_component
                         size_t size);
 
 /* Run from the current n to n = until, which is published and logged too. May be called
-   again. Returns false when an FMU failed: executor_message tells which, in what call, when. */
+   again. Returns false when an FMU failed: executor_message names the FMU, the call and the time. */
 bool executor_run(executor *e, int64_t until);
 
 int64_t executor_now(const executor *e);
@@ -85,7 +85,7 @@ const char *executor_message(const executor *e);
 double *executor_bus(executor *e);
 executor_times executor_time_of(const executor *e, size_t component);
 
-/* First warning that the FMU logged, such as a fault of its room; empty when there is none. */
+/* First warning that the FMU logged, such as a fault; empty when there is none. */
 const char *executor_warning_of(const executor *e, size_t component);
 
 /* Terminate and free all instances and libraries; e may be NULL. */

@@ -16,7 +16,7 @@ STOP = 10.0
 """End of the default experiment [s]: the reference rests for two seconds and moves then."""
 LOG_CATEGORIES = {
     "logStatusError": "refused calls and values",
-    "logStatusWarning": "faults that a room reports while it goes on",
+    "logStatusWarning": "faults that the FMU reports while it goes on",
     "logEvents": "instantiation, initialisation, reset",
 }
 

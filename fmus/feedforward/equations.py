@@ -74,4 +74,4 @@ def effects(model: Model) -> list[ca.Function]:
         ["before", "last", "tau", "Ts"],
         ["taud"],
     )
-    return [whole, rate, *followers(bank, "feedforward")]
+    return [whole, *followers(bank, "feedforward"), rate]

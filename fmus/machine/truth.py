@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from flexhex.fmus.common.errors import MachineError
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine.quantity import quantity
 from flexhex.fmus.common.machine_file import complaint, read_toml
@@ -142,55 +142,41 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         dataclasses.replace(v, start=altered[v.name]) if v.name in altered else v
         for v in base.variables
     ]
-    cogging, draw = _cogging(truth, n), _draw(truth, "drift")
-    creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
-    noise = truth.noise
-    # wide ranges, within which all torques are finite
-    whole: dict[str, Any] = {"causality": "parameter", "min": 0}
-    few: dict[str, Any] = {**whole, "max": 1e4}
-    torque: dict[str, Any] = {"causality": "parameter", "unit": "N m", "min": -1e4, "max": 1e4}
-    long: dict[str, Any] = {"causality": "parameter", "unit": "s", "max": 1e12}
-    texts = {
-        "hidden_cogging": "cogging that the model lacks: cos, sin of each order",
-        "drift_torque": "drift: torque offset after a long time",
-        "drift_gain": "drift: loss of the motor constant after a long time",
-        "drift_time": "drift: time constant",
-        "age": "drift: time since it was switched on",
-        "noise_torque": "noise of the motor torque: standard deviation, white each base step",
-        "noise_reading": "noise of the torque reading: standard deviation, white each base step",
-        "seed": "seed of the noise, whole",
-    }
-
-    def named(name: str, **about: Any) -> Variable:
-        return Variable(name, description=texts[name], **about)
-
-    hidden = [
-        named("hidden_cogging", size=len(cogging), start=cogging, **torque),
-        named("drift_torque", size=n, start=creep, **torque),
-        named("drift_gain", unit="1", start=truth.drift.gain, **few),
-        named("drift_time", start=truth.drift.time, **{**long, "min": 1e-6}),
-        named("age", **{**long, "min": 0}),
-        named("noise_torque", unit="N m", start=noise.torque, **few),
-        named("noise_reading", unit="N m", start=noise.reading, **few),
-        named("seed", unit="1", start=truth.seed, max=2**53, **whole),
-    ]
-    rows = [number for effect in truth.hidden for number in effect.rows()]
+    added, rows = _deviations(truth, n), [number for e in truth.hidden for number in e.rows()]
     constants = {**base.constants, "HIDDEN": 1}
     if rows:
-        wide: dict[str, Any] = {"min": -1e12, "max": 1e12}
-        listed = Variable(
-            "hidden_effects",
-            "parameter",
-            "1",
-            "hidden effects, a row each: kind, axis, numbers",
-            len(rows),
-            rows,
-            **wide,
-        )
-        hidden.append(listed)
+        text = "hidden effects, a row each: kind, axis, numbers"
+        added.append(parameter("hidden_effects", "1", text, rows, -1e12, 1e12, size=len(rows)))
         constants["N_HIDDEN"] = len(rows) // WIDTH
-    text = "Ground truth for tests of the loop and the diagnosis: the plant with deviations from its model"
-    return Interface("machine", text, base.Ts, (*variables, *hidden), constants, base.faults)
+    text = "Ground truth for tests: the plant with deviations from its model"
+    return Interface("machine", text, base.Ts, (*variables, *added), constants, base.faults)
+
+
+def _deviations(truth: Truth, n: int) -> list[Variable]:
+    """Parameters that the plant lacks; ranges are wide, but all torques stay finite in them."""
+    cogging, draw = _cogging(truth, n), _draw(truth, "drift")
+    creep = [truth.drift.torque * draw.gauss(0, 1) for _ in range(n)]
+    drift, noise, size = truth.drift, truth.noise, len(cogging)
+    lacking = "cogging that the model lacks: cos, sin of each order"
+    offset, loss = (
+        f"drift: {what} after a long time"
+        for what in ("torque offset", "loss of the motor constant")
+    )
+    white = "standard deviation, white each base step"
+    return [
+        parameter("hidden_cogging", "N m", lacking, cogging, -1e4, 1e4, size=size),
+        parameter("drift_torque", "N m", offset, creep, -1e4, 1e4, size=n),
+        parameter("drift_gain", "1", loss, drift.gain, 0, 1e4),
+        parameter("drift_time", "s", "drift: time constant", drift.time, 1e-6, 1e12),
+        parameter("age", "s", "drift: time since switch-on", 0, 0, 1e12),
+        parameter(
+            "noise_torque", "N m", f"noise of the motor torque: {white}", noise.torque, 0, 1e4
+        ),
+        parameter(
+            "noise_reading", "N m", f"noise of the torque reading: {white}", noise.reading, 0, 1e4
+        ),
+        parameter("seed", "1", "seed of the noise, whole", truth.seed, 0, 2**53),
+    ]
 
 
 def functions(machine: Machine, truth: Truth) -> list[ca.Function]:

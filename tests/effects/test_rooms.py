@@ -230,7 +230,7 @@ def along(ticks: int) -> list[Instant]:
 
 
 def test_feedforward_advances_the_states_along_the_wanted_motion() -> None:
-    torque, whole, start, advance = feedforward_functions(everything())
+    torque, whole, start, advance, _ = feedforward_functions(everything())
     room = load("feedforward", everything())
     room.start()
     p = np.concatenate([base_parameters(machine()), known().values])

@@ -1,4 +1,4 @@
-"""What an effect is: its parameters, states and torque columns, and how it is distinguished from others.
+"""An effect: its parameters, states and torque columns, and how it is distinguished from others.
 
     tau_meas = Phi p + sum_j gain_j column_j
 
