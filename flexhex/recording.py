@@ -49,14 +49,16 @@ def read_recording(path: str | Path) -> Recording:
     """Read the file. Raises LogError for one that is no recording, or a damaged one."""
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: cannot be read ({error})") from None
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise LogError(f"{path}: no recording of the gateway: it is not CSV text") from None
     head = [line[1:].partition(":") for line in lines if line.startswith("#")]
     meta = {key.strip(): value.strip() for key, _, value in head}
     rows = [line for line in lines if not line.startswith("#")]
     if "signals" not in meta or "base_step_s" not in meta or len(rows) < 3:
         raise LogError(
-            f"{path}: no recording of the gateway: it has no lines `# signals:` and rows"
+            f"{path}: no recording of the gateway: it lacks `# signals:`, `# base_step_s:` or rows"
         )
     try:
         data = np.loadtxt(rows[2:], delimiter=",", ndmin=2)

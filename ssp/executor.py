@@ -67,10 +67,13 @@ def run(
 
 def _base_steps(duration: float, base: float) -> int:
     steps = duration / base
-    if not (math.isfinite(steps) and steps >= 1) or abs(steps - round(steps)) > 1e-6:
+    if not (math.isfinite(steps) and steps > 0):
+        raise UsageError(f"duration {duration:g} s: must be a finite time above 0")
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+        near = max(round(steps), 1) * base
         raise UsageError(
             f"duration {duration:g} s is {steps:.6g} base steps of {base:g} s,"
-            " must be a whole number of at least one"
+            f" must be a whole number of at least one, as in {near:.9g}"
         )
     return round(steps)
 

@@ -110,7 +110,8 @@ def open_zip(data: bytes, file: str) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(io.BytesIO(data))
     except zipfile.BadZipFile:
-        raise InterfaceError(f"{file}: not a zip archive, or a truncated one") from None
+        text = "not a zip archive, or a truncated one: copy or build it anew"
+        raise InterfaceError(f"{file}: {text}") from None
 
 
 def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:

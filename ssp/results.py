@@ -60,12 +60,12 @@ def check_target(path: str | Path) -> None:
     place and a place without permission.
     """
     target = Path(path)
-    writer = _format(target)
-    if hasattr(writer, "check_installed"):
-        writer.check_installed(target)
     try:
         if target.is_dir():
             raise LogError(f"{target}: is a folder: name a file in it, as in {target / 'run.h5'}")
+        writer = _format(target)
+        if hasattr(writer, "check_installed"):
+            writer.check_installed(target)
         folder = target.parent.absolute()
         while not folder.exists() and folder != folder.parent:
             folder = folder.parent

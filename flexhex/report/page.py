@@ -118,12 +118,12 @@ def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float =
     for axis, column in enumerate(scale * found[channel].T, start=1):
         known = np.isfinite(column)
         lines.append(trace(seconds(found)[known], column[known], f"axis {axis}"))
-    return figure(title, "time [s]", unit, lines)
+    return figure(title, "time [s]", unit, lines, hovermode="x unified")
 
 
 def _tracking(found: Recording) -> Part:
     drawn = {"error": _drawn(found, "e", "Tracking error", "e [µrad]", MICRO)}
-    text = f"Judged from {SETTLE:g} s on, where the run is longer."
+    text = f"Judged from {SETTLE:g} s on; a run that ends before is judged whole."
     return Part("Tracking error [µrad]", text, ("axis", *ERRORS), _errors(found), drawn, timed=True)
 
 
@@ -146,6 +146,7 @@ def _timing(found: Recording) -> Part:
         title = "Share of cycles that took at least so long"
         drawn["share"] = figure(title, "time [µs]", "share", shares, xaxis=LOG, yaxis=LOG)
     text = (
-        "In lockstep nobody waits for a clock: there is no wake-up, and times are this computer's."
+        "A run in lockstep with the emulator has no wake-up: it waits for no clock, and its times"
+        " are those of this computer."
     )
     return Part("Times of a cycle [µs]", text, ("", *QUANTILES), _times(found), drawn)

@@ -60,7 +60,7 @@ def simulation_json(result: Result, path: Path) -> str:
         "fmus": {
             name: {
                 "steps": spent.steps,
-                "seconds_s": spent.seconds,
+                "total_s": spent.seconds,
                 "worst_s": spent.worst,
                 "warnings": spent.warnings,
             }

@@ -158,9 +158,12 @@ def test_refused_parameter_names_the_fmus_own_reason(ring_ssp: Path, cache: Path
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
-    ({"duration": 0.0}, "must be a whole number of at least one"),
-    ({"duration": 0.0001}, "0.4 base steps"),
-    ({"duration": float("nan")}, "duration nan"),
+    ({"duration": 0.0}, "duration 0 s: must be a finite time above 0"),
+    ({"duration": -1.0}, "duration -1 s: must be a finite time above 0"),
+    ({"duration": 0.0001}, "0.4 base steps of 0.00025 s, must be .*at least one, as in 0.00025"),
+    ({"duration": 0.0011}, "4.4 base steps of 0.00025 s, must be .*at least one, as in 0.001"),
+    ({"duration": float("nan")}, "duration nan s: must be a finite time"),
+    ({"duration": float("inf")}, "duration inf s: must be a finite time"),
     ({"duration": 1.0, "signals": ["d.y"]}, "signal 'd.y': there is no component 'd'"),
     ({"duration": 1.0, "signals": ["a.u"]}, "signal 'a.u': in a there is no output 'u'"),
     ({"duration": 1.0, "parameters": {"a.kep": 1.0}}, "no name 'kep', did you mean 'keep'"),
