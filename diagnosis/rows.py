@@ -209,7 +209,11 @@ def checked(machine: Machine, log: Log) -> None:
     """LogError when a log cannot be one of this machine's."""
     n, stroke = machine.n_arms, machine.geometry.stroke
     if log.theta.shape[1] != n:
-        raise LogError(f"{log.name}: {log.theta.shape[1]} joints, {machine.name} has {n}")
+        width = log.theta.shape[1]
+        raise LogError(
+            f"{log.name}: {width} {'axis' if width == 1 else 'axes'}, {machine.name} has {n}: give"
+            " the machine file of this log, or fit single axes with `flexhex diagnose --base axis`"
+        )
     largest = float(np.abs(log.theta).max())
     if largest > stroke:
         raise LogError(

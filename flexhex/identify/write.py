@@ -25,7 +25,7 @@ from flexhex.diagnosis.identify import Fit
 from flexhex.diagnosis.machine_changes import changed_sections
 from flexhex.diagnosis.toml_text import toml_text
 from flexhex.diagnosis.verdict import Changed, Estimate
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import OutputError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 from flexhex.fmus.common.model.bodies import INERTIA_NAMES, inertia, nominal_mechanism
@@ -37,7 +37,7 @@ KINDS = (".toml", ".csv", ".json")
 
 
 def checked_target(path: Path, machine_file: Path) -> None:
-    """UsageError, before anything is computed, for a file that cannot be written."""
+    """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
     if path.suffix not in KINDS:
         raise UsageError(
             f"--write {path}: write .toml for a machine file, .csv or .json for all values with"
@@ -47,7 +47,7 @@ def checked_target(path: Path, machine_file: Path) -> None:
         raise UsageError(f"--write {path}: is the machine file itself: name another file")
     folder = path.resolve().parent
     if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
-        raise UsageError(f"--write {path}: cannot be written: name a file in a folder of yours")
+        raise OutputError(f"--write {path}: cannot be written: name a file in a folder of yours")
 
 
 def write_fit(

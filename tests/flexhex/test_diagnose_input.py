@@ -164,7 +164,7 @@ def test_copy_of_a_run_is_no_second_pass(option: list[str], user: User) -> None:
 
 OPTIONS: dict[str, tuple[list[str], str]] = {
     "twice": (["RUN"], "is given twice: name each run once"),
-    "run and locked": (["--locked", "RUN"], "is given as a run and as a locked one"),
+    "run and locked": (["--locked", "RUN"], "is given as a run to fit and as a held-out run"),
     "unit of nothing": (["--unit", "angle=deg"], "no channel of that name; there are time, theta"),
     "unit of an axis": (["--unit", "theta[1]=deg"], "write theta=deg, for all its axes"),
     "unit half": (["--unit", "theta="], "write NAME=VALUE"),

@@ -39,20 +39,20 @@ from tests.flexhex.diagnoses import (
 ASKED = Asked(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
 SENTENCES = {
     "named": "Axis 3 has Coulomb friction of 0.050 ± 0.003 N m that the model lacks; it explains"
-    " 93 % of what repeats.",
+    " 93 % of the repeatable residual.",
     "pair": "The model lacks 2 effects: Coulomb friction on axes 2 and 4 and a cogging harmonic on"
-    " axis 5; together they explain 94 % of what repeats. Other than the machine file says:"
-    " end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
+    " axis 5; together they explain 94 % of the repeatable residual. Parameters that deviate from"
+    " the machine file: end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
     "set": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second hysteresis;"
-    " these runs cannot tell which.",
-    "changed": "No effect is missing. Other than the machine file says: end_effector.m is"
-    " 3.71 ± 0.10 kg, not 3.20 kg.",
-    "unknown": "Something repeats on axis 4 that no effect of the library explains: 0.0290 N m RMS,"
-    " 1.3 % of the torque.",
-    "none": "Nothing is missing: the model explains these runs down to what does not repeat"
-    " (0.00900 N m RMS, of which 0.00900 does not repeat).",
-    "cannot tell": "These runs cannot tell whether the model lacks anything. No trajectory was run"
-    " twice, so what repeats is not known.",
+    " these runs do not distinguish them.",
+    "changed": "No effect is missing. Parameters that deviate from the machine file: end_effector.m"
+    " is 3.71 ± 0.10 kg, not 3.20 kg.",
+    "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
+    " 0.0290 N m RMS, 1.3 % of the torque.",
+    "none": "No effect is missing: the model explains these runs down to the non-repeatable"
+    " residual (0.00900 N m RMS, of which 0.00900 is non-repeatable).",
+    "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"
+    " run twice, so what repeats is not known.",
 }
 
 
@@ -216,7 +216,7 @@ def test_terminal_holds_findings_notes_and_what_was_run() -> None:
     for words in (
         *NAMED.findings,
         *NAMED.notes,
-        "Rebuilt simulation of run9.csv: gap 0.0500 N m before, 0.0100 N m after",
+        "Rebuilt simulation of run9.csv: residual 0.0500 N m before, 0.0100 N m after",
     ):
         assert words in text
     assert "Closed loop on the machine: tracking error 26.4 µrad before, 8.50 µrad after" in text
@@ -238,7 +238,7 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert separate[1].startswith("flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv' --locked run9")
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
-    assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--locked OTHER_RUN")
+    assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--held-out OTHER_RUN")
     assert next_steps(CHANGED, ASKED)[0][1] == again
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
@@ -303,7 +303,7 @@ def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
     drawn = candidate_bars(1, many)
     bars = {bar["name"]: bar for bar in drawn["data"]}
     assert bars["named"]["x"] == [93.0]
-    assert bars["rival"]["y"][0].startswith("second hysteresis,<br>axis")
+    assert bars["indistinguishable"]["y"][0].startswith("second hysteresis,<br>axis")
     assert sum(len(bar["x"]) for bar in drawn["data"]) == MOST_BARS
     assert drawn["layout"]["yaxis"]["categoryarray"][-1] == bars["named"]["y"][0], "best on top"
 

@@ -29,7 +29,7 @@ def commands() -> dict[str, Any]:
 def declared(command: Any) -> Iterator[str]:
     """Help texts of a command and its options, as they are written in the code."""
     yield command.help or ""
-    for parameter in command.params:
+    for parameter in (p for p in command.params if not getattr(p, "hidden", False)):
         yield getattr(parameter, "help", None) or ""
 
 

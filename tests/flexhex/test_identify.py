@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.identify import Fit
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
@@ -145,5 +145,5 @@ def test_table_file_holds_every_value(machine: Machine, fit: Fit, tmp_path: Path
 def test_file_that_cannot_be_written_is_refused_first(
     name: str, message: str, tmp_path: Path
 ) -> None:
-    with pytest.raises(UsageError, match=message):
+    with pytest.raises(FlexhexError, match=message):
         checked_target(tmp_path / name, MACHINE_FILE)
