@@ -1,7 +1,5 @@
-"""`flexhex diagnose` with what users give it: one clear message, an exit code, never a traceback.
-
-The whole command runs, from words to exit code; the logs are of one axis, so that it is quick.
-"""
+"""`flexhex diagnose` as a whole with what users give it: one clear message, an exit code, never a
+traceback. The logs are of one axis, so that it is quick."""
 
 from __future__ import annotations
 
