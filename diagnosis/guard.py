@@ -54,12 +54,13 @@ def delayed(made: Calibrated) -> str:
     late = made.fitted.delay
     if abs(late) < LATE:
         return ""
-    whose = (
-        "all axes alike: taken for the logger's" if made.base.n > 1 else "taken for the logger's"
+    where = " on all axes" if made.base.n > 1 else ""
+    alone = "" if made.base.n > 1 else "; a single axis does not show whether its drive is late"
+    verb = "lags" if late > 0 else "leads"
+    return (
+        f"the torque channel {verb} the angles by {1e3 * abs(late):.2g} ms{where}; treated as"
+        f" logger delay and compensated{alone}"
     )
-    alone = "" if made.base.n > 1 else ", as a single axis cannot tell whether its drive is late"
-    side = "late" if late > 0 else "early"
-    return f"torques come {1e3 * abs(late):.2g} ms {side} against the angles, {whose}{alone}"
 
 
 def kept_off(held: Joint, axes: Sequence[int]) -> Joint:

@@ -4,12 +4,12 @@
 
 Columns and torque pass the same Hann window; every tenth of the smoothed samples is used (fewer
 of long logs), and the normalised columns are solved by orthogonal factorisation. A fit that no
-machine of this kind could give is refused: see `_refuse`.
+machine of this kind could give is refused: see `plausible`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.motion import Columns, MotionModel
-from flexhex.diagnosis.rows import checked, long_enough, parts
+from flexhex.diagnosis.plausible import listed_names, moving, plausible
+from flexhex.diagnosis.rows import parts, row_step
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
@@ -34,15 +35,6 @@ WORST_CONDITION = 1e7
 TOLERANCE = 0.2
 """Of the machine file's values, where a fit is to be had all the same: an extended machine may have
 parameters that no usual trajectory tells from its others."""
-LEAST_EXPLAINED, WELL_EXPLAINED = 0.75, 0.95
-"""Shares of the torque's RMS about its mean: with less the model is not of this machine, or is
-doubtful."""
-SCALED = 1.6
-"""Ratio of fitted to nominal inertias that is worth a word."""
-MASSIVE = (".m", ".J", ".J_xx", ".J_yy", ".J_zz")
-"""Endings of masses and inertias; those of the regrouped lower arms may be negative."""
-SURE = 4.0
-"""Standard deviations by which a mass must be negative to be refused."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +43,8 @@ class Fit:
 
     residual_rms (n,) [N m] for each joint after smoothing; condition: of the normalised
     columns; samples: number of torque values used; undetermined: names of parameters
-    whose 95 % interval is wider than their size; warnings: sentences for the reader.
+    whose 95 % interval is wider than their size; warnings: sentences for the reader;
+    covariance: of p (n_p, n_p).
     """
 
     p: Array
@@ -61,6 +54,7 @@ class Fit:
     samples: int
     undetermined: tuple[str, ...]
     warnings: tuple[str, ...] = field(default=())
+    covariance: Array | None = field(default=None, repr=False)
 
 
 def regression(model: MotionModel, log: Log, settle: float) -> tuple[Columns, Array]:
@@ -86,13 +80,13 @@ def fit(
     """
     if not logs:
         raise LogError("no log given: name at least one run")
-    _moving(machine, logs, settle)
+    moving(machine, logs, settle)
     model = MotionModel(machine)
-    samples = sum(len(log.theta) * log.ts for log in logs) / machine.timing.feedforward
-    every = EVERY * max(1, round(samples / EVERY / MOST_ROWS))
+    thin = spacing(machine, logs)
     R = np.zeros((0, model.model.n_p + 1))
     kept: list[tuple[Columns, Array]] = []
     for log in logs:
+        every = thin(log)
         for rows in parts(model, log, settle):
             chosen = np.flatnonzero(rows.usable[::every]) * every
             c = rows.columns
@@ -116,6 +110,15 @@ def fit(
     return replace(found, warnings=(*found.warnings, told))
 
 
+def spacing(machine: Machine, logs: Sequence[Log]) -> Callable[[Log], int]:
+    """Samples of a log between two rows of the fit, for each log: every tenth at the feedforward's
+    rate and as far apart in seconds at any other, farther where the logs are long."""
+    near = EVERY * machine.timing.feedforward
+    seconds = sum(len(log.theta) * log.ts for log in logs)
+    apart = near * max(1, round(seconds / near / MOST_ROWS))
+    return lambda log: max(1, round(apart / row_step(machine, log)))
+
+
 def _beside_file(
     machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]], tolerance: float
 ) -> Array:
@@ -128,29 +131,6 @@ def _beside_file(
     weight = np.sqrt((residual**2).mean() * correlation_time(residual)) / deviation
     rows = np.column_stack([np.diag(weight), weight * file])
     return np.asarray(np.linalg.qr(np.vstack([R, rows]), mode="r"))
-
-
-def _moving(machine: Machine, logs: Sequence[Log], settle: float) -> None:
-    """LogError when a joint stands still, or two cannot be told apart."""
-    spans = []
-    for log in logs:
-        checked(machine, log)
-        long_enough(machine, log, settle)
-        angle = log["theta"]
-        used = angle.valid.copy()
-        used[: int(settle / angle.ts)] = False
-        if used.any():
-            spans.append(np.ptp(angle.values[used], axis=0))
-    if not spans:
-        raise LogError(f"{logs[0].name}: nothing is left after {settle:.3g} s: too short")
-    span, least = np.max(spans, axis=0), machine.actuator.sigma
-    still = np.flatnonzero(span < least)
-    if len(still):
-        raise LogError(
-            f"{logs[0].name}: theta[{still[0] + 1}] moves by {span[still[0]]:.3g} rad only,"
-            f" {len(still)} of {len(span)} joints by less than {least:.3g} rad: use a trajectory"
-            " that moves all joints"
-        )
 
 
 def correlation_time(residual: Array) -> float:
@@ -186,17 +166,13 @@ def _solve(machine: Machine, R: Array, kept: Sequence[tuple[Columns, Array]]) ->
     inverse = np.linalg.inv(triangle)
     variance = (residual**2).mean() * correlation_time(residual)
     std = np.sqrt(variance * (inverse**2).sum(axis=1)) / size
+    covariance = variance * (inverse @ inverse.T) / np.outer(size, size)
     explained = 1 - float(np.sqrt((residual**2).mean()) / max(_spread(tau), 1e-300))
-    warnings = _refuse(machine, p, std, explained)
+    warnings = plausible(machine, p, std, explained)
     nominal, listed = np.abs(base_parameters(machine)), parameters(machine)
     scales = np.maximum(np.minimum(np.abs(p), nominal), [par.floor for par in listed])
     loose = tuple(par.name for par, s, f in zip(listed, std, scales, strict=True) if 2 * s > f)
-    return Fit(p, std, rms, condition, residual.size, loose, warnings)
-
-
-def listed_names(machine: Machine) -> list[str]:
-    """Names of p."""
-    return [par.name for par in parameters(machine)]
+    return Fit(p, std, rms, condition, residual.size, loose, warnings, covariance)
 
 
 def predicted(columns: Columns, p: Array) -> Array:
@@ -238,34 +214,3 @@ def _confounded(machine: Machine, R: Array) -> str:
         f"the logs cannot tell the parameters apart (condition {condition:.2g}, at most"
         f" {WORST_CONDITION:.0g}; worst: {most})"
     )
-
-
-def _refuse(machine: Machine, p: Array, std: Array, explained: float) -> tuple[str, ...]:
-    """LogError for a negative mass or inertia, or a torque that the model does not explain."""
-    names = listed_names(machine)
-    massive = [n.endswith(MASSIVE) and not n.startswith("lower.") for n in names]
-    positive = [n.startswith(("c[", "d[", "flexure.")) for n in names]
-    negative = p + SURE * std < 0
-    bad = [n for n, heavy, less in zip(names, massive, negative, strict=True) if heavy and less]
-    odd = [n for n, wanted, less in zip(names, positive, negative, strict=True) if wanted and less]
-    if bad:
-        turned = " Is the sign of the torque turned?" if len(bad) + len(odd) > 1 else ""
-        raise LogError(
-            f"the fit gives a negative {', '.join(bad[:4])}: the logs are not of {machine.name},"
-            f" or a channel is wrong.{turned}"
-        )
-    if explained < LEAST_EXPLAINED:
-        raise LogError(
-            f"the model of {machine.name} explains only {max(explained, 0):.0%} of the torque:"
-            " the logs are not of this machine, or channels are swapped"
-        )
-    warnings = [f"{', '.join(odd)}: negative, though no machine has it so"] if odd else []
-    ratio = float(np.median(p[massive] / base_parameters(machine)[massive]))
-    if not 1 / SCALED < ratio < SCALED:
-        warnings.append(
-            f"masses and inertias are {ratio:.2g} times those of {machine.name}: is the torque"
-            " constant right?"
-        )
-    if explained < WELL_EXPLAINED:
-        warnings.append(f"the model explains {explained:.0%} of the torque: is this its machine?")
-    return tuple(warnings)

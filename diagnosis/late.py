@@ -140,8 +140,8 @@ def lag_or_delay(
     mean = float(weight @ share / weight.sum())
     reach = float(1.96 * weight.sum() ** -0.5)
     text = (
-        f"late drives lose {mean:.2f} +- {reach:.2f} of the amplitude that a lag loses, where a"
-        " delay loses none"
+        f"high-frequency attenuation is {mean:.2f} ± {reach:.2f} of that of a first-order lag (1 is"
+        " a lag, 0 a pure delay)"
     )
     return {axis: Late(name, t.time, text) for axis, t in zip(axes, tried, strict=True)}
 

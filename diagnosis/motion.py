@@ -7,6 +7,7 @@ one and the same window. Nothing nonlinear is ever evaluated at a filtered angle
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +59,10 @@ def differences(theta: Array, ts: float) -> tuple[Array, Array]:
     return first, second
 
 
+Derive = Callable[[Array, float], tuple[Array, Array]]
+"""Stencils as `differences`: angles and their sample time to both rates."""
+
+
 def dahl_states(theta: Array, sigma: float) -> Array:
     """z (samples, n) along the angles, from zero, exact for steps of one sign.  [SH, Eq. (23)]"""
     n = theta.shape[1]
@@ -91,18 +96,18 @@ class MotionModel:
         """xd, xdd (samples, 37)."""
         return self._closure.rates(x, thetad, thetadd)
 
-    def effects(self, time: Array, theta: Array, tau: Array) -> Array:
+    def effects(self, time: Array, theta: Array, tau: Array, derive: Derive = differences) -> Array:
         """Columns of the machine's effects at raw samples (samples, n_gains), from rest.
 
-        time (samples,) [s]; theta, tau (samples, n). The first and the last sample repeat their
-        neighbour's columns, since rates are central differences.
+        time (samples,) [s]; theta, tau (samples, n); derive: the stencils. The first and the last
+        sample repeat their neighbour's columns, since rates are central differences.
         """
         bank, ts = self.model.bank, float(time[1] - time[0])
         if not bank:
             return np.zeros((len(theta), 0))
-        rate, acceleration = differences(theta, ts)
+        rate, acceleration = derive(theta, ts)
         middle, inner = tau[1:-1], time[1:-1, None]
-        at = np.hstack([theta[1:-1], rate, acceleration, middle, differences(tau, ts)[0], inner])
+        at = np.hstack([theta[1:-1], rate, acceleration, middle, derive(tau, ts)[0], inner])
         start, advance = followers(bank, "along")
         state = ca.DM(start(theta[1]))
         if any(part.effect.states for part in bank.parts):

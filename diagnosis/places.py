@@ -66,7 +66,8 @@ def without_places(bench: Bench, found: Sequence[Found], notes: list[str]) -> li
             names = ", ".join(dict.fromkeys(part.id for part in curves))
             where = f"near {bump.shape['place']:.3f} rad on axis {axis + 1}"
             notes.append(
-                f"a torque {where} explains alone what {names} would: it has no name in the library"
+                f"a torque {where} alone explains as much as {names}: the library has no effect of"
+                " that kind"
             )
     kept = [
         replace(

@@ -85,7 +85,9 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
     angles, torques = log["theta"], log["tau_meas"]
     for name, channel in (("theta", angles), ("tau_meas", torques)):
         if channel.width != n:
-            raise LogError(f"{log.name}: {name} has {channel.width} axes, the model has {n}")
+            width = f"{channel.width} {'axis' if channel.width == 1 else 'axes'}"
+            hint = ": for axes without a model of their mechanism add --base axis" if n > 1 else ""
+            raise LogError(f"{log.name}: {name} has {width}, the model has {n}{hint}")
     found = []
     for first, end in _whole_stretches(angles):
         part = _cut(angles, first, end)

@@ -102,8 +102,8 @@ def side_of(
         held = kept_off(held, crowded)
         listed = ", ".join(str(axis + 1) for axis in crowded)
         notes.append(
-            f"several effects together come near what repeats on axis {listed}, but leave some of"
-            " it: they only imitate something else and are not named"
+            f"axis {listed}: no combination of effects of the library reproduces the repeatable"
+            " residual; the partial fits were discarded"
         )
     remains = _remains(held, notes)
     axes = [*remains, *crowded, *(part.axis for part in held.parts if part.axis is not None)]
@@ -113,8 +113,8 @@ def side_of(
         rounds.append(Round((), {}, taken_on))
         listed = ", ".join(str(axis + 1) for axis in taken_on.axes)
         notes.append(
-            f"{taken_on.id} on axis {listed} leaves no gap, as other masses could make up for it:"
-            " it is named because these would have to leave their tolerances"
+            f"{taken_on.id} on axis {listed}: the residual could also be fitted by changed masses,"
+            f" but only by more than their tolerances, so {taken_on.id} is reported"
         )
     return Side(held, tuple(rounds), others, tuple(named_of(held, rounds)), remains, tuple(notes))
 
@@ -126,7 +126,7 @@ def _told_apart(found: Sequence[Found], notes: list[str]) -> list[Found]:
         ids = ", ".join((effect.id, *effect.rivals))
         axes = ", ".join(str(axis + 1) for axis in effect.axes)
         where = f" on axis {axes}" if axes else ""
-        notes.append(f"{ids} explain about as much as each other{where}: too many to name one")
+        notes.append(f"{ids} fit equally well{where}: these data do not distinguish them")
     return [effect for effect in found if effect not in crowd]
 
 
@@ -139,8 +139,8 @@ def _natural(bench: Bench, found: Sequence[Found], notes: list[str]) -> list[Fou
     for name, axis in sorted(crowd, key=str):
         where = "" if axis is None else f" on axis {axis + 1}"
         notes.append(
-            f"{name}{where} would have to be there {count[name, axis]} times: it only imitates"
-            " something else and is not named"
+            f"{name}{where} would be needed {count[name, axis]} times: a fit of something else, not"
+            " reported"
         )
     kept = [
         replace(e, parts=tuple(p for p in e.parts if (p.id, p.axis) not in crowd)) for e in found
@@ -205,7 +205,9 @@ def not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
             break
         part = kept.pop(worst)
         where = "" if part.axis is None else f" on axis {part.axis + 1}"
-        notes.append(f"{part.id}{where} was withdrawn: it makes the locked runs worse")
+        notes.append(
+            f"{part.id}{where} was withdrawn: it increases the residual of the held-out runs"
+        )
     return held if len(kept) == len(held.parts) else only(held, kept)
 
 
@@ -225,8 +227,8 @@ def _transferred(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
     for i in poor:
         names = ", ".join(dict.fromkeys(part.id for part in held.parts if part.axis == i))
         notes.append(
-            f"{names} on axis {i + 1} fits the runs but leaves {after[i] / before[i]:.0%} of what"
-            " repeats in the locked ones: it only imitates something else and is not named"
+            f"{names} on axis {i + 1} fits the runs, but {after[i] / before[i]:.0%} of the"
+            " repeatable residual remains on the held-out runs: not reported"
         )
     return kept_off(held, poor) if poor else held
 

@@ -123,8 +123,8 @@ class Gap:
 class Candidate:
     """How one effect did in one round: best axes and shape, and what it gains.
 
-    gain: share of the repeating gap that it explains on trajectories it was not fitted to;
-    p_value: of its cluster-robust Wald test, corrected for the number of candidates.
+    gain: share of the repeatable residual that it explains on trajectories left out of the fit of
+    its gains; p_value: of its cluster-robust Wald test, not corrected for the number of candidates.
     """
 
     round: int

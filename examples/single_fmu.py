@@ -18,7 +18,9 @@ from fmpy import read_model_description, simulate_fmu
 def main() -> None:
     parser = argparse.ArgumentParser(description="Run one FMU in FMPy.")
     parser.add_argument("fmu", help="path of the .fmu file")
-    parser.add_argument("values", nargs="*", metavar="name=value", help="parameters and inputs")
+    parser.add_argument(
+        "values", nargs="*", default=[], metavar="name=value", help="parameters and inputs"
+    )
     parser.add_argument("--stop", type=float, default=1.0, help="seconds to simulate")
     parser.add_argument("--show", type=int, default=8, help="outputs to print")
     arguments = parser.parse_args()

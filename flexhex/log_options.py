@@ -1,4 +1,4 @@
-"""What a log does not tell, told on the command line; shared by `diagnose` and `identify`."""
+"""Options that say how to read logs; shared by `diagnose` and `identify`."""
 
 from __future__ import annotations
 
@@ -13,16 +13,28 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options
 
 TorqueConstant = Annotated[
-    str | None, typer.Option(metavar="N m/A", help="of logs in A: 3.0, or one for each axis")
+    str | None,
+    typer.Option(
+        metavar="N m/A",
+        help="torque constant of logs in A: one number, or one for each axis: 3.0,3.1",
+    ),
 ]
 Unit = Annotated[
-    list[str] | None, typer.Option(metavar="CHANNEL=UNIT", help="unit a log does not tell")
+    list[str] | None,
+    typer.Option(
+        metavar="CHANNEL=UNIT", help="unit of a channel whose file does not state it: theta=deg"
+    ),
 ]
-Rename = Annotated[list[str] | None, typer.Option(metavar="NAME=CHANNEL", help="what a column is")]
+Rename = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME=CHANNEL", help="map a column name to a channel: 'Position [deg]=theta[1]'"
+    ),
+]
 
 
 def log_options(constant: str | None, units: list[str], names: list[str]) -> Options:
-    """How to read logs; UsageError tells what is wrong with an option."""
+    """How to read logs. UsageError for a wrong option."""
     from flexhex.diagnosis.logs import Options
 
     constants: float | tuple[float, ...] | None = None

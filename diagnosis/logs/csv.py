@@ -71,7 +71,8 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
     for k, name in enumerate(names):
         plain, unit = split_unit(name)
         own = units[k] if units else ""
-        columns.append(Column(k, plain, own or unit))
+        # a renamed header counts as it stands, with the unit in it
+        columns.append(Column(k, name if name in options.rename else plain, own or unit))
     times = [k for k, c in enumerate(columns) if _is_time(c.name, options)]
     if not times:
         shown = (

@@ -70,7 +70,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
             if made is not None:
                 channels["tau_meas" if channel == "current" else channel] = made
             del table.values[channel]
-    _complete(name, channels)
+    _complete(name, channels, [f.text for f in findings if f.kind == "extra"])
     if options.torque_constant is not None and not any(
         "torque constant" in str(f) for f in findings
     ):
@@ -148,13 +148,13 @@ def _constants(
     return np.broadcast_to(constants, (width,))
 
 
-def _complete(name: str, channels: dict[str, Channel]) -> None:
-    has = ", ".join(channels) or "none that is known"
+def _complete(name: str, channels: dict[str, Channel], unused: list[str]) -> None:
+    """LogError without angles or torques; unused: texts on the columns that are no channel."""
+    has = "; ".join([f"it has {', '.join(channels) or 'none that is known'}", *unused])
     for needed in NEEDED:
         if needed not in channels:
-            raise LogError(
-                f"{name}: no channels {needed}[1], {needed}[2] ...: name them so (it has {has})"
-            )
+            remedy = f"rename a column in the file or with --rename 'COLUMN={needed}[1]'"
+            raise LogError(f"{name}: no channels {needed}[1], {needed}[2] ... ({has}): {remedy}")
     n, m = channels["theta"].width, channels["tau_meas"].width
     if n != m:
         raise LogError(f"{name}: {n} angles but {m} torques")

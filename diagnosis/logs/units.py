@@ -60,6 +60,8 @@ WHY = {
     "-": "a number without unit",
 }
 ANY_CASE = {"rad", "deg", "rev", "rpm", "rad/s", "deg/s", "sec", "seconds", "degrees"}
+LINEAR = {"m", "mm", "um", "cm", "m/s", "mm/s"}
+"""Units of axes that move along a line."""
 TORQUES = ("tau_meas", "tau", "tau_ff")
 
 
@@ -75,6 +77,14 @@ def factor(where: str, channel: str, unit: str) -> float:
             " (a row of units, an attribute `unit`) or with"
             f" --unit {channel}={wanted.replace(' ', '')}"
         )
+    if (channel in ("theta", "thetad", "r") and plain_unit(unit) in LINEAR) or (
+        channel in TORQUES and plain_unit(unit) in ("N", "kN")
+    ):
+        raise LogError(
+            f"{where}: {channel}[1] is in {unit!r}, wanted {wanted!r}: only rotary axes are"
+            f" supported so far, no linear ones; if the unit is wrong, give it: --unit"
+            f" {channel}={wanted.replace(' ', '')}"
+        )
     reason = WHY.get(unit.strip().lower(), "not a unit that is known here")
     named = f"{channel}[1]" if channel not in ("time", "payload", "temperature") else channel
     raise LogError(
@@ -88,8 +98,13 @@ def is_current(channel: str, unit: str) -> bool:
     return channel in TORQUES and _look_up(CURRENT, unit) is not None
 
 
+def plain_unit(unit: str) -> str:
+    """A unit with `u` for micro."""
+    return unit.strip().replace("\u00b5", "u").replace("\u03bc", "u")
+
+
 def _look_up(known: Mapping[str, float], unit: str) -> float | None:
-    plain = unit.strip().replace("\u00b5", "u").replace("\u03bc", "u")
+    plain = plain_unit(unit)
     small = plain.lower()
     for candidate in (plain, small if small in ANY_CASE else plain):
         if candidate in known:

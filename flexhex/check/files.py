@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flexhex.fmus.common.errors import FlexhexError, UsageError
+from flexhex.fmus.common.errors import FlexhexError, InterfaceError
 
 
 def check_file(path: Path) -> list[str]:
-    """Complaints, none when all is well. UsageError for a file of another kind."""
-    if path.suffix not in _CHECKS:
-        raise UsageError(f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}")
+    """Complaints, none when all is well. InterfaceError for no file, or one of another kind."""
     if not path.is_file():
-        raise UsageError(f"{path}: {'a folder, not a file' if path.is_dir() else 'no such file'}")
+        what = "is a folder: name the files in it" if path.is_dir() else "no such file"
+        raise InterfaceError(f"{path}: {what}")
+    if path.suffix not in _CHECKS:
+        raise InterfaceError(
+            f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}"
+        )
     try:
         return _CHECKS[path.suffix](path)
     except FlexhexError as error:

@@ -36,5 +36,14 @@ def _fmpy(path: Path) -> Iterator[str]:
         yield from texts[:MOST]
         if len(texts) > MOST:
             yield f"... and {len(texts) - MOST} more of this kind"
-    except Exception as error:  # fmpy raises plain Exception for unreadable descriptions
-        yield (str(error).splitlines() or [type(error).__name__])[0]
+    except Exception as error:  # FMPy raises plain Exception for what it understands
+        text = (str(error).splitlines() or [""])[0]
+        yield text if type(error) is Exception and text else _stumbled(error)
+
+
+def _stumbled(error: Exception) -> str:
+    """What FMPy stopped at, where its own message is that of a programming error."""
+    text = "modelDescription.xml: not as FMI 2.0 wants it, FMPy cannot read it"
+    if isinstance(error, KeyError):
+        return f"{text}: it refers to {error}, which it does not declare"
+    return f"{text}: an element or an attribute is missing ({type(error).__name__})"

@@ -75,8 +75,7 @@ def _steps(package: Package, document: Any) -> Iterator[str]:
             said[tag] = float(element.get(key))
     for tag, step in said.items():
         if abs(step / package.base - 1) > 1e-9:
-            first = next(iter(said))
-            yield f"{tag} steps by {step:.9g} s, {first} by {said[first]:.9g} s"
+            yield f"{tag} steps by {step:.9g} s, the system by {package.base:.9g} s"
     for instance in package.instances:
         try:
             period(instance, package.base)

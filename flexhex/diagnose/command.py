@@ -30,45 +30,70 @@ if TYPE_CHECKING:
 
 def diagnose_command(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="logs of one machine, or trajectories")
+        list[Path],
+        typer.Argument(
+            metavar="RUN...", help="logs of one machine; with --isolability trajectories"
+        ),
     ],
-    locked: Annotated[
+    held_out: Annotated[
         list[Path] | None,
-        typer.Option(metavar="RUN...", help="runs to be judged on alone, of other trajectories"),
+        typer.Option(
+            metavar="RUN...",
+            help="held-out runs of other trajectories: used for validation only",
+        ),
+    ] = None,
+    locked: Annotated[
+        list[Path] | None, typer.Option(metavar="RUN...", hidden=True, help="as --held-out")
     ] = None,
     machine: Annotated[
         Path | None, typer.Option("--machine", "-m", help="machine file (TOML)")
     ] = None,
     base: Annotated[
-        str, typer.Option(help="hexapod, axis (each by itself) or schunk (six-axis arm)")
+        str,
+        typer.Option(
+            help="model of the mechanism: hexapod, axis (each by itself) or schunk (six-axis arm)"
+        ),
     ] = "hexapod",
     apply: Annotated[
-        bool, typer.Option("--apply", help="add what is found, build the FMUs, without asking")
+        bool,
+        typer.Option(
+            "--apply",
+            help="add the effects to a copy of the machine file and build the FMUs, without asking",
+        ),
     ] = False,
     isolability: Annotated[
-        bool, typer.Option("--isolability", help="which effects could these trajectories show?")
+        bool,
+        typer.Option(
+            "--isolability", help="which effects these trajectories could reveal and tell apart"
+        ),
     ] = False,
     torque_constant: TorqueConstant = None,
     unit: Unit = None,
     rename: Rename = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="folder for all that is written")] = Path(
-        "out/diagnose"
-    ),
-    report: Annotated[Path | None, typer.Option(help="page, default OUT/diagnosis.html")] = None,
+    out: Annotated[Path, typer.Option("--out", "-o", help="output folder")] = Path("out/diagnose"),
+    report: Annotated[
+        Path | None, typer.Option(help="path of the report page; default: OUT/diagnosis.html")
+    ] = None,
     json: AsJson = False,
 ) -> None:
-    """Find what the model lacks: exit code 0 nothing or added, 1 a gap or cannot tell."""
+    """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
+    or an unexplained residual remain, or the runs do not decide."""
     from flexhex.diagnosis.bases import BASES
 
     if base not in BASES:
         raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
+    if machine is not None and base != "hexapod":
+        raise UsageError(
+            f"--machine {machine}: --base {base} reads no machine file: take --machine out"
+        )
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
-    if isolability and (locked or apply):
-        which = "--locked" if locked else "--apply"
+    held = [*(held_out or []), *(locked or [])]
+    if isolability and (held or apply):
+        which = "--held-out" if held else "--apply"
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
-    once_each(runs, locked or [])
+    once_each(runs, held)
     logs = log_options(torque_constant, unit or [], rename or [])
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
     writable("--report" if report else "--out", page)
@@ -77,7 +102,7 @@ def diagnose_command(
     if isolability:
         session.isolate(runs, logs)
         return
-    found = session.diagnose(runs, locked or [], logs)
+    found = session.diagnose(runs, held, logs)
     if found.verdict != "none" and found.machine is None:
         raise typer.Exit(1)
 

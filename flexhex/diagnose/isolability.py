@@ -16,7 +16,7 @@ from flexhex.diagnose.words import listed, number, title, where
 from flexhex.diagnosis.isolability import ALIKE, Isolability
 from flexhex.output.page import Part, write_page
 
-HEADINGS = ("effect", "where", "found from [N m]", "cannot be told from")
+HEADINGS = ("effect", "where", "detectable from [N m]", "indistinguishable from")
 MOST_NAMES = 4
 
 
@@ -46,17 +46,17 @@ def verdict(found: Isolability) -> str:
     count = len(found.effects)
     alone = [k for k in range(count) if not found.rivals(k) and math.isfinite(found.smallest[k])]
     unseen = sum(not math.isfinite(v) for v in found.smallest)
-    text = f"{len(alone)} of {count} effects could be named alone"
+    text = f"{len(alone)} of {count} effects could be identified alone"
     if len(alone) + unseen < count:
-        text += f", {count - len(alone) - unseen} only in a set"
-    return text + (f", {unseen} would never be found." if unseen else ".")
+        text += f", {count - len(alone) - unseen} only together with indistinguishable ones"
+    return text + (f", {unseen} would not be detected." if unseen else ".")
 
 
 def print_isolability(found: Isolability, page: Path) -> None:
     """The answer in a line, the table, where the page is."""
     out = Console()
     say(out, verdict(found), "bold")
-    out.print(table("What these trajectories could show", HEADINGS, rows(found)))
+    out.print(table("Effects that these trajectories could reveal", HEADINGS, rows(found)))
     say(out, f"report   {page}")
 
 
@@ -72,11 +72,13 @@ def write_isolability(found: Isolability, trajectories: Sequence[str], path: Pat
     share = np.fmax(found.share, found.share.T)
     drawn = {"matrix": heat("", names, names, share)}
     text = (
-        f"{verdict(found)} A cell is the share of one effect that another could take"
-        f" over [%]. From {100 * ALIKE:.0f} % on these trajectories cannot tell the two apart."
+        f"{verdict(found)} A cell is the share of one effect's torque that another could"
+        f" reproduce [%]. From {100 * ALIKE:.0f} % on the two are indistinguishable here."
     )
     parts = [
-        Part("Which effects could be told apart", text, figures=drawn),
+        Part("Which effects could be distinguished", text, figures=drawn),
         Part("Smallest effects", "", HEADINGS, rows(found), words=True),
     ]
-    return write_page(path, "What these trajectories could show", ", ".join(trajectories), parts)
+    return write_page(
+        path, "Effects that these trajectories could reveal", ", ".join(trajectories), parts
+    )

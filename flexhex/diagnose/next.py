@@ -37,13 +37,13 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
     if something and not found.locked:
-        text = "Judge it on another trajectory that nothing was fitted to:"
-        steps.append((text, asked.again("--locked", "OTHER_RUN")))
+        text = "Validate it on held-out runs of another trajectory:"
+        steps.append((text, asked.again("--held-out", "OTHER_RUN")))
     if found.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
         steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
     if found.verdict == "none":
-        text = "To learn what a planned experiment could find at all:"
+        text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
     if found.verdict == "cannot tell":
         text = "Measure two trajectories, each at least twice, every axis through its whole range"

@@ -10,14 +10,14 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import OutputError, UsageError
 
-GREEDY = ("--locked",)
+GREEDY = ("--held-out", "--locked")
 """Options that take all words up to the next option."""
 
 
 class Greedy(TyperCommand):
-    """A command whose `--locked a b c` means `--locked a --locked b --locked c`."""
+    """A command whose `--held-out a b c` means `--held-out a --held-out b --held-out c`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Repeat a greedy option before each of its words."""
@@ -45,19 +45,21 @@ def interactive() -> bool:
     return sys.stdin.isatty()
 
 
-def once_each(runs: list[Path], locked: list[Path]) -> None:
-    """UsageError when a file is named twice: noise that repeats would be taken for an effect."""
-    for option, paths in (("", runs), ("--locked ", locked)):
+def once_each(runs: list[Path], held_out: list[Path]) -> None:
+    """UsageError when a file is named twice: its noise would count as repeatable."""
+    for option, paths in (("", runs), ("--held-out ", held_out)):
         twice = [p for k, p in enumerate(paths) if p.resolve() in {q.resolve() for q in paths[:k]}]
         if twice:
             raise UsageError(f"{option}{twice[0]} is given twice: name each run once")
-    both = {path.resolve() for path in runs} & {path.resolve() for path in locked}
+    both = {path.resolve() for path in runs} & {path.resolve() for path in held_out}
     if both:
-        raise UsageError(f"{min(both).name} is given as a run and as a locked one: choose")
+        raise UsageError(
+            f"{min(both).name} is given as a run to fit and as a held-out run: name it once"
+        )
 
 
 def writable(option: str, page: Path) -> None:
-    """UsageError, before anything is computed, when a page cannot be written."""
+    """OutputError, before anything is computed, when a page cannot be written."""
     try:
         page.parent.mkdir(parents=True, exist_ok=True)
         if page.is_dir():
@@ -66,4 +68,4 @@ def writable(option: str, page: Path) -> None:
             pass
     except OSError as error:
         shown = page if option == "--report" else page.parent
-        raise UsageError(f"{option} {shown}: cannot be written ({error.strerror})") from None
+        raise OutputError(f"{option} {shown}: cannot be written ({error.strerror})") from None

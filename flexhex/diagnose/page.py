@@ -35,11 +35,17 @@ from flexhex.output.plots import Figure
 Array = NDArray[np.float64]
 FREQUENCY = "frequency"
 """What a map is over that is a spectrum."""
-SHARES = "Share of trials [%]: what was put in (rows) and what was then said (columns)."
+TRIALS = (
+    "Each candidate was added to this model with these motions and this noise, and all candidates"
+    " were fitted again. Rows: the effect added; columns: the candidate with the largest in-sample"
+    " reduction of the residual [% of trials]. The tests that decide the verdict (trajectories left"
+    " out, significance, deviating parameters) are not run here: the table shows how alike the"
+    " candidates are, not how often the verdict is right."
+)
 
 
 def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
-    """The page; files: the runs and locked runs, listed with their hashes."""
+    """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
         Part("Verdict", _verdict(found)),
         *_effects(found),
@@ -56,7 +62,11 @@ def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path:
 
 
 def _verdict(found: Diagnosis) -> str:
-    planned = [f"What can: {e.experiment}." for e in found.effects if e.experiment]
+    planned = [
+        f"An experiment that distinguishes them: {e.experiment}."
+        for e in found.effects
+        if e.experiment
+    ]
     return " ".join([verdict(found), *planned])
 
 
@@ -67,7 +77,7 @@ def _effects(found: Diagnosis) -> list[Part]:
         rows = effect_rows(found)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
     if found.changed:
-        text = "Parameters of the model that are not what the machine file says."
+        text = "Parameters of the model that deviate from the machine file."
         parts.append(Part("Changed parameters", text, CHANGED, changed_rows(found)))
     return parts
 
@@ -77,8 +87,10 @@ def _gap(found: Diagnosis) -> list[Part]:
     if not np.isfinite(gap.before).any():
         return []
     values = judged(found)
-    drawn = gap_bars("Gap", gap.unit, values["before"], values["after"], values["floor"])
-    text = "The floor is what does not repeat between passes: no model can go below it."
+    drawn = gap_bars("Residual", gap.unit, values["before"], values["after"], values["floor"])
+    text = (
+        "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
+    )
     return [Part(gap_title(gap), text, GAP, gap_rows(found), {"gap": drawn})]
 
 
@@ -111,8 +123,11 @@ def _candidates(found: Diagnosis) -> list[Part]:
         for k in numbers
     }
     text = (
-        "What each effect explains of what repeats, on trajectories it was not fitted to. A rival"
-        " does so nearly as well as the named one. Each round looks at what the one before left."
+        "Share of the repeatable residual that each effect explains on trajectories left out of the"
+        " fit of its gains; its shape and the base model are fitted to all of them."
+        " Indistinguishable effects explain nearly as much as the named one. Each round fits what"
+        " the one before left."
+        " p-values (on hover) are those of a candidate by itself, not corrected for their number."
     )
     return [Part("Candidates", text, figures=drawn)]
 
@@ -129,8 +144,7 @@ def _confusion(effects: Sequence[Named]) -> list[Part]:
             drawn[place] = heat(title(effect.id), rows, columns, np.array(values))
     if not drawn:
         return []
-    text = f"Each effect was put into this model, with these motions and this noise. {SHARES}"
-    return [Part("How sure is that?", text, figures=drawn)]
+    return [Part("How alike the candidates are", TRIALS, figures=drawn)]
 
 
 def _last(name: str) -> tuple[int, str]:
@@ -144,7 +158,7 @@ def _maps(maps: Sequence[Map]) -> list[Part]:
     for axis in sorted({m.axis for m in maps if m.over != FREQUENCY}):
         mine = [m for m in maps if m.axis == axis and m.over != FREQUENCY]
         drawn = {f"map{axis}-{k}": residual_map(m) for k, m in enumerate(mine)}
-        text = "Mean of the repeating residual; the band is two standard errors wide to each side."
+        text = "Mean of the repeatable residual; the band is two standard errors wide to each side."
         first = text if not parts else ""
         parts.append(Part(f"Residual of axis {axis}", first, figures=drawn, small=True))
     spectra = {f"spectrum{m.axis}": spectrum_map(m) for m in maps if m.over == FREQUENCY}
@@ -158,10 +172,10 @@ def _remarks(found: Diagnosis, files: Sequence[Path]) -> list[Part]:
     if notes := remarks(found):
         parts.append(Part("Notes", "", ("",), [(note,) for note in notes], words=True))
     rows = [(text,) for text in found.findings]
-    text = "" if rows else "Nothing was wrong with the runs."
-    parts.append(Part("What the runs had", text, ("",), rows, words=True))
+    text = "" if rows else "The logs gave no reason for a remark."
+    parts.append(Part("Findings in the logs", text, ("",), rows, words=True))
     locked = set(found.locked)
-    listed = [(str(p), "locked" if str(p) in locked else "run", digest(p)) for p in files]
+    listed = [(str(p), "held out" if str(p) in locked else "fit", digest(p)) for p in files]
     parts.append(Part("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
     return parts
 

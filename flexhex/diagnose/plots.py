@@ -38,7 +38,7 @@ def gap_bars(
     floor: Array | None = None,
     names: Sequence[str] | None = None,
 ) -> Figure:
-    """Before and after of each axis, or what `names` says, a black line where the floor is."""
+    """Before and after of each axis, or of `names`; a black line: non-repeatable."""
     axes = list(names or [f"axis {i + 1}" for i in range(len(before))])
     bars: list[dict[str, Any]] = [
         {"type": "bar", "x": axes, "y": rounded(v), "name": text, "marker": {"color": colour}}
@@ -48,7 +48,7 @@ def gap_bars(
         wide = max(10, int(220 / len(axes)))
         mark = {"symbol": "line-ew", "size": wide, "line": {"width": 2.5, "color": FLOOR}}
         line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
-        bars.append({**line, "name": "floor: does not repeat"})
+        bars.append({**line, "name": "non-repeatable"})
     layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
     return figure(name, "", f"RMS [{unit}]", bars, yaxis={"rangemode": "tozero"}, **layout)
 
@@ -58,7 +58,7 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
     best = sorted(candidates, key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
     kinds = [
         ("named", AFTER, [c for c in best if c.chosen]),
-        ("rival", BEFORE, [c for c in best if c.rival and not c.chosen]),
+        ("indistinguishable", BEFORE, [c for c in best if c.rival and not c.chosen]),
         ("other", OTHER, [c for c in best if not (c.rival or c.chosen)]),
     ]
     bars = [
@@ -67,7 +67,9 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
             "orientation": "h",
             "y": [label(c) for c in kind],
             "x": [float(f"{100 * max(c.gain, 0.0):.4g}") for c in kind],
-            "hovertext": [f"p = {c.p_value:.2g}" for c in kind],
+            "hovertext": [
+                f"p = {c.p_value:.2g}, not corrected for the number of candidates" for c in kind
+            ],
             "name": text,
             "marker": {"color": colour},
         }
@@ -77,7 +79,7 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
     order = {"categoryorder": "array", "categoryarray": [label(c) for c in best]}
     return figure(
         f"Round {number}",
-        "explains of what repeats [%]",
+        "share of the repeatable residual [%]",
         "",
         bars,
         yaxis={**order, "automargin": True, "title": {"text": ""}, "tickfont": {"size": 11}},

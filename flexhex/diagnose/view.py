@@ -28,8 +28,8 @@ WORSE = 1.02
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")
-CHANGED = ("parameter", "machine file", "runs", "95 %", "unit")
-GAP = ("axis", "torque", "before", "after", "floor", "closed")
+CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
+GAP = ("axis", "torque", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
@@ -43,7 +43,7 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
         say(out, text)
     if found.changed:
         rows = changed_rows(found)
-        out.print(table("Parameters that are not what the machine file says", CHANGED, rows))
+        out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
     if np.isfinite(found.gap.before).any():
         out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=True))
     for text in (*shown_lines(found.shown), *remarks(found)):
@@ -90,9 +90,9 @@ def rivalry(found: Diagnosis) -> list[str]:
     for e in found.effects:
         if e.rivals:
             others = listed([title(name) for name in e.rivals], "or")
-            line = f"* these runs cannot tell {title(e.id)} from {others}"
+            line = f"* these runs do not distinguish {title(e.id)} from {others}"
             if e.experiment:
-                line += f"; what can: {e.experiment}"
+                line += f"; an experiment that does: {e.experiment}"
             lines.append(line)
     return lines
 
@@ -108,7 +108,7 @@ def changed_rows(found: Diagnosis) -> Rows:
 
 
 def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
-    """before, after, floor (n,) on the locked runs where there are any.
+    """before, after, non-repeatable (n,) on the held-out runs where there are any.
 
     Where only parameters changed, `before` is the model with those of the machine file.
     """
@@ -123,15 +123,15 @@ def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
 
 
 def gap_title(gap: Gap) -> str:
-    """What the table of the gap is judged on."""
-    on = "locked runs" if gap.locked else "runs that it was fitted to"
-    return f"Gap, RMS [{gap.unit}], {on}"
+    """Title of the table: held-out runs where there are any."""
+    on = "held-out runs" if gap.locked else "the runs of the fit"
+    return f"Residual RMS [{gap.unit}] on {on}"
 
 
 def closed(before: float, after: float, floor: float) -> str:
-    """Part of the gap above the floor, in energy, that is gone; "" where there was none.
+    """Fraction of the repeatable residual's mean square that is explained; "" where there is none.
 
-    A floor that is not known (NaN: no run was repeated) counts as zero.
+    A non-repeatable residual that is not known (NaN: no run was repeated) counts as zero.
     """
     floor = floor if math.isfinite(floor) else 0.0
     above = before**2 - floor**2
@@ -162,7 +162,7 @@ def shown_lines(shown: Mapping[str, Any]) -> list[str]:
     for run, gaps in shown.get("simulation_gap", {}).items():
         before, after = (rms(np.asarray(gaps[side], dtype=np.float64)) for side in SIDES)
         lines.append(
-            f"Rebuilt simulation of {Path(run).name}: gap {number(before)} N m before,"
+            f"Rebuilt simulation of {Path(run).name}: residual {number(before)} N m before,"
             f" {number(after)} N m after"
         )
     for kind, sides in shown.get("closed_loop", {}).items():
@@ -182,7 +182,7 @@ def remarks(found: Diagnosis) -> tuple[str, ...]:
 def _print_findings(out: Console, findings: Sequence[str]) -> None:
     if not findings:
         return
-    out.print("\n[bold]What the runs had[/]")
+    out.print("\n[bold]Findings in the logs[/]")
     for text in findings[:MOST_FINDINGS]:
         say(out, f"  {text}")
     if len(findings) > MOST_FINDINGS:
@@ -204,7 +204,7 @@ def table(
 ) -> Table:
     """A table of texts; columns of words stand left. total: a line before the last row."""
     made = Table(title=escape(heading), box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    words = ("effect", "where", "parameter", "unit", "axis", "cannot be told from")
+    words = ("effect", "where", "parameter", "unit", "axis", "indistinguishable from")
     for name in names:
         left = name in words
         made.add_column(name, justify="left" if left else "right", overflow="fold")
@@ -237,5 +237,5 @@ def best_of(effect: Named) -> str:
     """How the effect that would be added is called in a question."""
     text = f"{title(effect.id)} on {where(effect.axes)}"
     if effect.rivals:
-        text += f" (the best of {1 + len(effect.rivals)} that cannot be told apart)"
+        text += f" (the best of {1 + len(effect.rivals)} indistinguishable effects)"
     return text

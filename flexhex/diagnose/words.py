@@ -114,14 +114,14 @@ def percent(share: float) -> str:
 
 
 def explained(gap: Gap) -> float:
-    """Share of what repeats, in energy, that is explained by all that was found; NaN: unknown."""
+    """Fraction of the repeatable residual's mean square that all effects explain; NaN: unknown."""
     before, after = rms(gap.repeat), rms(gap.repeat_after)
     return 1 - (after / before) ** 2 if before > 0 else math.nan
 
 
 def gap_name(gap: Gap) -> str:
-    """What effects explain: without repeated runs nothing tells what repeats."""
-    return "what repeats" if np.isfinite(gap.repeat).any() else "the gap"
+    """What effects explain: without repeated runs the repeatable part is not known."""
+    return "the repeatable residual" if np.isfinite(gap.repeat).any() else "the residual"
 
 
 def verdict(found: Diagnosis) -> str:
@@ -152,11 +152,11 @@ def _set(found: Diagnosis) -> str:
         names = listed([phrase(name) for name in (e.id, *e.rivals)], "or")
         verb = "lack" if len(e.axes) > 1 else "lacks"
         one = "either" if len(e.rivals) == 1 else "one of these:"
-        text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs cannot tell which."
+        text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs do not distinguish them."
         sentences.append(text)
     sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
     if sure:
-        sentences.append(f"Certain is {listed(sure)}.")
+        sentences.append(f"Identified: {listed(sure)}.")
     if found.changed:
         sentences.append(_other_values(found))
     return " ".join(sentences)
@@ -173,8 +173,8 @@ def _other_values(found: Diagnosis) -> str:
         parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
     more = len(found.changed) - SEVERAL
     if more > 0:
-        parts.append(f"{more} more parameter{'s' if more > 1 else ''} changed")
-    return f"Other than the machine file says: {'; '.join(parts)}."
+        parts.append(f"{more} more")
+    return f"Parameters that deviate from the machine file: {'; '.join(parts)}."
 
 
 def _unknown(found: Diagnosis) -> str:
@@ -182,28 +182,28 @@ def _unknown(found: Diagnosis) -> str:
     left = gap.repeat_after
     worst = [i + 1 for i, v in enumerate(left) if v > 0.5 * np.nanmax(left, initial=0.0)]
     on = "on all axes" if len(worst) == len(left) > 1 else f"on {where(worst)}"
-    text = f"Something repeats {on} that no effect of the library explains"
+    text = f"A repeatable residual remains {on} that no effect of the library explains"
     there = np.array(worst, dtype=int) - 1
     size, torque = rms(left[there]), rms(gap.torque[there])
     if math.isfinite(size):
         text += f": {number(size)} {gap.unit} RMS, {number(100 * size / torque, 2)} % of the torque"
     parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
     if parts:
-        text += f". Found was {listed(parts)}, but over half is left"
+        text += f". Identified: {listed(parts)}, but more than half of the residual remains"
     return text + "."
 
 
 def _none(found: Diagnosis) -> str:
     gap = found.gap
-    size = f" ({number(rms(gap.before))} {gap.unit} RMS, of which {number(rms(gap.floor))} does not"
+    size = f" ({number(rms(gap.before))} {gap.unit} RMS, of which {number(rms(gap.floor))} is"
     return (
-        "Nothing is missing: the model explains these runs down to what does not repeat"
-        f"{size} repeat)."
+        "No effect is missing: the model explains these runs down to the non-repeatable residual"
+        f"{size} non-repeatable)."
     )
 
 
 def _cannot(found: Diagnosis) -> str:
-    text = "These runs cannot tell whether the model lacks anything."
+    text = "These runs do not decide whether the model lacks an effect."
     if not found.notes:
         return text
     why = capital(found.notes[-1])

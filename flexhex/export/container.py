@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,7 +35,7 @@ _ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
 
 
 def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> list[Path]:
-    """`out/controller.fmu` and `out/hexapod-controller.ssp`, the loop with it.
+    """`out/controller.fmu`, the FMUs outside and `out/hexapod-controller.ssp`, the loop of these.
 
     platforms: for which computers the one FMU is built, as in `flexhex.fmugen.platforms`.
     Parameter values are those of the FMUs in the .ssp. Raises InterfaceError when the .ssp
@@ -43,12 +44,15 @@ def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> li
     package = read_ssp(path)
     container = container_of(package)
     out.mkdir(parents=True, exist_ok=True)
-    built = build_container(container, out, out / "cache", platforms)
+    with tempfile.TemporaryDirectory() as cache:
+        built = build_container(container, out, Path(cache), platforms)
     system = system_around(package, container)
+    beside = []
     for instance in package.instances:
         if instance.name in OUTSIDE:
-            (out / Path(instance.source).name).write_bytes(package.fmus[instance.source])
-    return [built, write_ssp(system, out, out / f"{package.path.stem}-{NAME}.ssp")]
+            beside.append(out / Path(instance.source).name)
+            beside[-1].write_bytes(package.fmus[instance.source])
+    return [built, *beside, write_ssp(system, out, out / f"{package.path.stem}-{NAME}.ssp")]
 
 
 def container_of(

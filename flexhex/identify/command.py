@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,19 @@ def identify_command(
     settle: Annotated[
         float, typer.Option(help="seconds left out at the start of each log", min=0.0, max=1e6)
     ] = 2.0,
+    every: Annotated[
+        bool, typer.Option("--all", help="show all parameters, the cogging amplitudes as well")
+    ] = False,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            "--write",
+            "-w",
+            metavar="FILE",
+            help="write a machine file with the fitted values (.toml), or all values with their"
+            " standard deviations (.csv, .json)",
+        ),
+    ] = None,
     torque_constant: TorqueConstant = None,
     unit: Unit = None,
     rename: Rename = None,
@@ -27,11 +41,20 @@ def identify_command(
     from flexhex.diagnosis.logs import read_log
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.identify.view import fit_json, print_fit
+    from flexhex.identify.write import checked_target, write_fit
 
+    file = found_machine(machine)
+    if write is not None:
+        checked_target(write, file)
     given = log_options(torque_constant, unit or [], rename or [])
-    described = load_machine(found_machine(machine))
+    described = load_machine(file)
     found = fit(described, [read_log(path, given) for path in logs], settle)
+    left_out = [] if write is None else write_fit(write, file, described, found, logs)
     if json:
         print(fit_json(described, found))
     else:
-        print_fit(described, found)
+        print_fit(described, found, every)
+    for text in left_out:
+        print(f"{write}: {text}", file=sys.stderr)
+    if write is not None:
+        print(f"written  {write}", file=sys.stderr if json else sys.stdout)

@@ -1,38 +1,112 @@
-"""What `flexhex identify` shows: estimates with their deviations, or the same as JSON."""
+"""What `flexhex identify` shows: estimates beside the machine file, or the same as JSON."""
 
 from __future__ import annotations
 
 import json
+import math
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from flexhex.diagnosis.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.parameters import parameters
+from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters
 
 HOPELESS = 0.5
 """Share of undetermined parameters beyond which a fit is warned of."""
+COGGING = ("a[", "b[")
+"""Names of the cogging amplitudes, 108 of the 162: one line for each actuator, unless all rows are
+wanted."""
+Row = tuple[Parameter, float, float, float, float]
+"""Parameter, estimate, standard deviation, machine file's value, difference in deviations."""
 
 
-def print_fit(machine: Machine, fit: Fit) -> None:
-    """All estimates with unit and standard deviation."""
-    table = Table(title="Least-squares estimate", box=SIMPLE_HEAD)
-    for name in ("parameter", "body", "unit"):
-        table.add_column(name)
-    for name in ("estimate", "± std"):
-        table.add_column(name, justify="right")
-    for par, value, std in zip(parameters(machine), fit.p, fit.std, strict=True):
-        style = "yellow" if par.name in fit.undetermined else None
-        table.add_row(par.name, par.body, par.unit, f"{value:.5g}", f"{std:.1g}", style=style)
+def print_fit(machine: Machine, fit: Fit, every: bool = False) -> None:
+    """Estimates with standard deviations beside the machine file's values, body by body.
+
+    every: the cogging amplitudes as well, which otherwise are one line for each actuator.
+    """
+    table = Table(title="Least-squares estimate", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("estimate ± std", justify="right", no_wrap=True)
+    table.add_column("machine file", justify="right")
+    table.add_column("diff. / std", justify="right")
+    table.add_column("unit", no_wrap=True)
+    rows = compared(machine, fit)
+    for body in dict.fromkeys(group(par) for par, *_ in rows):
+        mine = [row for row in rows if group(row[0]) == body]
+        hidden = [] if every else [row for row in mine if row[0].name.startswith(COGGING)]
+        table.add_row(f"[bold]{body}[/]")
+        for row in (row for row in mine if row not in hidden):
+            _add(table, row, fit)
+        if hidden:
+            table.add_row(*_summary(hidden, fit))
+        table.add_section()
     out = Console()
     out.print(table)
-    rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
-    out.print(f"residual of the joints (mN m): {rms}; condition {fit.condition:.3g}")
+    _print_quality(out, fit)
     warn_of(out, fit)
+
+
+def group(par: Parameter) -> str:
+    """Body of a parameter, the upper arms together."""
+    return "upper arms" if par.body.startswith("upper arm") else par.body
+
+
+def compared(machine: Machine, fit: Fit) -> list[Row]:
+    """A row for each parameter."""
+    listed, nominal = parameters(machine), base_parameters(machine)
+    rows = []
+    for par, value, std, file in zip(listed, fit.p, fit.std, nominal, strict=True):
+        apart = (value - file) / std if std > 0 else math.nan
+        rows.append((par, float(value), float(std), float(file), float(apart)))
+    return rows
+
+
+def _add(table: Table, row: Row, fit: Fit) -> None:
+    par, value, std, file, apart = row
+    loose = par.name in fit.undetermined
+    name = par.name.replace("[", r"\[") + (" *" if loose else "")
+    cells = (name, with_deviation(value, std), f"{file:.4g}", signed(apart), par.unit)
+    table.add_row(*cells, style="yellow" if loose else None)
+
+
+def _summary(hidden: list[Row], fit: Fit) -> tuple[str, ...]:
+    """One line for the cogging amplitudes of an actuator."""
+    farthest = max(hidden, key=lambda row: abs(row[4]) if math.isfinite(row[4]) else -1.0)
+    loose = sum(row[0].name in fit.undetermined for row in hidden)
+    text = f"cogging, {len(hidden)} in all" + (f", {loose} *" if loose else "")
+    name = farthest[0].name.replace("[", r"\[")
+    return text, f"most: {name}", "", signed(farthest[4]), hidden[0][0].unit
+
+
+def with_deviation(value: float, std: float) -> str:
+    """`0.0123 ± 0.0004`: two digits of a deviation that begins with 1, one of any other."""
+    if not (math.isfinite(std) and std > 0):
+        return f"{value:.5g}"
+    place = -math.floor(math.log10(std)) + (f"{std:e}"[0] == "1")
+    if place > 6:
+        return f"{value:.5g} ± {std:.1g}"
+    return f"{value:.{max(place, 0)}f} ± {std:.{max(place, 0)}f}"
+
+
+def signed(apart: float) -> str:
+    """A difference with its sign; a dash where there is none to be had."""
+    return f"{apart:+.1f}" if math.isfinite(apart) else "–"
+
+
+def _print_quality(out: Console, fit: Fit) -> None:
+    rms = ", ".join(f"{1e3 * r:.2f}" for r in fit.residual_rms)
+    out.print(f"Residual RMS of joints 1 to {len(fit.residual_rms)}: {rms} mN m", highlight=False)
+    out.print(f"Condition number of the normalised columns: {fit.condition:.3g}", highlight=False)
     if fit.undetermined:
-        out.print("[yellow]yellow[/]: not determined by itself: its deviation exceeds its size")
+        text = (
+            f"[yellow]*[/] {len(fit.undetermined)} of {len(fit.p)} parameters are not determined:"
+            " two standard deviations exceed the parameter's size"
+        )
+        out.print(text, highlight=False)
 
 
 def warn_of(out: Console, fit: Fit) -> None:
@@ -52,13 +126,20 @@ def warn_of(out: Console, fit: Fit) -> None:
 def fit_json(machine: Machine, fit: Fit) -> str:
     """The fit as JSON."""
     rows = [
-        {"name": par.name, "unit": par.unit, "value": float(p), "std": float(s)}
-        for par, p, s in zip(parameters(machine), fit.p, fit.std, strict=True)
+        {
+            "name": par.name,
+            "unit": par.unit,
+            "body": par.body,
+            "value": value,
+            "std": std,
+            "machine_file": file,
+        }
+        for par, value, std, file, _ in compared(machine, fit)
     ]
     return json.dumps(
         {
             "parameters": rows,
-            "residual_rms": {"unit": "N m", "joints": fit.residual_rms.tolist()},
+            "residual_rms": {"unit": "N m", "joints": np.asarray(fit.residual_rms).tolist()},
             "condition": fit.condition,
             "undetermined": list(fit.undetermined),
             "warnings": list(fit.warnings),

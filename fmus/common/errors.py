@@ -25,6 +25,12 @@ class LogError(FlexhexError):
     exit_code = 3
 
 
+class OutputError(FlexhexError):
+    """A file or folder that cannot be written."""
+
+    exit_code = 3
+
+
 class InterfaceError(FlexhexError):
     """An interface or wiring that contradicts itself."""
 

@@ -15,6 +15,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.geometry import Frames
 
@@ -35,7 +36,7 @@ def load_machine(path: str | Path) -> Machine:
     try:
         machine = Machine.model_validate(data)
     except ValidationError as error:
-        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
+        raise MachineError("\n".join(complaints(path, Machine, error.errors()))) from None
     Frames.of(machine, where=str(path))
     return machine
 
@@ -98,16 +99,3 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         raise MachineError(f"{path}: cannot be read ({reason})") from None
     except tomllib.TOMLDecodeError as error:
         raise MachineError(f"{path}: not valid TOML: {error}") from None
-
-
-def complaint(path: str | Path, error: Any) -> str:
-    """One line for one of pydantic's errors: file, field, what is wrong."""
-    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in error["loc"])
-    text = error["msg"].removeprefix("Value error, ")
-    if error["type"] == "missing":
-        text = "is missing"
-    elif error["type"] == "int_type":
-        text = f"wants a whole number without point or quotes, is {error['input']!r}"
-    elif error["type"] == "extra_forbidden":
-        text = "is not a known key: correct its spelling or take it out"
-    return f"{path}: {where + ': ' if where else ''}{text}"

@@ -19,9 +19,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine.quantity import quantity
-from flexhex.fmus.common.machine_file import complaint, read_toml
+from flexhex.fmus.common.machine_file import read_toml
 from flexhex.fmus.plant import equations
 from flexhex.fmus.plant import interface as nominal
 
@@ -127,7 +128,7 @@ def load_truth(path: str | Path) -> Truth:
     try:
         return Truth.model_validate(read_toml(path))
     except ValidationError as error:
-        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
+        raise MachineError("\n".join(complaints(path, Truth, error.errors()))) from None
 
 
 def interface(machine: Machine, truth: Truth) -> Interface:

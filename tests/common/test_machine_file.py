@@ -41,11 +41,11 @@ CASES: dict[str, tuple[Edit, str]] = {
     "missing field": (drop_line("sigma ="), r"actuator\.sigma: is missing"),
     "missing section": (
         replace("[encoder]", "[encoders]"),
-        r"encoder: is missing",
+        r"encoders: is not a known key, did you mean encoder\?$",
     ),
     "unknown key": (
         replace("[encoder]\n", "[encoder]\nsteps = 3\n"),
-        r"encoder\.steps: is not a known key",
+        r"encoder\.steps: is not a known key, did you mean step\?$",
     ),
     "negative mass": (
         replace("m = { value = 0.5", "m = { value = -0.5"),
@@ -99,6 +99,33 @@ CASES: dict[str, tuple[Edit, str]] = {
         replace("t_command = { value = 0.0", "t_command = { value = 0.0003"),
         r"drive\.t_command is 1\.2 base steps, must be a whole number",
     ),
+    "no section": (
+        replace("[encoder]\nstep", "[drive.encoder]\nstep"),
+        r"encoder: is missing: add a table \[encoder\] with step",
+    ),
+    "five arms": (
+        lambda text: "[[arms]]".join(text.split("[[arms]]")[:-2] + text.split("[[arms]]")[-1:]),
+        r"arms: 5 entries, 6 wanted",
+    ),
+    "key of a quantity": (
+        replace("m = { value = 0.5,", "m = { valeu = 0.5,"),
+        r"bodies\.upper\.m: unknown key 'valeu', did you mean value\?",
+    ),
+    "no source": (
+        replace(
+            'm = { value = 0.5, unit = "kg", source = "assumed" }',
+            'm = { value = 0.5, unit = "kg" }',
+        ),
+        r"bodies\.upper\.m: wants .*, source missing",
+    ),
+    "number out of bounds": (
+        replace("hann_points = 101", "hann_points = 1"),
+        r"control\.hann_points: is 1, must be at least 3",
+    ),
+    "name with blanks": (
+        replace('name = "tflex"', 'name = "My Hexapod"'),
+        r"name: wants small letters, .*, is 'My Hexapod'",
+    ),
     "no TOML": (replace("[gravity]", "[gravity"), r"not valid TOML"),
 }
 
@@ -132,3 +159,18 @@ def test_wrong_truth_file_is_one_clear_message(tmp_path: Path) -> None:
     path.write_text(edit(text), encoding="utf-8")
     with pytest.raises(MachineError, match=r"cogging\.rms: -1\.0 N m, must be at least 0"):
         load_truth(path)
+
+
+def test_several_mistakes_are_named_at_once(tmp_path: Path) -> None:
+    """A misspelt key is one line: that the right one is missing says nothing new."""
+    text = MACHINE_FILE.read_text(encoding="utf-8")
+    for old, new in (("value = 2.2", "value = -2.2"), ("sigma =", "sigme =")):
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "machine.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(MachineError) as caught:
+        load_machine(path)
+    first, second = str(caught.value).splitlines()
+    assert first.endswith("bodies.end_effector.m: -2.2 kg, must be above 0 kg")
+    assert second.endswith("actuator.sigme: is not a known key, did you mean sigma?")

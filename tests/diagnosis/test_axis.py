@@ -57,9 +57,9 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
         paths.append(path)
     diagnosis = diagnose(paths, [], options=OPTIONS)
     assert diagnosis.verdict == "none"
-    (told,) = [text for text in diagnosis.findings if "late" in text]
-    assert told.startswith("torques come 2 ms late against the angles, taken for the logger's, as")
-    assert not [text for text in said(0.0, TWICE).findings if "late" in text]
+    (told,) = [text for text in diagnosis.findings if "lags" in text]
+    assert told.startswith("the torque channel lags the angles by 2 ms; treated as logger delay")
+    assert not [text for text in said(0.0, TWICE).findings if "lags" in text]
 
 
 def test_one_trajectory_is_told_to_be_one(tmp_path: Path) -> None:

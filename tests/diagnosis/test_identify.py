@@ -18,8 +18,7 @@ from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from tests.conftest import MACHINE_FILE
 from tests.diagnosis.made import Array
-
-TS, SECONDS, NOISE = 5e-4, 12.0, 0.01
+from tests.diagnosis.sines import NOISE, TS, sines_log
 
 
 @pytest.fixture(scope="module")
@@ -28,20 +27,8 @@ def model(machine: Machine) -> MotionModel:
 
 
 @pytest.fixture(scope="module")
-def log(machine: Machine, model: MotionModel) -> Log:
-    """All joints on sums of sines, torque Phi p with white noise."""
-    rng = np.random.default_rng(3)
-    t = np.arange(round(SECONDS / TS)) * TS
-    n, waves = machine.n_arms, 8
-    w = rng.uniform(0.5, 15.0, (waves, n))
-    angle = w * t[:, None, None] + rng.uniform(0, 6.28, (waves, n))
-    size = 0.35 / np.sqrt(waves) / (1 + w / 6)
-    theta = (size * np.sin(angle)).sum(axis=1)
-    thetad = (size * w * np.cos(angle)).sum(axis=1)
-    thetadd = (-size * w**2 * np.sin(angle)).sum(axis=1)
-    columns = model.columns(theta, dahl_states(theta, machine.actuator.sigma), thetad, thetadd)
-    tau = predicted(columns, base_parameters(machine))
-    return Log.of("made", TS, theta, tau + NOISE * rng.standard_normal(tau.shape))
+def log(model: MotionModel) -> Log:
+    return sines_log(model)
 
 
 def changed(log: Log, theta: Array | None = None, tau: Array | None = None) -> Log:
@@ -102,8 +89,8 @@ WRONG: dict[str, tuple[Callable[[Log], Log], str]] = {
     "torque dead": (lambda g: changed(g, tau=0 * g.tau), r"tau_meas\[1\] is constant"),
     "degrees": (lambda g: changed(g, theta=57.3 * g.theta), "beyond the stroke .* degrees"),
     "too slow": (
-        lambda g: Log.of("slow", 0.004, g.theta, g.tau),
-        "every 0.004 s is too slow",
+        lambda g: Log.of("slow", 0.02, g.theta, g.tau),
+        "slow: 50 samples per second, at least 60 are needed",
     ),
     "too short": (lambda g: Log.of("x", TS, g.theta[:4100], g.tau[:4100]), "too short"),
     "swapped by its reference": (

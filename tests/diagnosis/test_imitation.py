@@ -36,7 +36,7 @@ def test_effect_too_often_on_an_axis_leaves_that_axis_alone() -> None:
     kept, notes = natural(found("cable", 0, 1), found("cable", 0), found("cable", 0))
     assert kept == [("cable", [1])]
     assert len(notes) == 1
-    assert "cable on axis 1 would have to be there 3 times" in notes[0]
+    assert "cable on axis 1 would be needed 3 times" in notes[0]
 
 
 @pytest.mark.parametrize(("rivals", "named"), [(2, True), (3, False)])
@@ -48,7 +48,7 @@ def test_set_of_four_names_nothing(rivals: int, named: bool) -> None:
     notes: list[str] = []
     kept = [effect.id for effect in sides._told_apart([clear, crowded], notes)]
     assert kept == ["friction", *(["drift"] if named else [])]
-    said = ["drift, a, b, c explain about as much as each other on axis 2: too many to name one"]
+    said = ["drift, a, b, c fit equally well on axis 2: these data do not distinguish them"]
     assert notes == ([] if named else said)
 
 
@@ -84,7 +84,7 @@ def test_effect_that_leaves_most_in_the_locked_runs_is_taken_back(
 ) -> None:
     axes, notes = transferred(monkeypatch, 0.009, 30.0)
     assert axes == [1]
-    assert "a on axis 1 fits the runs but leaves 90% of what repeats" in notes[0]
+    assert "a on axis 1 fits the runs, but 90% of the repeatable residual remains" in notes[0]
 
 
 @pytest.mark.parametrize(

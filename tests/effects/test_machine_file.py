@@ -48,7 +48,10 @@ WRONG = {
         r"effects\.1: there is no effect 'coulomb_frictions', did you mean 'coulomb_friction'\?",
     ),
     "axis beyond": (ENTRY.replace("[3, 5]", "[3, 7]"), r"effects\.1: axes: 7, .* 1 to 6"),
-    "axis zero": (ENTRY.replace("[3, 5]", "[0, 5]"), r"effects\.1\.axes\.1: .*greater than or"),
+    "axis zero": (
+        ENTRY.replace("[3, 5]", "[0, 5]"),
+        r"effects\.1\.axes\.1: is 0, must be at least 1",
+    ),
     "axis twice": (ENTRY.replace("[3, 5]", "[3, 3]"), r"effects\.1: axes: .* names an axis twice"),
     "no axes": (ENTRY.replace("axes = [3, 5]\n", ""), r"effects\.1: axes: wants a list of axes"),
     "wrong unit": (

@@ -46,7 +46,8 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
         2,
         r"a log of 1e\+09 s takes .* GB of memory, .* GB can be had: run at most .* s",
     ),
-    "nothing to check": (["check", "log.csv"], 2, r"nothing to check in '\.csv', wants \.fmu"),
+    "no file to check": (["check", "x.fmu"], 3, r"x\.fmu: no such file"),
+    "nothing to check": (["check", "log.csv"], 3, r"nothing to check in '\.csv', wants \.fmu"),
 }
 
 

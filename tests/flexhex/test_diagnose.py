@@ -4,95 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
 import flexhex.diagnose.command as command
 import flexhex.diagnose.options as options
-from flexhex.diagnosis.isolability import Isolability
-from flexhex.diagnosis.logs import Options as LogOptions
 from flexhex.diagnosis.verdict import Diagnosis
-from flexhex.diagnosis.workflow import Options
 from flexhex.fmus.common.errors import LogError, UsageError
-from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NONE, SET, UNKNOWN
-
-ADDED = "out/extended.toml"
-
-
-class Workflow:
-    """Stands for diagnosis.workflow and for what adds to a machine file."""
-
-    def __init__(self, found: Diagnosis) -> None:
-        self.found: Diagnosis | Exception = found
-        self.seen: dict[str, Any] = {}
-        self.added = False
-
-    def diagnose(
-        self,
-        paths: list[Path],
-        locked: list[Path],
-        machine_file: Path | None,
-        options: Options,
-        progress: Callable[[str, int, int], None],
-    ) -> Diagnosis:
-        """As the real one is called."""
-        self.seen = {"paths": paths, "locked": locked, "machine": machine_file, "options": options}
-        progress("reading the runs", 0, 2)
-        progress("fitting", 1, 2)
-        if isinstance(self.found, Exception):
-            raise self.found
-        return self.found
-
-    def add(
-        self,
-        found: Diagnosis,
-        machine_file: Path,
-        out: Path,
-        runs: list[Path],
-        locked: list[Path],
-        logs: LogOptions,
-        say: Callable[[str], None],
-    ) -> Diagnosis:
-        """As the real one is called."""
-        say("building the extended model")
-        self.added = True
-        return replace(found, machine=ADDED)
-
-
-@pytest.fixture
-def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
-    """A workflow that names Coulomb friction."""
-    made = Workflow(BASIC)
-    monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", made.diagnose)
-    monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
-    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", lambda found, *more: found)
-    return made
-
-
-@pytest.fixture
-def app() -> typer.Typer:
-    """The command as `flexhex.cli` registers it."""
-    made = typer.Typer()
-    made.command("diagnose", cls=options.Greedy)(command.diagnose_command)
-    made.callback()(lambda: None)
-    return made
-
-
-@pytest.fixture
-def call(app: typer.Typer, tmp_path: Path) -> Callable[..., Any]:
-    """Calls the command with a folder of its own."""
-
-    def called(*words: str, answer: str | None = None) -> Any:
-        given = ["diagnose", *words, "--out", str(tmp_path)]
-        return CliRunner().invoke(app, given, input=answer)
-
-    return called
+from tests.flexhex.conftest import ADDED, Workflow
+from tests.flexhex.diagnoses import CANNOT, EXAMPLES, NONE, SET, UNKNOWN
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -156,7 +78,7 @@ def test_question_says_that_rivals_are_as_good(
 ) -> None:
     workflow.found = SET
     monkeypatch.setattr(command, "interactive", lambda: True)
-    assert "(the best of 3 that cannot be told apart)" in call("run1.csv", answer="n\n").stderr
+    assert "(the best of 3 indistinguishable effects)" in call("run1.csv", answer="n\n").stderr
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
@@ -176,7 +98,7 @@ def test_json_is_all_that_stands_on_stdout(
 def test_locked_takes_all_words_to_the_next_option(
     workflow: Workflow, call: Callable[..., Any]
 ) -> None:
-    call("a.csv", "b.csv", "--locked", "c.csv", "d.csv", "--base", "axis", "--locked", "e.csv")
+    call("a.csv", "b.csv", "--held-out", "c.csv", "d.csv", "--base", "axis", "--locked", "e.csv")
     assert [p.name for p in workflow.seen["paths"]] == ["a.csv", "b.csv"]
     assert [p.name for p in workflow.seen["locked"]] == ["c.csv", "d.csv", "e.csv"]
     assert workflow.seen["options"].base == "axis"
@@ -200,8 +122,6 @@ def test_base_decides_on_the_machine_file(workflow: Workflow, call: Callable[...
     assert workflow.seen["machine"].name == "tflex.toml"
     call("a.csv", "--base", "axis")
     assert workflow.seen["machine"] is None
-    call("a.csv", "--base", "axis", "--machine", "my.toml")
-    assert workflow.seen["machine"] == Path("my.toml")
 
 
 def test_options_of_logs_arrive(workflow: Workflow, call: Callable[..., Any]) -> None:
@@ -241,8 +161,12 @@ def test_effect_with_rivals_gets_its_experiment_written(
 
 MISTAKES = {
     "nothing to add to": (["a.csv", "--base", "axis", "--apply"], "has no machine file to add"),
+    "machine file of an arm": (
+        ["a.csv", "--base", "schunk", "--machine", "arm.urdf"],
+        r"--machine arm\.urdf: --base schunk reads no machine file",
+    ),
     "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, schunk"),
-    "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run and as"),
+    "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run to fit and as"),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
     "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
     "zero": (["a.csv", "--torque-constant", "0"], "must be positive"),
@@ -269,37 +193,3 @@ def test_bad_input_says_nothing_on_stdout(workflow: Workflow, call: Callable[...
     done = call("a.csv", "--json")
     assert isinstance(done.exception, LogError)
     assert (done.exception.exit_code, done.stdout) == (3, "")
-
-
-def matrix() -> Isolability:
-    """Three effects: the first two alike, the last never found."""
-    share = np.array([[1.0, 0.95, 0.1], [0.4, 1.0, 0.2], [0.1, 0.2, 1.0]])
-    ids = ("coulomb_friction", "stribeck_friction", "gravity_tilt")
-    return Isolability(ids, ((3,), (3,), ()), share, np.array([0.002, 0.0031, np.nan]))
-
-
-def test_isolability_is_shown_and_written(
-    call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    seen: list[Any] = []
-
-    def isolability(*words: Any) -> Isolability:
-        seen.extend(words)
-        return matrix()
-
-    monkeypatch.setattr("flexhex.diagnosis.isolability.isolability", isolability, raising=False)
-    done = call("a.csv", "b.csv", "--isolability")
-    assert done.exit_code == 0, done.output
-    assert [path.name for path in seen[0]] == ["a.csv", "b.csv"]
-    assert "0 of 3 effects could be named alone, 2 only in a set, 1 would never" in done.stdout
-    page = (tmp_path / "isolability.html").read_text(encoding="utf-8")
-    assert 'id="matrix"' in page
-    found = json.loads(call("a.csv", "--isolability", "--json").stdout)
-    assert found["share"] == matrix().share.tolist()
-    assert found["smallest"]["values"] == [0.002, 0.0031, None]
-
-
-def test_effects_are_alike_when_either_takes_over_the_other() -> None:
-    found = matrix()
-    assert (found.rivals(0), found.rivals(1), found.rivals(2)) == ([1], [0], [])
-    assert found.rivals(0, alike=0.96) == []

@@ -9,7 +9,9 @@ number (or tuple).
 
 from __future__ import annotations
 
+import difflib
 import math
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic import BeforeValidator
@@ -18,13 +20,20 @@ SOURCES = ("published", "derived", "assumed", "measured", "fitted", "diagnosed")
 _KEYS = {"value", "unit", "source", "note", "ci95"}
 
 
+@dataclass(frozen=True)
+class Quantity(BeforeValidator):
+    """A reader with the unit that it wants."""
+
+    unit: str = field(default="", kw_only=True)
+
+
 def quantity(
     unit: str,
     *shape: int,
     gt: float | None = None,
     ge: float | None = None,
     le: float | None = None,
-) -> BeforeValidator:
+) -> Quantity:
     """Reader of a quantity in `unit`, for `Annotated[float, quantity("kg", gt=0)]`.
 
     shape: () for a number, (3,) for a vector, (6, 9) for a matrix; a length of -1 is free.
@@ -33,11 +42,17 @@ def quantity(
     """
 
     def read(table: Any) -> Any:
-        if not isinstance(table, dict) or not {"value", "unit", "source"} <= set(table):
-            raise ValueError(f'wants {{ value = ..., unit = "{unit}", source = "..." }}')
+        form = f'wants {{ value = ..., unit = "{unit}", source = "..." }}'
+        if not isinstance(table, dict):
+            raise ValueError(f"{form}, is {table!r}")
         unknown = sorted(set(table) - _KEYS)
         if unknown:
-            raise ValueError(f"unknown key {unknown[0]!r}, allowed: {', '.join(sorted(_KEYS))}")
+            near = difflib.get_close_matches(unknown[0], _KEYS, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"allowed: {', '.join(sorted(_KEYS))}"
+            raise ValueError(f"unknown key {unknown[0]!r}, {hint}")
+        lacking = [key for key in ("value", "unit", "source") if key not in table]
+        if lacking:
+            raise ValueError(f"{form}, {' and '.join(lacking)} missing")
         if table["unit"] != unit:
             raise ValueError(f"is in {table['unit']!r}, wanted {unit!r}: convert the value")
         if table["source"] not in SOURCES:
@@ -47,7 +62,7 @@ def quantity(
             _check(number, unit, gt, ge, le)
         return value
 
-    return BeforeValidator(read)
+    return Quantity(read, unit=unit)
 
 
 def _shaped(value: Any, shape: tuple[int, ...]) -> Any:

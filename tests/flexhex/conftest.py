@@ -1,0 +1,91 @@
+"""`flexhex diagnose` with a workflow that answers at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import flexhex.diagnose.command as command
+import flexhex.diagnose.options as options
+from flexhex.diagnosis.logs import Options as LogOptions
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Options
+from tests.flexhex.diagnoses import BASIC
+
+ADDED = "out/extended.toml"
+
+
+class Workflow:
+    """Stands for diagnosis.workflow and for what adds to a machine file."""
+
+    def __init__(self, found: Diagnosis) -> None:
+        self.found: Diagnosis | Exception = found
+        self.seen: dict[str, Any] = {}
+        self.added = False
+
+    def diagnose(
+        self,
+        paths: list[Path],
+        locked: list[Path],
+        machine_file: Path | None,
+        options: Options,
+        progress: Callable[[str, int, int], None],
+    ) -> Diagnosis:
+        """As the real one is called."""
+        self.seen = {"paths": paths, "locked": locked, "machine": machine_file, "options": options}
+        progress("reading the runs", 0, 2)
+        progress("fitting", 1, 2)
+        if isinstance(self.found, Exception):
+            raise self.found
+        return self.found
+
+    def add(
+        self,
+        found: Diagnosis,
+        machine_file: Path,
+        out: Path,
+        runs: list[Path],
+        locked: list[Path],
+        logs: LogOptions,
+        say: Callable[[str], None],
+    ) -> Diagnosis:
+        """As the real one is called."""
+        say("building the extended model")
+        self.added = True
+        return replace(found, machine=ADDED)
+
+
+@pytest.fixture
+def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
+    """A workflow that names Coulomb friction."""
+    made = Workflow(BASIC)
+    monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", made.diagnose)
+    monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
+    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", lambda found, *more: found)
+    return made
+
+
+@pytest.fixture
+def app() -> typer.Typer:
+    """The command as `flexhex.cli` registers it."""
+    made = typer.Typer()
+    made.command("diagnose", cls=options.Greedy)(command.diagnose_command)
+    made.callback()(lambda: None)
+    return made
+
+
+@pytest.fixture
+def call(app: typer.Typer, tmp_path: Path) -> Callable[..., Any]:
+    """Calls the command with a folder of its own."""
+
+    def called(*words: str, answer: str | None = None) -> Any:
+        given = ["diagnose", *words, "--out", str(tmp_path)]
+        return CliRunner().invoke(app, given, input=answer)
+
+    return called

@@ -1,0 +1,107 @@
+"""The report page of a diagnosis, its figures and what it says to do next."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.page import write_diagnosis
+from flexhex.diagnose.plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
+from flexhex.diagnose.words import verdict
+from flexhex.diagnosis.verdict import Diagnosis
+from tests.flexhex.diagnoses import (
+    BASIC,
+    CANNOT,
+    CHANGED,
+    EXAMPLES,
+    NAMED,
+    SET,
+)
+
+ASKED = Asked(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+
+
+def page(found: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
+    """The page and its figures."""
+    (folder / "run1.csv").write_text("x", encoding="utf-8")
+    path = write_diagnosis(found, ASKED, [folder / "run1.csv", Path("gone.csv")], folder / "p.html")
+    text = path.read_text(encoding="utf-8")
+    drawn = re.search(r"^const figures = (.*);$", text, re.M)
+    assert drawn
+    return text, json.loads(drawn[1])
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -> None:
+    text, figures = page(EXAMPLES[name], tmp_path)
+    assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=|<link", text)
+    assert verdict(EXAMPLES[name]).split(";")[0] in text
+    assert re.findall(r'class="plot" id="([\w-]+)"', text) == list(figures)
+    assert "2d711642b726b04401627ca9fbac32f5" in text, "SHA-256 of the run"
+
+
+def test_page_draws_what_there_is(tmp_path: Path) -> None:
+    _, figures = page(NAMED, tmp_path)
+    expected = {"gap", "replay0", "loop", "round1", "round2", "confusion0", "spectrum3"}
+    assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
+    assert set(page(CANNOT, tmp_path)[1]) == set()
+
+
+def test_page_takes_text_as_text(tmp_path: Path) -> None:
+    odd = replace(NAMED, notes=("</script><b>",), findings=("<i>",))
+    text, _ = page(odd, tmp_path)
+    assert "&lt;/script&gt;&lt;b&gt;" in text
+    assert "<i>" not in text
+
+
+def test_bars_of_the_gap_are_its_figures() -> None:
+    before, after, floor = np.array([1.0, 2.0]), np.array([0.5, np.nan]), np.array([0.1, 0.1])
+    first, second, line = gap_bars("", "N m", before, after, floor)["data"]
+    assert (first["y"], second["y"], line["y"]) == ([1.0, 2.0], [0.5, None], [0.1, 0.1])
+    assert len(gap_bars("", "N m", before, after)["data"]) == 2
+
+
+def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
+    first = [c for c in BASIC.candidates if c.round == 1]
+    many = first + [replace(first[-1], id=f"effect_{k}", gain=0.001 * k) for k in range(9)]
+    drawn = candidate_bars(1, many)
+    bars = {bar["name"]: bar for bar in drawn["data"]}
+    assert bars["named"]["x"] == [93.0]
+    assert bars["indistinguishable"]["y"][0].startswith("second hysteresis,<br>axis")
+    assert sum(len(bar["x"]) for bar in drawn["data"]) == MOST_BARS
+    assert drawn["layout"]["yaxis"]["categoryarray"][-1] == bars["named"]["y"][0], "best on top"
+
+
+def test_heat_table_colours_and_figures_are_the_shares() -> None:
+    drawn = heat("", ["a", "b"], ["a", "b"], np.array([[1.0, 0.25], [0.0, math.nan]]))["layout"]
+    cells = {(s["x0"] + 0.5, s["y0"] + 0.5): s["fillcolor"] for s in drawn["shapes"]}
+    assert cells == {(0, 0): shade(1.0), (1, 0): shade(0.25)}
+    assert [note["text"] for note in drawn["annotations"]] == ["100", "25"]
+    assert shade(0.0) == "rgb(255,255,255)"
+    large = np.full((20, 20), 0.3) + 0.7 * np.eye(20)
+    large[2, 5] = 0.92
+    names = [f"effect {k}" for k in range(20)]
+    notes = heat("", names, names, large)["layout"]["annotations"]
+    assert [(n["x"], n["y"], n["text"]) for n in notes] == [(5, 2, "92")]
+
+
+def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
+    single = replace(ASKED, base="axis")
+    assert all("--apply" not in words for _, words in next_steps(CHANGED, single))
+
+
+def test_page_claims_of_trials_and_p_values_only_what_is_done(tmp_path: Path) -> None:
+    """Trials look at the fall of the residual alone, p-values at one candidate alone."""
+    text, figures = page(SET, tmp_path)
+    assert "The tests that decide the verdict" in text
+    assert "are not run here" in text
+    (hover, *_) = [bar["hovertext"][0] for bar in figures["round1"]["data"]]
+    assert hover.endswith("not corrected for the number of candidates")
