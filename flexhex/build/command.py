@@ -23,11 +23,11 @@ def build_command(
 ) -> None:
     """Build the FMUs and system descriptions of a machine."""
     from flexhex.fmugen.platforms import wanted
-    from flexhex.output.progress import LiveProgress
+    from flexhex.output.progress import live
     from flexhex.simulation.builder import Builder
 
     platforms = wanted(platform) if platform is not None else ()
-    with LiveProgress() as progress:
+    with live() as progress:
         progress.stage("building the FMUs")
         builder = Builder(found_machine(machine), out, progress.building, platforms)
         written = builder.systems()

@@ -23,13 +23,13 @@ def drive_command(
     from flexhex.drive.cable import check_means
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show
-    from flexhex.output.progress import LiveProgress
+    from flexhex.output.progress import live
     from flexhex.simulation.builder import Builder
 
     check_means()
     # so that being ended removes cable and processes as Ctrl-C does
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    with LiveProgress() as progress:
+    with live() as progress:
         progress.stage("building the FMUs")
         builder = Builder(found_machine(machine), out, progress.building)
         ssp = builder.systems()[-1]

@@ -19,13 +19,13 @@ def simulate_command(
     also: Annotated[list[str] | None, typer.Option(help="further signals, e.g. N_F.x")] = None,
 ) -> None:
     """Simulate a .ssp and save its signals."""
-    from flexhex.output.progress import LiveProgress
+    from flexhex.output.progress import live
     from flexhex.simulate.view import print_speed
     from flexhex.ssp.executor import run as execute
     from flexhex.ssp.results import provenance, save
     from flexhex.ssp.signals import DEFAULT
 
-    with LiveProgress() as progress:
+    with live() as progress:
         advance = progress.line(description.name, duration)
         found = execute(description, duration, signals=[DEFAULT, *(also or [])], progress=advance)
     save(found, result, provenance(command=command_line()))
