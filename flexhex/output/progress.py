@@ -87,6 +87,7 @@ class Progress:
         self._number = 0
         self._stage: Task | None = None
         self._tasks: list[Task] = []
+        self._built: set[str] = set()
         self._cancelled = False
         self._lock = threading.RLock()
 
@@ -108,6 +109,7 @@ class Progress:
             if self._stage is not None:
                 self._ended(self._stage)
             self._number += 1
+            self._built = set()
             self._stage = Task(text, total, unit, self.clock())
             self._begun(self._stage)
 
@@ -115,8 +117,10 @@ class Progress:
         """The build of an FMU begins within the stage."""
         with self._lock:
             if self._stage is not None:
-                self._stage.note = text
-                self._stage.done += self._stage.unit == "FMUs"
+                counted = self._stage.unit == "FMUs"
+                self._built.add(text)
+                self._stage.note = text if counted else f"building {text}"
+                self._stage.done = len(self._built) if counted else self._stage.done
 
     def case(self, case: Planned) -> Advance:
         """A simulation begins."""
@@ -134,6 +138,7 @@ class Progress:
                     raise CancelledError
                 if self._stage is not None and self._stage.unit == unit:
                     self._stage.done += done - task.done
+                    self._stage.note = ""
                 task.done, task.total = done, total
                 if done >= total and task in self._tasks:
                     self._tasks.remove(task)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, Group
 from rich.markup import escape
 from rich.table import Table
 
@@ -45,12 +45,9 @@ class Column:
         return f"{self.heading} [{self.unit}]" if self.unit else self.heading
 
 
-def table(title: str, columns: Sequence[Column], rows: Sequence[Row]) -> Table:
+def table(title: str, columns: Sequence[Column], rows: Sequence[Row]) -> Group:
     """Rows under their title, units below the headings. A row whose `class` is `dim` is grey."""
     drawn = Table(
-        title=escape(title),
-        title_justify="left",
-        title_style="bold",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
@@ -62,7 +59,12 @@ def table(title: str, columns: Sequence[Column], rows: Sequence[Row]) -> Table:
         drawn.add_column(escape(column.heading) + unit, justify=justify, no_wrap=True)  # type: ignore[arg-type]
     for row in rows:
         drawn.add_row(*(escape(c.text(row)) for c in columns), style=str(row.get("class", "")))
-    return drawn
+    return Group(f"[bold]{escape(title)}[/]", drawn)
+
+
+def texts(columns: Sequence[Column], rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Headings with units, and the cells of all rows, in print."""
+    return [c.title for c in columns], [[c.text(row) for c in columns] for row in rows]
 
 
 def console() -> Console:
