@@ -56,8 +56,8 @@ TIMES = (
 
 @dataclass(frozen=True)
 class Drives:
-    """Results of all runs. results: signals of the runs and the simulation; comparisons: of lockstep
-    and the first pass with it; diagnosis: of both passes by the clock, or why there is none;
+    """All runs. results: signals of the runs and of the simulation; comparisons: of lockstep and
+    the first pass with it; diagnosis: of both passes by the clock, or why there is none;
     wake_up: cyclictest's quantiles [us]."""
 
     driven: dict[str, Driven]
@@ -150,7 +150,7 @@ def errors(result: Drives) -> list[Row]:
 
 
 def times(result: Drives) -> list[Row]:
-    """Quantiles of each part of a cycle by the clock, for `TIMES`: of both passes, of cyclictest."""
+    """Quantiles of the parts of a cycle by the clock, for `TIMES`: both passes, cyclictest."""
     parts = {
         "wake-up": "wake_up_us",
         "round trip of the frame": "round_trip_us",
@@ -158,10 +158,9 @@ def times(result: Drives) -> list[Row]:
         "all after the reply": "after_reply_us",
     }
     summaries = [result.driven[name].summary for name in PASSES]
+    each = [(f"{q}-{k}", q, s) for q in QUANTILES for k, s in enumerate(summaries)]
     rows: list[Row] = [
-        {"part": title}
-        | {f"{q}-{k}": s[key][q] for q in QUANTILES for k, s in enumerate(summaries)}
-        for title, key in parts.items()
+        {"part": title, **{name: s[key][q] for name, q, s in each}} for title, key in parts.items()
     ]
     own = {q: result.wake_up[q] if result.wake_up else None for q in QUANTILES}
     cyclictest: Row = {"part": "wake-up of cyclictest"} | {

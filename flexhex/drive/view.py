@@ -25,15 +25,14 @@ from flexhex.output.tables import console, table
 
 def data(result: Drives) -> dict[str, object]:
     """All figures, for a program."""
+    found = result.diagnosis
     return {
-        "tracking error [urad]": {name: error(result) for name, result in result.results.items()},
+        "tracking error [urad]": {name: error(run) for name, run in result.results.items()},
         "cyclictest [us]": result.wake_up,
         "trips": {name: driven.trip for name, driven in result.driven.items() if driven.trip},
         "lockstep is the simulation": result.comparisons[LOCKSTEP].equal,
         "largest difference": {n: worst(result, n) for n in result.comparisons},
-        "diagnosis": result.diagnosis
-        if isinstance(result.diagnosis, str)
-        else result.diagnosis.data(),
+        "diagnosis": found if isinstance(found, str) else found.data(),
         "summary": {name: driven.summary for name, driven in result.driven.items()},
         "written": [str(path) for path in result.written],
     }

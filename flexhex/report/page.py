@@ -149,4 +149,4 @@ def _timing(found: Recording) -> Part:
     text = (
         "In lockstep nobody waits for a clock: there is no wake-up, and times are this computer's."
     )
-    return Part("Times of a cycle [µs]", text, ("", *QUANTILES), _times(found), drawn)
+    return Part("Times of a cycle", text, *texts(TIMES, _times(found)), drawn)
