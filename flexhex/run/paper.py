@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,7 @@ SAVED = {
     "adaptive": (*JUDGED, *MEASURED, "K.p", "K.p_std", *FAULTS),
 }
 """Signals that the files of these cases hold: for identify, diagnose and compare."""
+SAVED_ACTUATORS = {"fit": ("plant.theta", "plant.tau_meas", *FAULTS), "repeatability": FAULTS}
 SAVED_ELSE = ("feedback.e", *FAULTS)
 """The same for all other cases: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
 
@@ -70,7 +71,7 @@ def paper_run(
     alone = actuators_builder(builder) if with_table else None
     seconds = whole_moves(machine, SHORT) if quick else machine.reference.duration
     progress.stages = stage_count(names, alone is not None)
-    runs = Runs(builder, command, progress, keep_all)
+    runs = Runs(builder, command, progress, None if keep_all else SAVED)
     estimate, measured = runs.fitted(SHORT_FIT if quick else seconds)
     table = Rows()
     extra: tuple[Outcome, ...] = ()
@@ -123,19 +124,24 @@ def variants(builder: Builder, machine: Machine, estimate: Fit, seconds: float) 
 
 def actuator_rows(runs: Runs, alone: Builder, seconds: float) -> Rows:
     """The right half of Table I, with a fit of its own."""
-    own = Runs(alone, runs.command, runs.progress, runs.keep_all)
+    own = Runs(alone, runs.command, runs.progress, runs.saved and SAVED_ACTUATORS)
     estimate, _ = own.fitted(max(seconds, SHORT_FIT))
     return own.table(estimate, seconds, ())[0]
 
 
 class Runs:
-    """Simulations of one machine under one command."""
+    """Simulations of one machine under one command. saved: signals in the file of a case, by its
+    name; None: all."""
 
     def __init__(
-        self, builder: Builder, command: str, progress: Progress, keep_all: bool = False
+        self,
+        builder: Builder,
+        command: str,
+        progress: Progress,
+        saved: Mapping[str, Sequence[str]] | None,
     ) -> None:
         self.builder, self.command, self.progress = builder, command, progress
-        self.keep_all = keep_all
+        self.saved = saved
 
     def fitted(self, seconds: float) -> tuple[Fit, Outcome]:
         """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
@@ -163,11 +169,12 @@ class Runs:
     def simulate(self, case: Case) -> Outcome:
         """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
         case = self.builder.simulated(case)
-        signals = (DEFAULT, "K.p", "K.p_std")
+        signals: Sequence[str] = (DEFAULT, "K.p", "K.p_std")
         saved = None
-        if not self.keep_all:
-            saved = SAVED.get(case.name, SAVED_ELSE)
-            signals = tuple({*JUDGED, *saved, *PLOTTED.get(case.name, ())})
+        if self.saved is not None:
+            saved = self.saved.get(case.name, SAVED_ELSE)
+            # in an order of its own: files of the same run are the same bytes
+            signals = sorted({*JUDGED, *saved, *PLOTTED.get(case.name, ())})
         result, provenance = recorded(
             self.builder, case, signals, self.command, self.progress, saved
         )

@@ -65,10 +65,11 @@ def _print_table(out: Console, run: PaperRun) -> None:
     if run.extra:
         out.print(table("Variants of the loop, RMS", VARIANT_COLUMNS, variant_rows(run)))
     out.print(speed_table(run.adaptive.result, f"Time in each FMU, {run.adaptive.case.title}"))
-    out.print(
-        f"{run.share:.1%} of the adaptive run's feedback torque is repeatable{beside(run.table)}:"
-        " a better model could remove it"
-    )
+    if not run.is_model:
+        out.print(
+            f"{run.share:.1%} of the adaptive run's feedback torque is repeatable"
+            f"{beside(run.table)}: a better model could remove it"
+        )
     warn_of(out, run.fit)
     out.print(
         f"p fitted to {run.fit.samples} torque values of another trajectory;"

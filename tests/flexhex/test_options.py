@@ -10,7 +10,7 @@ from flexhex.diagnose.command import KINDS as BASE_KINDS
 from flexhex.diagnosis.bases import BASES
 from flexhex.experiments import EXPERIMENTS
 from flexhex.export.command import TOOLS
-from flexhex.export.wiring import WRITERS
+from flexhex.export.wiring import WIRINGS
 from flexhex.fmugen.platforms import PLATFORMS
 from flexhex.output.interrupt import Interruptible
 from flexhex.run.command import Part
@@ -25,7 +25,7 @@ def test_lists_of_the_command_line_are_those_of_the_library() -> None:
     assert tuple(VARIED) == KINDS
     assert tuple(PLATFORMS) == arguments.PLATFORMS
     assert set(BASE_KINDS) == set(BASES)
-    assert set(TOOLS) == set(WRITERS)
+    assert set(TOOLS) == set(WIRINGS)
 
 
 def test_list_is_completed_after_its_last_comma() -> None:

@@ -89,13 +89,18 @@ def screen(text: str) -> str:
 def test_nothing_stays_behind_an_error() -> None:
     stream = io.StringIO()
     console = Console(file=stream, force_terminal=True, width=80)
-    with pytest.raises(ValueError, match="wrong"), Bars(console) as progress:
-        progress.stage("building")
-        progress.stage("simulating", 10.0)
-        progress.case(Case("a", "the case", "plant", 10.0))(5.0, 10.0)
-        progress._live.refresh()
-        assert "the case" in screen(stream.getvalue())
-        raise ValueError("wrong")
+
+    def failing() -> None:
+        with Bars(console) as progress:
+            progress.stage("building")
+            progress.stage("simulating", 10.0)
+            progress.case(Case("a", "the case", "plant", 10.0))(5.0, 10.0)
+            progress._live.refresh()
+            assert "the case" in screen(stream.getvalue())
+            raise ValueError("wrong")
+
+    with pytest.raises(ValueError, match="wrong"):
+        failing()
     assert screen(stream.getvalue()) == "✓ building (0 s)"
 
 
