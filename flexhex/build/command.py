@@ -32,7 +32,7 @@ def build_command(
     """Build the FMUs and system descriptions of a machine."""
     from flexhex.fmugen.platforms import wanted
     from flexhex.fmugen.rooms import ROOMS
-    from flexhex.output.progress import live
+    from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
     platforms = wanted(platform) if platform is not None else ()

@@ -14,7 +14,6 @@ from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.diagnose.options import interactive, once_each, writable
 from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
-from flexhex.output.progress import live
 
 if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
@@ -89,6 +88,7 @@ class Session:
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
         from flexhex.diagnose.next import Asked
+        from flexhex.output.live import live
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply

@@ -24,7 +24,7 @@ def drive_command(
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show
     from flexhex.fmugen.rooms import ROOMS
-    from flexhex.output.progress import live
+    from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
     check_means()

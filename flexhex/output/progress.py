@@ -1,12 +1,11 @@
 """Progress of long commands: what is done, and an estimate of the time left.
 
-`live()` shows it on stderr: bars in a terminal, elsewhere a line every few seconds. Nothing of
-it stays behind when the command ends, is stopped or fails.
+`flexhex.output.live` shows it on stderr: bars in a terminal, elsewhere a line every few seconds.
+Nothing of it stays behind when the command ends, is stopped or fails.
 """
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -175,14 +174,3 @@ class Progress:
 
     def _ended(self, task: Task) -> None:
         """A stage or a simulation is done."""
-
-
-def live() -> Progress:
-    """Progress on stderr: bars in a terminal, lines elsewhere."""
-    if sys.stderr.isatty():
-        from flexhex.output.bars import Bars
-
-        return Bars()
-    from flexhex.output.lines import Lines
-
-    return Lines(sys.stderr)

@@ -48,7 +48,7 @@ def run_command(
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
-    from flexhex.output.progress import live
+    from flexhex.output.live import live
     from flexhex.run.paper import paper_run
     from flexhex.run.report import write_report
     from flexhex.run.view import print_run, run_json

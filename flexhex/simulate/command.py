@@ -19,7 +19,7 @@ def simulate_command(
     also: Annotated[list[str] | None, typer.Option(help="further signals, e.g. N_F.x")] = None,
 ) -> None:
     """Simulate a .ssp and save its signals."""
-    from flexhex.output.progress import live
+    from flexhex.output.live import live
     from flexhex.simulate.view import print_speed
     from flexhex.ssp.executor import run as execute
     from flexhex.ssp.results import provenance, save

@@ -44,7 +44,7 @@ def study_command(
 ) -> None:
     """Simulate many machines drawn at random (Monte Carlo); the same command goes on later."""
     from flexhex.output.interrupt import STOPPED
-    from flexhex.output.progress import live
+    from flexhex.output.live import live
     from flexhex.study.draws import Plan, varied_of
     from flexhex.study.pool import local, over_dask
     from flexhex.study.store import Store, file_name
