@@ -117,17 +117,20 @@ def test_pause_hides_the_bars_and_they_come_back() -> None:
 def test_first_error_ends_the_simulations_beside_it() -> None:
     """Without it the other one would go on to its end: Ctrl-C would wait for it."""
     progress, going = Progress(), threading.Event()
+    finished: list[str] = []
 
     def one(name: str) -> None:
         if name == "fails":
             going.wait(10.0)
             raise ValueError(name)
         advance = progress.line(name, 1.0)
-        while True:
-            going.set()
+        going.set()
+        for _ in range(1_000_000):
             advance(0.5, 1.0)
+        finished.append(name)
 
     with pytest.raises(ValueError, match="fails"):
         side_by_side(["goes on", "fails"], one, progress)
+    assert finished == []
     with pytest.raises(CancelledError):
         progress.line("later", 1.0)(0.1, 1.0)
