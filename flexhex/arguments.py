@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,9 @@ import typer
 DEFAULT_MACHINE = Path("machines/tflex.toml")
 """The T-Flex: looked for here first, then among the machines of the package."""
 SHIPPED = Path(__file__).parent / "machines"
+
+PLATFORMS = ("linux64", "win64", "aarch64-linux", "darwin64")
+"""What `--platform` takes."""
 
 MachineFile = Annotated[
     Path, typer.Option("--machine", "-m", help="machine file (TOML)", show_default=True)
@@ -24,6 +28,17 @@ def found_machine(path: Path) -> Path:
     if path == DEFAULT_MACHINE and not path.exists():
         return SHIPPED / path.name
     return path
+
+
+def listed_values(incomplete: str, values: Iterable[str]) -> list[str]:
+    """Completions of a comma-separated list: what is typed so far and one more of the values."""
+    before, comma, last = incomplete.rpartition(",")
+    taken = before.split(",")
+    return [
+        f"{before}{comma}{value}"
+        for value in values
+        if value.startswith(last) and value not in taken
+    ]
 
 
 def command_line() -> str:

@@ -21,12 +21,14 @@ from flexhex.drive.command import drive_command
 from flexhex.export.command import export_command
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.identify.command import identify_command
+from flexhex.output.interrupt import Interruptible
 from flexhex.report.command import report_command
 from flexhex.run.command import run_command
 from flexhex.simulate.command import simulate_command
 from flexhex.study.command import study_command
 
 app = typer.Typer(
+    cls=Interruptible,
     help="Adaptive feedforward control of a flexure hexapod as FMI 2.0 co-simulation FMUs.",
     no_args_is_help=True,
     add_completion=True,

@@ -19,7 +19,7 @@ from typing import Any
 
 from flexhex.diagnose.rebuild import rebuild
 from flexhex.diagnosis.workflow import Options, diagnose
-from flexhex.experiments.missing import CHANNELS, FITTED, LOCKED, PASSES, SECONDS, write_log
+from flexhex.experiments.missing import CHANNELS, FITTED, HELD_OUT, PASSES, SECONDS, write_log
 from flexhex.fmus.common.machine_file import read_toml, truth_file
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.simulation.builder import Builder
@@ -39,7 +39,7 @@ def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[P
 
     Logs of a run that was broken off are taken as they are.
     """
-    names = [[out / f"{t}{k}.h5" for t in kind for k in PASSES] for kind in (FITTED, LOCKED)]
+    names = [[out / f"{t}{k}.h5" for t in kind for k in PASSES] for kind in (FITTED, HELD_OUT)]
     if all(path.exists() for paths in names for path in paths):
         return names[0], names[1]
     builder = Builder(machine_file, out / "recorder")
@@ -47,7 +47,7 @@ def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[P
     builder.systems()
     fixed = table_cases(builder.machine, base_parameters(builder.machine), SECONDS)[1]
     description = builder.case(fixed)
-    for k, trajectory in enumerate((*FITTED, *LOCKED)):
+    for k, trajectory in enumerate((*FITTED, *HELD_OUT)):
         for number in PASSES:
             seeds = {
                 "reference.seed": float(7919 * (seed + 1) + k),

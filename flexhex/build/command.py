@@ -7,7 +7,14 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, MachineFile, OutFolder, found_machine
+from flexhex.arguments import (
+    DEFAULT_MACHINE,
+    PLATFORMS,
+    MachineFile,
+    OutFolder,
+    found_machine,
+    listed_values,
+)
 
 
 def build_command(
@@ -16,19 +23,21 @@ def build_command(
     platform: Annotated[
         str | None,
         typer.Option(
-            help="target platforms, comma-separated: linux64, win64, aarch64-linux, darwin64;"
-            " default: this computer"
+            help=f"target platforms, comma-separated: {', '.join(PLATFORMS)};"
+            " default: this computer",
+            autocompletion=lambda incomplete: listed_values(incomplete, PLATFORMS),
         ),
     ] = None,
 ) -> None:
     """Build the FMUs and system descriptions of a machine."""
     from flexhex.fmugen.platforms import wanted
-    from flexhex.output.progress import LiveProgress
+    from flexhex.fmugen.rooms import ROOMS
+    from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
     platforms = wanted(platform) if platform is not None else ()
-    with LiveProgress() as progress:
-        progress.stage("building the FMUs")
+    with live() as progress:
+        progress.stage("building the FMUs", len(ROOMS), "FMUs")
         builder = Builder(found_machine(machine), out, progress.building, platforms)
         written = builder.systems()
     for path in written:

@@ -9,14 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-)
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.diagnose.options import interactive, once_each, writable
@@ -26,6 +18,9 @@ from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
     from flexhex.diagnosis.verdict import Diagnosis
+
+KINDS = ("hexapod", "axis", "schunk")
+"""What `--base` takes."""
 
 
 def diagnose_command(
@@ -51,7 +46,8 @@ def diagnose_command(
     base: Annotated[
         str,
         typer.Option(
-            help="model of the mechanism: hexapod, axis (each by itself) or schunk (six-axis arm)"
+            help="model of the mechanism: hexapod, axis (each by itself) or schunk (six-axis arm)",
+            autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
         ),
     ] = "hexapod",
     apply: Annotated[
@@ -114,34 +110,21 @@ class Session:
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
         from flexhex.diagnose.next import Asked
+        from flexhex.output.live import live
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
         self.asked = Asked(("flexhex", *sys.argv[1:]), base)
-        self.bars = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=30),
-            MofNCompleteColumn(),
-            TimeElapsedColumn(),
-            console=Console(stderr=True),
-        )
-        self._tasks: dict[bool, TaskID] = {}
+        self.progress = live()
         self._told = False
-
-    def progress(self, text: str, done: int, total: int) -> None:
-        """`done` of `total` steps are over, `text` is what happens now; total 0: unknown."""
-        known = total > 0
-        if known not in self._tasks:
-            self._tasks[known] = self.bars.add_task(text, total=None)
-        self.bars.update(self._tasks[known], description=text, completed=done, total=total or None)
 
     def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
         from flexhex.diagnosis.workflow import Options, diagnose
 
-        with self.bars:
+        with self.progress:
             options = Options(self.base, logs)
-            found = diagnose(runs, locked, self.file, options, self.progress)
+            found = diagnose(runs, locked, self.file, options, self.progress.steps)
             found = self.planned(found, [*runs, *locked], logs)
             if self.file is not None and self.agree(found):
                 found = self.added(found, self.file, runs, locked, logs)
@@ -166,7 +149,7 @@ class Session:
         from flexhex.diagnosis.logs import read_log
         from flexhex.fmus.common.machine_file import load_machine
 
-        self.progress("writing the next experiment", 0, 0)
+        self.progress.steps("writing the next experiment", 0, 0)
         if self.base == "hexapod" and self.file is not None:
             machine = load_machine(self.file)
             limits, ts = Limits.of_machine(machine), machine.timing.base
@@ -185,16 +168,13 @@ class Session:
             return False
         if self.apply or self.json or not interactive():
             return self.apply
-        self.bars.stop()
-        print_diagnosis(found, self.asked)
-        self._told = True
         what = [best_of(effect) for effect in found.effects]
         what += [f"the new value of {change.parameter}" for change in found.changed]
         text = f"\nAdd {listed(what)} to a copy of the machine file and build it?"
-        wanted = bool(typer.confirm(text, default=False, err=True))
-        if wanted:
-            self.bars.start()
-        return wanted
+        with self.progress.paused():
+            print_diagnosis(found, self.asked)
+            self._told = True
+            return bool(typer.confirm(text, default=False, err=True))
 
     def added(
         self,
@@ -208,7 +188,7 @@ class Session:
         from flexhex.diagnose.apply import add
 
         def say(text: str) -> None:
-            self.progress(text, 0, 0)
+            self.progress.steps(text, 0, 0)
 
         return add(found, file, self.out, runs, locked, logs, say)
 
@@ -221,10 +201,10 @@ class Session:
         )
         from flexhex.diagnosis.workflow import Options
 
-        with self.bars:
+        with self.progress:
             options = Options(self.base, logs)
             module = importlib.import_module("flexhex.diagnosis.isolability")
-            found = module.isolability(trajectories, self.file, options, self.progress)
+            found = module.isolability(trajectories, self.file, options, self.progress.steps)
         written = write_isolability(found, [str(path) for path in trajectories], self.page)
         if self.json:
             print(isolability_json(found, written))

@@ -32,7 +32,7 @@ PATIENT = {
     "jump_rad": "0.05",
 }
 """Limits of that configuration which an ordinary computer does not keep, and what takes their
-place: emulated drives break nothing, and the figures tell what would have tripped."""
+place: emulated drives break nothing, and the figures show what would have tripped."""
 READY_S, PATIENCE_S = 20.0, 120.0
 """Time that the emulator has to begin, and that a run may take beyond its own duration."""
 Event = dict[str, Any]
@@ -113,7 +113,7 @@ def _patient(path: Path) -> Path:
     return path
 
 
-def floor() -> dict[str, float] | None:
+def wake_up_times() -> dict[str, float] | None:
     """Wake-up times of this computer at 4 kHz [us], by cyclictest; None without it."""
     if shutil.which("cyclictest") is None:
         return None

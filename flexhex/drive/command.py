@@ -23,20 +23,21 @@ def drive_command(
     from flexhex.drive.cable import check_means
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show
-    from flexhex.output.progress import LiveProgress
+    from flexhex.fmugen.rooms import ROOMS
+    from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
     check_means()
     # so that being ended removes cable and processes as Ctrl-C does
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    with LiveProgress() as progress:
-        progress.stage("building the FMUs")
+    with live() as progress:
+        progress.stage("building the FMUs", len(ROOMS), "FMUs")
         builder = Builder(found_machine(machine), out, progress.building)
         ssp = builder.systems()[-1]
-        found = drives(builder.machine_file, ssp, seconds, out / "drive", progress.stage)
+        result = drives(builder.machine_file, ssp, seconds, out / "drive", progress.stage)
     if json:
-        print(to_json.dumps(data(found), indent=2))
+        print(to_json.dumps(data(result), indent=2))
     else:
-        show(found)
-    if not found.good:
+        show(result)
+    if not result.good:
         raise typer.Exit(1)

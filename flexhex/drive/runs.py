@@ -17,9 +17,10 @@ import numpy as np
 from flexhex.compare.results import Comparison, Tolerance, compare
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
-from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, floor
+from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, wake_up_times
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine_file import read_toml
+from flexhex.output.tables import Column, Row
 from flexhex.recording import load_recording
 from flexhex.simulation.cases import SETTLE
 from flexhex.ssp.executor import run
@@ -27,7 +28,6 @@ from flexhex.ssp.read import read_ssp
 from flexhex.ssp.results import Result, provenance, save
 
 MICRO = 1e6
-NONE = "–"
 QUANTILES = ("p50", "p99", "max")
 LOCKSTEP, SIMULATED = "lockstep", "simulated"
 PASSES = ("clock-1", "clock-2")
@@ -39,19 +39,32 @@ TITLES = {
 }
 """Runs by the names of their files, and what they are called."""
 Stage = Callable[[str], None]
+ERRORS = (
+    Column("run", ""),
+    Column("rms", "RMS", "µrad", ".2f"),
+    Column("largest", "largest", "µrad", ".2f"),
+)
+TIMES = (
+    Column("part", ""),
+    *(
+        Column(f"{q}-{k}", f"{q}, pass {k + 1}", "µs", ".1f")
+        for q in QUANTILES
+        for k in range(len(PASSES))
+    ),
+)
 
 
 @dataclass(frozen=True)
 class Drives:
-    """What came out. results: the runs' signals and the simulation's; comparisons: of lockstep and
-    the first pass with it; found: what both passes by the clock told, or why they cannot be read;
-    floor: cyclictest's [us]."""
+    """All runs. results: signals of the runs and of the simulation; comparisons: of lockstep and
+    the first pass with it; diagnosis: of both passes by the clock, or why there is none;
+    wake_up: cyclictest's quantiles [us]."""
 
     driven: dict[str, Driven]
     results: dict[str, Result]
     comparisons: dict[str, Comparison]
-    found: Diagnosis | str
-    floor: dict[str, float] | None
+    diagnosis: Diagnosis | str
+    wake_up: dict[str, float] | None
     written: tuple[Path, ...]
 
     @property
@@ -77,9 +90,9 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
         driven[name] = drive(ssp, seconds, out / f"{name}.csv", name == LOCKSTEP, meta, plant)
     stage("simulating the same")
     results = {name: load_recording(d.recording) for name, d in driven.items()}
-    wanted = [s for group in results[LOCKSTEP].groups.values() for s in group.signals]
+    signals = [s for group in results[LOCKSTEP].groups.values() for s in group.signals]
     length = results[LOCKSTEP].duration
-    results[SIMULATED] = run(ssp, length, signals=wanted, parameters=steps(), timing=False)
+    results[SIMULATED] = run(ssp, length, signals=signals, parameters=steps(), timing=False)
     written = [save(r, out / f"{n}.h5", provenance(run=n)) for n, r in results.items()]
     exact, near = Tolerance(rtol=0.0), Tolerance(atol=1e-4)
     comparisons = {
@@ -88,13 +101,13 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
     }
     stage("diagnosing both passes")
     passes = [driven[name].recording for name in PASSES]
-    found = told(passes, machine_file)
-    stage("measuring this computer's own floor")
-    return Drives(driven, results, comparisons, found, floor(), tuple(written))
+    diagnosis = diagnosed(passes, machine_file)
+    stage("measuring the wake-up times of this computer")
+    return Drives(driven, results, comparisons, diagnosis, wake_up_times(), tuple(written))
 
 
-def told(passes: list[Path], machine_file: Path) -> Diagnosis | str:
-    """What the passes tell of the machine; runs that are too short for it are no mistake here."""
+def diagnosed(passes: list[Path], machine_file: Path) -> Diagnosis | str:
+    """Diagnosis of the passes, or why they cannot be diagnosed: short runs are no mistake here."""
     try:
         return diagnose(passes, (), machine_file, Options(confidence=0))
     except LogError as error:
@@ -127,27 +140,30 @@ def error(result: Result) -> tuple[float, float]:
     return MICRO * float(np.sqrt(np.mean(e**2))), MICRO * float(np.abs(e).max())
 
 
-def errors(found: Drives) -> list[dict[str, str]]:
-    """RMS and largest tracking error [µrad] of each run."""
-    told = {name: error(found.results[name]) for name in TITLES}
-    return [
-        {"": TITLES[name], "RMS": f"{rms:.2f}", "largest": f"{most:.2f}"}
-        for name, (rms, most) in told.items()
-    ]
+def errors(result: Drives) -> list[Row]:
+    """RMS and largest tracking error of each run, for `ERRORS`."""
+    listed: list[Row] = []
+    for name, title in TITLES.items():
+        rms, largest = error(result.results[name])
+        listed.append({"run": title, "rms": rms, "largest": largest})
+    return listed
 
 
-def times(found: Drives) -> list[dict[str, str]]:
-    """Quantiles of each part of a cycle by the clock [µs], of both passes, and of cyclictest."""
+def times(result: Drives) -> list[Row]:
+    """Quantiles of the parts of a cycle by the clock, for `TIMES`: both passes, cyclictest."""
     parts = {
         "wake-up": "wake_up_us",
         "round trip of the frame": "round_trip_us",
         "computing": "compute_us",
         "all after the reply": "after_reply_us",
     }
-    said = [found.driven[name].summary for name in PASSES]
-    rows = [
-        {"": title} | {q: " ".join(f"{s[key][q]:.1f}" for s in said) for q in QUANTILES}
-        for title, key in parts.items()
+    summaries = [result.driven[name].summary for name in PASSES]
+    each = [(f"{q}-{k}", q, s) for q in QUANTILES for k, s in enumerate(summaries)]
+    rows: list[Row] = [
+        {"part": title, **{name: s[key][q] for name, q, s in each}} for title, key in parts.items()
     ]
-    own = {q: f"{found.floor[q]:.1f}" if found.floor else NONE for q in QUANTILES}
-    return [rows[0], {"": "wake-up of cyclictest"} | own, *rows[1:]]
+    own = {q: result.wake_up[q] if result.wake_up else None for q in QUANTILES}
+    cyclictest: Row = {"part": "wake-up of cyclictest"} | {
+        f"{q}-{k}": own[q] if k == 0 else None for q in QUANTILES for k in range(len(PASSES))
+    }
+    return [rows[0], cyclictest, *rows[1:]]

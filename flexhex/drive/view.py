@@ -5,45 +5,56 @@ from __future__ import annotations
 import platform
 
 import numpy as np
-from rich.console import Console
 
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.verdict import Diagnosis
-from flexhex.drive.runs import LOCKSTEP, PASSES, SIMULATED, TITLES, Drives, error, errors, times
-from flexhex.output.tables import table
+from flexhex.drive.runs import (
+    ERRORS,
+    LOCKSTEP,
+    PASSES,
+    SIMULATED,
+    TIMES,
+    TITLES,
+    Drives,
+    error,
+    errors,
+    times,
+)
+from flexhex.output.tables import console, table
 
 
-def data(found: Drives) -> dict[str, object]:
+def data(result: Drives) -> dict[str, object]:
     """All figures, for a program."""
+    found = result.diagnosis
     return {
-        "tracking error [urad]": {name: error(result) for name, result in found.results.items()},
-        "cyclictest [us]": found.floor,
-        "trips": {name: driven.trip for name, driven in found.driven.items() if driven.trip},
-        "lockstep is the simulation": found.comparisons[LOCKSTEP].equal,
-        "largest difference": {n: worst(found, n) for n in found.comparisons},
-        "diagnosis": found.found if isinstance(found.found, str) else found.found.data(),
-        "summary": {name: driven.summary for name, driven in found.driven.items()},
-        "written": [str(path) for path in found.written],
+        "tracking error [urad]": {name: error(run) for name, run in result.results.items()},
+        "cyclictest [us]": result.wake_up,
+        "trips": {name: driven.trip for name, driven in result.driven.items() if driven.trip},
+        "lockstep is the simulation": result.comparisons[LOCKSTEP].equal,
+        "largest difference": {n: worst(result, n) for n in result.comparisons},
+        "diagnosis": found if isinstance(found, str) else found.data(),
+        "summary": {name: driven.summary for name, driven in result.driven.items()},
+        "written": [str(path) for path in result.written],
     }
 
 
-def worst(found: Drives, name: str) -> dict[str, float]:
+def worst(result: Drives, name: str) -> dict[str, float]:
     """Largest difference from the simulation by signal, each in its unit."""
-    return {d.signal: d.worst for d in found.comparisons[name].differences}
+    return {d.signal: d.worst for d in result.comparisons[name].differences}
 
 
-def show(found: Drives) -> None:
+def show(result: Drives) -> None:
     """Two tables, then what was compared and diagnosed, and where to look closer."""
-    out = Console(highlight=False, soft_wrap=True)
+    out = console()
     out.print()
-    out.print(table("Tracking error of the adaptive loop [µrad]", errors(found)))
-    out.print(table("A cycle by the clock, of 250 µs: both passes [µs]", times(found)))
-    for name, good, text in judged(found):
+    out.print(table("Tracking error of the adaptive loop", ERRORS, errors(result)))
+    out.print(table("Times of a cycle by the clock, of 250 µs", TIMES, times(result)))
+    for name, good, text in judged(result):
         out.print(f"[{'green' if good else 'yellow'}]{'✓' if good else '!'}[/] {name}: {text}")
-    if found.floor is None:
+    if result.wake_up is None:
         out.print("! cyclictest is not installed: apt-get install rt-tests")
-    out.print(f"\n[bold]Both passes diagnosed[/]: {diagnosed(found.found)}")
-    folder = found.written[0].parent
+    out.print(f"\n[bold]Both passes diagnosed[/]: {diagnosed(result.diagnosis)}")
+    folder = result.written[0].parent
     first, second = (folder / f"{name}.csv" for name in PASSES)
     out.print("\nLook closer:")
     out.print(f"  flexhex report {first}")
@@ -56,35 +67,35 @@ def diagnosed(found: Diagnosis | str) -> str:
     if isinstance(found, str):
         return f"not possible: {found}."
     if found.verdict != "cannot tell" and np.isnan(found.gap.floor).all():
-        return "nothing can be told: the two passes do not repeat each other."
+        return "no verdict: the two passes do not repeat each other."
     return verdict(found)
 
 
-def judged(found: Drives) -> list[tuple[str, bool, str]]:
+def judged(result: Drives) -> list[tuple[str, bool, str]]:
     """Each run: its name, whether all is well, what there is to say."""
-    same = found.comparisons[LOCKSTEP].equal
+    same = result.comparisons[LOCKSTEP].equal
     words = "the simulation, every sample to the last bit" if same else "NOT the simulation"
-    listed = [(TITLES[LOCKSTEP], same, words), *(_by_the_clock(found, name) for name in PASSES)]
-    if sum(_gaps(found, name) for name in PASSES):
+    listed = [(TITLES[LOCKSTEP], same, words), *(_by_the_clock(result, name) for name in PASSES)]
+    if sum(_gaps(result, name) for name in PASSES):
         listed.append(("this computer", False, _computer()))
-    trips = [(TITLES[name], driven.trip) for name, driven in found.driven.items()]
+    trips = [(TITLES[name], driven.trip) for name, driven in result.driven.items()]
     return listed + [(name, False, f"tripped: {trip}") for name, trip in trips if trip]
 
 
-def _gaps(found: Drives, name: str) -> int:
-    return sum(int(found.driven[name].summary[key]) for key in ("skipped", "lost"))
+def _gaps(result: Drives, name: str) -> int:
+    return sum(int(result.driven[name].summary[key]) for key in ("skipped", "lost"))
 
 
-def _by_the_clock(found: Drives, name: str) -> tuple[str, bool, str]:
-    said = found.driven[name].summary
+def _by_the_clock(result: Drives, name: str) -> tuple[str, bool, str]:
+    summary = result.driven[name].summary
     text = (
-        f"{said['cycles']} cycles, {said['skipped']} began too late and were left out,"
-        f" {said['lost']} without a reply in time"
+        f"{summary['cycles']} cycles, {summary['skipped']} began too late and were left out,"
+        f" {summary['lost']} without a reply in time"
     )
-    if name in found.comparisons:
-        apart = 1e6 * worst(found, name)["plant.theta"]
+    if name in result.comparisons:
+        apart = 1e6 * worst(result, name)["plant.theta"]
         text += f"; angles at most {apart:.1f} µrad from the simulation"
-    return TITLES[name], not _gaps(found, name), text
+    return TITLES[name], not _gaps(result, name), text
 
 
 def _computer() -> str:

@@ -1,7 +1,7 @@
 """Experiments beyond Table I, each one module and one part of the report.
 
-An experiment is a module with `run(builder, fit, progress, command, quick)`, `rows(result)` and
-`figures(result)`, and a fragment `<name>.html.j2` that shows them.
+An experiment is a module with `run(builder, fit, progress, command, quick)`, `COLUMNS`,
+`rows(result)` and `figures(result)`, and a fragment `<name>.html.j2` that shows them.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from flexhex.experiments import (
 )
 from flexhex.fmus.common.errors import UsageError
 from flexhex.output.plots import Figure
+from flexhex.output.tables import Column, html
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One experiment. run(builder, fit, progress, command, quick) -> its result, which
-    `figures` (by the id of their place) and `rows` turn into plots and a table. asked: it takes
-    minutes, so it runs only when it is named. data: what `--json` says of it, if anything."""
+    """One experiment. run(builder, fit, progress, command, quick) -> its result, which `figures`
+    (by the id of their place) and `rows`, shown in `columns`, turn into plots and a table.
+    on_request: it takes minutes, so it runs only when it is named. data: its part of `--json`."""
 
     name: str
     title: str
     run: Callable[..., Any]
     figures: Callable[[Any], dict[str, Figure]]
     rows: Callable[[Any], list[dict[str, Any]]]
-    asked: bool = False
+    columns: tuple[Column, ...]
+    on_request: bool = False
     data: Callable[[Any], Any] | None = None
 
 
@@ -47,6 +49,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             repeatability.run,
             repeatability.figures,
             repeatability.rows,
+            repeatability.COLUMNS,
         ),
         Experiment(
             "hysteresis",
@@ -54,9 +57,15 @@ EXPERIMENTS: dict[str, Experiment] = {
             hysteresis.run,
             hysteresis.figures,
             hysteresis.rows,
+            hysteresis.COLUMNS,
         ),
         Experiment(
-            "payload", "Changing end-effector mass", payload.run, payload.figures, payload.rows
+            "payload",
+            "Changing end-effector mass",
+            payload.run,
+            payload.figures,
+            payload.rows,
+            payload.COLUMNS,
         ),
         Experiment(
             "parameters",
@@ -64,6 +73,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             estimates.run,
             estimates_view.figures,
             estimates_view.rows,
+            estimates_view.COLUMNS,
         ),
         Experiment(
             "missing",
@@ -71,7 +81,8 @@ EXPERIMENTS: dict[str, Experiment] = {
             missing.run,
             missing.figures,
             missing.rows,
-            asked=True,
+            missing.COLUMNS,
+            on_request=True,
             data=missing.data,
         ),
     )
@@ -98,7 +109,12 @@ def render(name: str, result: Any) -> Any:
     source = resources.files(__name__) / f"{name}.html.j2"
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string(source.read_text(encoding="utf-8"))
-    places = list(chosen.figures(result))
-    return Markup(
-        template.render(title=chosen.title, result=result, rows=chosen.rows(result), places=places)
+    rows = chosen.rows(result)
+    fragment = template.render(
+        title=chosen.title,
+        result=result,
+        rows=rows,
+        table=html(chosen.columns, rows),
+        places=list(chosen.figures(result)),
     )
+    return Markup(fragment)

@@ -9,6 +9,8 @@ Two truths: the machine is cold when the data for the fit are taken and warm whe
 With the share s of its drift reached, motor torque tau acts as (1 - gain s) tau - drift s:
 
     p_warm = (p_cold + [drift s on every o]) / (1 - gain s)
+
+Without a truth file the machine is its model, plant.fmu, which does not drift.
 """
 
 from __future__ import annotations
@@ -46,7 +48,7 @@ class Estimates:
     """All parameters: fit and adapted estimate with deviations, truth when cold and warm (n_p,).
 
     t (m,) [s], p, p_std (m, n_p): trajectory of the adaptive run. scale (n_p,): size below
-    which a parameter is not told from zero. loose: names the data do not determine.
+    which a parameter is taken for zero. loose: names the data do not determine.
     """
 
     listed: tuple[Parameter, ...]
@@ -69,7 +71,7 @@ class Estimates:
 
 
 def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: bool) -> Estimates:
-    """One adaptive run, and the truth out of machine.fmu."""
+    """One adaptive run, and the true values out of the simulated machine's FMU."""
     machine = builder.machine
     seconds = whole_moves(machine, 8.0) if quick else machine.reference.duration
     adaptive = table_cases(machine, fit.p, seconds, fit.std)[-1]
@@ -77,9 +79,10 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
     (result,) = record(builder, [case], SIGNALS, command, progress)
     t, p, _ = samples(result, "K.p")
     p_std = samples(result, "K.p_std")[1]
-    values = start_values(builder.out / "fmus" / "machine.fmu")
+    plant = "machine" if builder.has_truth else "plant"
+    values = start_values(builder.out / "fmus" / f"{plant}.fmu")
     cold = projected(machine, values)
-    warm = warmed(machine, cold, values, WARM + seconds / 2)
+    warm = warmed(machine, cold, values, WARM + seconds / 2) if builder.has_truth else cold
     listed, scale = parameters(machine), normalisation(machine, fit.p)
     return Estimates(listed, fit.p, fit.std, cold, warm, scale, fit.undetermined, t, p, p_std)
 

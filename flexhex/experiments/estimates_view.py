@@ -9,6 +9,7 @@ import numpy as np
 
 from flexhex.experiments.estimates import Estimates
 from flexhex.output.plots import COLOURS, Figure, figure
+from flexhex.output.tables import Column
 from flexhex.simulation.runs import Array
 
 EDGE = 30.0
@@ -18,6 +19,17 @@ SPARK = (110, 22, 40)
 TIME_POINTS, FIRST_SHOWN = 200, "end-effector"
 """Points of a trajectory in the plot, and the body that it shows at first."""
 EDGE_COLOUR = "#aaa"
+COLUMNS = (
+    Column("name", "parameter"),
+    Column("body", "body"),
+    Column("unit", "unit"),
+    Column("cold", "true, cold", number=".4g"),
+    Column("fit", "fit", number=".4g"),
+    Column("std", "± std", number=".1g"),
+    Column("warm", "true, warm", number=".4g"),
+    Column("adapted", "adapted", number=".4g"),
+    Column("adapted_std", "± std", number=".1g"),
+)
 
 
 def rows(result: Estimates) -> list[dict[str, Any]]:

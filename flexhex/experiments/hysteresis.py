@@ -19,6 +19,7 @@ from flexhex.diagnosis.motion import Columns, MotionModel, smooth
 from flexhex.fmus.filter.equations import hann
 from flexhex.output.plots import Figure, figure, trace
 from flexhex.output.progress import Progress
+from flexhex.output.tables import Column
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import SETTLE, table_cases
 from flexhex.simulation.metrics import rms
@@ -34,6 +35,12 @@ POINTS = 1500
 """Samples of a branch that are kept: 0.3 mrad apart, a tenth of the finest cogging's radian."""
 SIGNALS = ("plant.theta", "plant.tau_meas")
 FORWARD, BACKWARD = "#1f6fb2", "#d1731d"
+COLUMNS = (
+    Column("name", ""),
+    Column("measured", "measured", number=".4f"),
+    Column("model", "model", number=".4f"),
+    Column("unit", "unit"),
+)
 
 
 @dataclass(frozen=True)

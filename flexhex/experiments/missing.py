@@ -1,15 +1,14 @@
-"""Beyond the paper: what the model lacks, found from the machine's own logs and added.
+"""Beyond the paper: what the model lacks, identified from the machine's own logs and added.
 
-The machine runs three trajectories twice with fixed feedforward; a fourth is kept apart. The
-diagnosis sees these logs and the machine file, nothing else. What it names enters plant,
-feedforward and estimator, and the adaptive loop runs on the machine before and after.
+The machine runs three trajectories twice with fixed feedforward, and a fourth as held-out run.
+The diagnosis reads these logs and the machine file, nothing else. The effects that it names enter
+plant, feedforward and estimator, and the adaptive loop runs on the machine before and after.
 """
 
 from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,17 +21,22 @@ from flexhex.diagnosis.identify import Fit
 from flexhex.diagnosis.verdict import Diagnosis, Map, Named
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
+from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.machine_file import truth_file
 from flexhex.output.plots import Figure, figure, trace
 from flexhex.output.progress import Progress
+from flexhex.output.tables import Column
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import Case, table_cases, whole_moves
-from flexhex.simulation.runs import WORKERS
+from flexhex.simulation.runs import side_by_side
 from flexhex.ssp.executor import run as execute
 from flexhex.ssp.results import Result
 
-FITTED, LOCKED, PASSES = ("a", "b", "c"), ("z",), (1, 2)
+FITTED, HELD_OUT, PASSES = ("a", "b", "c"), ("z",), (1, 2)
 SECONDS = 12.0
 """Length of a logged run [s], without settling."""
+STEPS = 5
+"""Steps that a diagnosis reports."""
 CHANNELS = {
     "theta": ("plant.theta", "rad"),
     "tau_meas": ("plant.tau_meas", "N m"),
@@ -40,18 +44,25 @@ CHANNELS = {
     "r": ("reference.r", "rad"),
 }
 MILLI = 1e3
+COLUMNS = (
+    Column("model", "model"),
+    Column("e", "e", "µrad", ".2f"),
+    Column("tau_fb", "τ_FB", "mN m", ".2f"),
+    Column("residual", "repeatable residual, held-out runs", "mN m", ".2f"),
+    Column("noise", "non-repeatable residual", "mN m", ".2f"),
+)
 
 
 @dataclass(frozen=True)
 class Missing:
-    """What was found, and the model with it; rebuilt is None where nothing was."""
+    """The diagnosis, and the extended model; rebuilt is None where no effect was named."""
 
-    found: Diagnosis
+    diagnosis: Diagnosis
     rebuilt: Rebuilt | None
 
     @property
     def names(self) -> list[dict[str, str]]:
-        """Effects as (title, axes, rivals), for the report."""
+        """Effects by title, axes, values and indistinguishable ones, for the report."""
         return [
             {
                 "title": effect.title,
@@ -59,7 +70,7 @@ class Missing:
                 "rivals": ", ".join(effect.rivals),
                 "values": _values(effect),
             }
-            for effect in self.found.effects
+            for effect in self.diagnosis.effects
         ]
 
 
@@ -67,47 +78,55 @@ def _values(effect: Named) -> str:
     """Shapes of an effect on its first axis, or its gains where it has no shape."""
     shapes = [shape.name for shape in library()[effect.id].shapes]
     first = [estimates for axis, estimates in effect.parts if axis == effect.parts[0][0]]
-    found = []
+    texts = []
     for name in shapes or first[0]:
         values = ", ".join(f"{estimates[name].value:.4g}" for estimates in first)
-        found.append(f"{name} {values} {first[0][name].unit}")
-    return "; ".join(found)
+        texts.append(f"{name} {values} {first[0][name].unit}")
+    return "; ".join(texts)
 
 
 def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: bool) -> Missing:
-    """Log, diagnose, add, close the loop."""
+    """Log, diagnose, extend the model, run again. UsageError for a machine without a truth file."""
+    if not builder.has_truth:
+        raise UsageError(
+            f"--only missing: {builder.machine_file} has no truth file, so the simulated machine is"
+            " its model, which lacks nothing: copy machines/tflex-truth.toml to"
+            f" {truth_file(builder.machine_file)}"
+        )
     seconds = whole_moves(builder.machine, 8.0 if quick else SECONDS)
     fixed = table_cases(builder.machine, fit.p, seconds, fit.std)[1]
-    runs, locked = record(builder, fixed, builder.out / "runs" / "missing", progress)
-    progress.stage("looking for what the model lacks")
-    found = diagnose(runs, locked, builder.machine_file, Options(confidence=0))
-    if not found.effects:
-        return Missing(found, None)
-    progress.stage("adding it, and closing the loop again")
+    runs, held_out = record(builder, fixed, builder.out / "runs" / "missing", progress)
+    progress.stage("diagnosing what the model lacks", STEPS, "steps")
+    diagnosis = diagnose(
+        runs, held_out, builder.machine_file, Options(confidence=0), progress.steps
+    )
+    if not diagnosis.effects:
+        return Missing(diagnosis, None)
+    progress.stage("building the extended model and running the loop again")
     out = builder.out / "missing"
-    return Missing(found, rebuild(builder.machine_file, found, out, runs, locked))
+    return Missing(diagnosis, rebuild(builder.machine_file, diagnosis, out, runs, held_out))
 
 
 def record(
     builder: Builder, fixed: Case, out: Path, progress: Progress
 ) -> tuple[list[Path], list[Path]]:
-    """Logs of all runs as HDF5 files in `out`: those to fit to, and the locked ones."""
-    description, wanted = builder.case(fixed), [signal for signal, _ in CHANNELS.values()]
+    """Logs of all runs as HDF5 files in `out`: those to fit to, and the held-out ones."""
+    description, signals = builder.case(fixed), [signal for signal, _ in CHANNELS.values()]
     out.mkdir(parents=True, exist_ok=True)
 
-    def one(trajectory: str, number: int) -> Path:
+    def one(name: tuple[str, int]) -> Path:
+        trajectory, number = name
         # seeds that no other experiment has: the logged motions are nobody else's
         seed = zlib.crc32(f"missing {trajectory}".encode()) % 2**20
         seeds = {"reference.seed": float(seed), "plant.seed": float(seed + number)}
         advance = progress.case(fixed)
         result = execute(
-            description, fixed.duration, signals=wanted, parameters=seeds, progress=advance
+            description, fixed.duration, signals=signals, parameters=seeds, progress=advance
         )
         return write_log(result, out / f"{trajectory}{number}.h5", trajectory, number)
 
-    names = [(t, k) for t in (*FITTED, *LOCKED) for k in PASSES]
-    with ThreadPoolExecutor(WORKERS) as pool:
-        paths = list(pool.map(lambda name: one(*name), names))
+    names = [(t, k) for t in (*FITTED, *HELD_OUT) for k in PASSES]
+    paths = side_by_side(names, one, progress)
     count = len(FITTED) * len(PASSES)
     return paths[:count], paths[count:]
 
@@ -126,20 +145,20 @@ def write_log(result: Result, path: Path, trajectory: str, number: int) -> Path:
 
 
 def rows(result: Missing) -> list[dict[str, Any]]:
-    """Adaptive loop on the machine, model as it was and extended: e [urad], tau_FB and the gap
-    of the locked runs with its floor [mN m]."""
-    gap = result.found.gap.data()
+    """Adaptive loop on the machine, original and extended model: e [urad], tau_FB, repeatable and
+    non-repeatable residual of the held-out runs [mN m]."""
+    gap = result.diagnosis.gap.data()
     loops = result.rebuilt.loops.get("machine") if result.rebuilt else None
     listed = []
-    for k, (title, key) in enumerate((("as it was", "before"), ("extended", "after"))):
+    for k, (title, key) in enumerate((("original", "before"), ("extended", "after"))):
         tracked = loops[k] if loops else None
         listed.append(
             {
                 "model": title,
-                "e [µrad]": tracked.e if tracked else float("nan"),
-                "tau_FB [mN m]": MILLI * tracked.tau_fb if tracked else float("nan"),
-                "gap of locked runs [mN m]": MILLI * (gap[key] or float("nan")),
-                "its floor [mN m]": MILLI * (gap["floor"] or float("nan")),
+                "e": tracked.e if tracked else None,
+                "tau_fb": MILLI * tracked.tau_fb if tracked else None,
+                "residual": MILLI * gap[key] if gap[key] else None,
+                "noise": MILLI * gap["floor"] if gap["floor"] else None,
             }
         )
     return listed
@@ -152,16 +171,16 @@ def data(result: Missing) -> dict[str, Any]:
 
 
 def figures(result: Missing) -> dict[str, Figure]:
-    """What repeats of the residual over the angle, before and after, axis by axis."""
-    shown = [m for m in result.found.maps if m.over == "angle"]
+    """The repeatable residual over the angle, before and after, axis by axis."""
+    shown = [m for m in result.diagnosis.maps if m.over == "angle"]
     worst = sorted(shown, key=lambda m: -float(np.abs(m.before).max()))[:2]
     return {f"missing-{m.axis}": _map(m) for m in sorted(worst, key=lambda m: m.axis)}
 
 
 def _map(shown: Map) -> Figure:
     lines: Sequence[Any] = [
-        trace(shown.centre, MILLI * shown.before, "as it was", "#c33"),
+        trace(shown.centre, MILLI * shown.before, "original", "#c33"),
         trace(shown.centre, MILLI * shown.after, "extended", "#1f6fb2"),
     ]
-    title = f"What repeats of the difference between machine and model, axis {shown.axis}"
+    title = f"Repeatable difference between machine and model, axis {shown.axis}"
     return figure(title, "angle [rad]", "torque [mN m]", list(lines), height=300)

@@ -7,6 +7,7 @@ mass, first moment and inertia of E together; the mass is shown.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,7 @@ from flexhex.fmus.common.model.parameters import parameters
 from flexhex.fmus.reference.interface import MAX_PAYLOADS
 from flexhex.output.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from flexhex.output.progress import Progress
+from flexhex.output.tables import Column
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import SETTLE, table_cases, whole_moves
 from flexhex.simulation.metrics import rms
@@ -26,6 +28,16 @@ from flexhex.simulation.runs import Array, record, samples, variant, whole
 from flexhex.ssp.results import Result
 
 BODY, MASS = "end-effector", "end_effector.m"
+COLUMNS = (
+    Column("begin", "from", "s", ".1f"),
+    Column("end", "to", "s", ".1f"),
+    Column("true", "Δm true", "kg", ".2f"),
+    Column("estimated", "Δm estimated", "kg", ".3f"),
+    Column("fixed", "e fixed", "µrad", ".1f"),
+    Column("adaptive", "e adaptive", "µrad", ".1f"),
+    Column("fixed_settled", "e fixed, settled", "µrad", ".1f"),
+    Column("adaptive_settled", "e adaptive, settled", "µrad", ".1f"),
+)
 STEPS = ((0.16, 0.25), (0.32, 0.5), (0.48, 1.0), (0.66, 0.5), (0.82, 0.0))
 """Share of the trajectory's time, mass [kg] from then on. Those of the paper are not printed."""
 SIGNALS = ("feedback.e", "K.p", "K.p_std", "reference.payload")
@@ -35,7 +47,8 @@ SIGNALS = ("feedback.e", "K.p", "K.p_std", "reference.payload")
 class Payload:
     """Both runs: t (samples,) [s], e_fixed, e_adaptive (samples, n) [rad]; t_mass (m,) [s],
     mass, std, true (m,) [kg]: estimated change of mass, its deviation, the payload.
-    times, masses: the schedule from time 0 on, [s] and [kg]."""
+    times, masses: the schedule from time 0 on, [s] and [kg]. warm: whether the machine drifts,
+    which the model does not."""
 
     t: Array
     e_fixed: Array
@@ -46,6 +59,7 @@ class Payload:
     true: Array
     times: tuple[float, ...]
     masses: tuple[float, ...]
+    warm: bool = True
 
 
 def mask(machine: Machine) -> Array:
@@ -98,7 +112,8 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
         ),
     )
     results = record(builder, cases, SIGNALS, command, progress)
-    return evaluate(machine, fit.p, results[0], results[1], (times, masses))
+    found = evaluate(machine, fit.p, results[0], results[1], (times, masses))
+    return dataclasses.replace(found, warm=builder.has_truth)
 
 
 def evaluate(

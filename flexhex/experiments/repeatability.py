@@ -1,15 +1,16 @@
 """Repeatability, [SH, V-A case 4]: what the passes of one trajectory do not have in common.
 
 The figures are those of Table I (`flexhex.simulation.passes`); here the passes are shown one over
-the other, and the table tells what the factor sqrt(n / (n - 1)) does. The mean of n passes
+the other, and the table shows what the factor sqrt(n / (n - 1)) does. The mean of n passes
 contains a share of every pass, so deviations from it come out too small by sqrt((n - 1) / n).
 With the factor, 1.22 for three passes, the figure does not depend on n: it says by how much a
-single pass leaves what is repeatable. The paper does not tell whether its figures have it.
+single pass leaves what is repeatable. The paper does not say whether its figures have it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,15 +20,18 @@ from flexhex.diagnosis.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from flexhex.output.progress import Progress
+from flexhex.output.tables import Column
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import table_cases, whole_moves
-from flexhex.simulation.metrics import PAPER, Figures
+from flexhex.simulation.metrics import Figures, figure_columns
 from flexhex.simulation.metrics import figures as judged
 from flexhex.simulation.passes import PASSES, repeatability_figures, repeatable_share, repeated_case
+from flexhex.simulation.published import Published, published, published_row
 from flexhex.simulation.runs import Array, record, samples, variant
 from flexhex.ssp.results import Result
 
 SIGNALS = ("plant.theta", "feedback.e", "feedback.tau_fb")
+COLUMNS = (Column("title", "RMS"), *figure_columns(2, 5))
 SHOWN = 4.0
 """Time of the passes that is drawn one over the other [s]."""
 COLOUR, SHADES = "#3a8f4d", ("#7a3f0d", "#d1731d", "#f0b98a")
@@ -40,6 +44,7 @@ class Repeatability:
     fixed: over all passes; apart: non-repeatable part, with the factor sqrt(n / (n - 1));
     plain: without it; adaptive: one pass with adaptive feedforward, what the share is of.
     e, deviation (passes, samples, n) [rad], deviation without factor; e_adaptive (samples, n).
+    published: figures of the machine itself, if there are any.
     """
 
     passes: int
@@ -51,6 +56,7 @@ class Repeatability:
     e: Array
     deviation: Array
     e_adaptive: Array
+    published: Published | None = None
 
     @property
     def factor(self) -> float:
@@ -59,7 +65,7 @@ class Repeatability:
 
     @property
     def repeatable_share(self) -> float:
-        """Share of the remaining feedback torque that is repeatable, as the paper's 86.3 %."""
+        """Share of the remaining feedback torque that is repeatable, a ratio of RMS values."""
         return repeatable_share(self.apart, self.adaptive)
 
     @property
@@ -99,11 +105,15 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
         variant(repeated, "passes", "three passes", repeated.duration, {}),
         variant(adaptive, "passes-adaptive", "adaptive beside it", adaptive.duration, {}),
     )
-    return evaluate(machine, *record(builder, cases, SIGNALS, command, progress))
+    results = record(builder, cases, SIGNALS, command, progress)
+    return evaluate(machine, results, published(builder.machine_file))
 
 
-def evaluate(machine: Machine, repeated: Result, single: Result) -> Repeatability:
-    """Figures from three passes with fixed and one with adaptive feedforward."""
+def evaluate(
+    machine: Machine, results: Sequence[Result], known: Published | None = None
+) -> Repeatability:
+    """Figures from two results: three passes with fixed, one pass with adaptive feedforward."""
+    repeated, single = results
     t, e, _ = samples(repeated, "feedback.e")
     theta, tau = (samples(repeated, name)[1] for name in ("plant.theta", "feedback.tau_fb"))
     alone = [samples(single, name)[1] for name in SIGNALS]
@@ -120,18 +130,23 @@ def evaluate(machine: Machine, repeated: Result, single: Result) -> Repeatabilit
         passes,
         deviations(passes),
         alone[1][:length],
+        known,
     )
 
 
 def rows(result: Repeatability) -> list[dict[str, Any]]:
-    """The rows of the table: title, figures by name as in Table I, the paper's row or None."""
-    paper = PAPER["repeatability"]
-    listed = (
-        ("fixed feedforward, all passes", result.fixed, None),
-        ("not repeatable", result.apart, paper),
-        ("not repeatable, without √(n/(n−1))", result.plain, paper),
-    )
-    return [{"title": title} | asdict(found) | {"paper": row} for title, found, row in listed]
+    """The rows of the table: title, figures by name; the published row of its kind, if any."""
+    listed: list[dict[str, Any]] = [
+        {"title": title} | asdict(figures)
+        for title, figures in (
+            ("fixed feedforward, all passes", result.fixed),
+            ("not repeatable", result.apart),
+            ("not repeatable, without √(n/(n−1))", result.plain),
+        )
+    ]
+    if result.published and "repeatability" in result.published.rows:
+        listed.append(published_row(result.published.rows["repeatability"]))
+    return listed
 
 
 def figures(result: Repeatability) -> dict[str, Figure]:
@@ -165,7 +180,7 @@ def _passes(result: Repeatability) -> Figure:
         name = f"pass {k + 1} − mean"
         lines.append(trace(t, apart, name, shade, yaxis="y2", showlegend=False, **group))
     title = "Error of joint 1 in each pass; below, its deviation from the mean of the passes"
-    lower = {"domain": [0, 0.27], "title": {"text": "deviation"}, "gridcolor": "#eee"}
+    lower = {"domain": [0, 0.27], "title": {"text": "deviation [µrad]"}, "gridcolor": "#eee"}
     upper = {"domain": [0.35, 1]}
     anchor = {"anchor": "y2"}
     return figure(

@@ -8,13 +8,22 @@ from typing import Annotated
 
 import typer
 
+from flexhex.arguments import PLATFORMS, listed_values
 from flexhex.fmus.common.errors import UsageError
+
+TOOLS = ("cofmupy", "maestro", "osp")
+"""What `--for` takes."""
 
 
 def export_command(
     description: Annotated[Path, typer.Argument(metavar="SSP", help="system description (.ssp)")],
     tool: Annotated[
-        str | None, typer.Option("--for", help="FMUs and wiring for cofmupy, maestro or osp")
+        str | None,
+        typer.Option(
+            "--for",
+            help=f"FMUs and wiring for one of {', '.join(TOOLS)}",
+            autocompletion=lambda incomplete: listed_values(incomplete, TOOLS),
+        ),
     ] = None,
     container: Annotated[
         bool, typer.Option("--container", help="controller.fmu, the whole controller as one FMU")
@@ -23,7 +32,12 @@ def export_command(
         bool, typer.Option("--variables", help="variables.csv, all variables of all FMUs")
     ] = False,
     platform: Annotated[
-        str | None, typer.Option("--platform", help="computers of controller.fmu, as in `build`")
+        str | None,
+        typer.Option(
+            "--platform",
+            help="computers of controller.fmu, as in `build`",
+            autocompletion=lambda incomplete: listed_values(incomplete, PLATFORMS),
+        ),
     ] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="the system drawn, as SVG")] = False,
     duration: Annotated[

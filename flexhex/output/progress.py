@@ -1,17 +1,23 @@
-"""Progress of the command line, on stderr."""
+"""Progress of long commands: what is done, and an estimate of the time left.
+
+`flexhex.output.live` shows it on stderr: bars in a terminal, elsewhere a line every few seconds.
+Nothing of it stays behind when the command ends, is stopped or fails.
+"""
 
 from __future__ import annotations
 
-import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Protocol, Self
 
-from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.progress import Progress as Bars
-from rich.table import Column
+Advance = Callable[[float, float], None]
+"""Called with what is done and the whole, in the same unit."""
+SOON = 1.0
+"""Time before which nothing is estimated [s]."""
 
 
 class Planned(Protocol):
@@ -26,33 +32,65 @@ class Planned(Protocol):
         """Simulated time [s]."""
 
 
-class Progress(Protocol):
-    """What a long computation reports while it goes on; the command line draws it."""
-
-    def stage(self, text: str) -> None:
-        """A new stage begins."""
-
-    def case(self, case: Planned) -> Callable[[float, float], None]:
-        """A case begins; what is returned is called with simulated and whole time [s]."""
-        ...
+class CancelledError(Exception):
+    """Raised inside a computation of a command that was stopped or failed elsewhere."""
 
 
-class LiveProgress:
-    """Bars with real-time factor for simulations, a line for each stage; a `Progress`."""
+@dataclass
+class Task:
+    """Something under way. total: 0 where it is not known; unit: of total and done."""
 
-    def __init__(self) -> None:
-        self._bars = Bars(
-            SpinnerColumn(finished_text="✓"),
-            TextColumn("{task.description}", table_column=Column(no_wrap=True, width=36)),
-            BarColumn(bar_width=20),
-            TextColumn("{task.fields[note]}"),
-            TimeElapsedColumn(),
-            console=Console(stderr=True),
+    text: str
+    total: float
+    unit: str
+    began: float
+    done: float = 0.0
+    note: str = ""
+
+    def left(self, now: float) -> float | None:
+        """Estimate of the time left [s], as fast as it went so far."""
+        spent = now - self.began
+        if not self.total or not self.done or spent < SOON:
+            return None
+        return spent * max(self.total - self.done, 0.0) / self.done
+
+    def state(self, now: float) -> str:
+        """`104 of 364 s simulated, about 40 s left`, after the note if there is one."""
+        parts = [self.note] if self.note else []
+        if self.total:
+            parts.append(f"{self.done:.0f} of {self.total:.0f} {self.unit}")
+        left = self.left(now)
+        parts.append(
+            f"{clock_time(now - self.began)} so far"
+            if left is None
+            else f"about {clock_time(left)} left"
         )
-        self._stage: Any = None
+        return ", ".join(parts)
 
-    def __enter__(self) -> LiveProgress:
-        self._bars.start()
+
+def clock_time(seconds: float) -> str:
+    """`48 s`, `3 min 20 s`."""
+    whole = round(seconds)
+    return f"{whole} s" if whole < 60 else f"{whole // 60} min {whole % 60:02d} s"
+
+
+class Progress:
+    """What a long computation reports while it goes on; this one shows nothing.
+
+    stages: how many there will be, if known. Safe to be called from several threads.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock = clock
+        self.stages = 0
+        self._number = 0
+        self._stage: Task | None = None
+        self._tasks: list[Task] = []
+        self._built: set[str] = set()
+        self._cancelled = False
+        self._lock = threading.RLock()
+
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -61,40 +99,78 @@ class LiveProgress:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if error is None:
-            self._finish_stage()
-        self._bars.stop()
-        if kind is KeyboardInterrupt:
-            print("flexhex: stopped", file=sys.stderr)
+        if error is not None:
+            self.cancel()
 
-    def stage(self, text: str) -> None:
-        """A new stage begins, the one before is done."""
-        self._finish_stage()
-        self._stage = self._bars.add_task(text, total=None, note="")
+    def stage(self, text: str, total: float = 0.0, unit: str = "s simulated") -> None:
+        """A new stage begins, the one before is done. total: of the simulations within it."""
+        with self._lock:
+            if self._stage is not None:
+                self._ended(self._stage)
+            self._number += 1
+            self._built = set()
+            self._stage = Task(text, total, unit, self.clock())
+            self._begun(self._stage)
 
     def building(self, text: str) -> None:
-        """Something is being built within the stage."""
-        if self._stage is not None:
-            self._bars.update(self._stage, note=text)
+        """The build of an FMU begins within the stage."""
+        with self._lock:
+            if self._stage is not None:
+                counted = self._stage.unit == "FMUs"
+                self._built.add(text)
+                self._stage.note = text if counted else f"building {text}"
+                self._stage.done = len(self._built) if counted else self._stage.done
 
-    def case(self, case: Planned) -> Callable[[float, float], None]:
-        """A bar for one case."""
-        return self.line(f"  {case.title}", case.duration)
+    def case(self, case: Planned) -> Advance:
+        """A simulation begins."""
+        return self.line(case.title, case.duration)
 
-    def line(self, text: str, duration: float) -> Callable[[float, float], None]:
-        """A bar that is told the simulated time [s]."""
-        task = self._bars.add_task(text, total=duration, note="")
-        began = time.monotonic()
+    def line(self, text: str, total: float, unit: str = "s simulated") -> Advance:
+        """Something of a known length begins. CancelledError is raised when it has to end early."""
+        task = Task(text, total, unit, self.clock())
+        with self._lock:
+            self._tasks.append(task)
 
-        def advance(t: float, end: float) -> None:
-            speed = t / max(time.monotonic() - began, 1e-9)
-            self._bars.update(
-                task, completed=t, total=end, note=f"{t:5.1f} s  {speed:4.1f} × real time"
-            )
+        def advance(done: float, total: float) -> None:
+            with self._lock:
+                if self._cancelled:
+                    raise CancelledError
+                if self._stage is not None and self._stage.unit == unit:
+                    self._stage.done += done - task.done
+                    self._stage.note = ""
+                task.done, task.total = done, total
+                if done >= total and task in self._tasks:
+                    self._tasks.remove(task)
+                    self._ended(task)
 
         return advance
 
-    def _finish_stage(self) -> None:
-        if self._stage is not None:
-            self._bars.update(self._stage, total=1, completed=1, note="")
-            self._stage = None
+    def steps(self, text: str, done: int, total: int) -> None:
+        """`done` of `total` steps of the command are over, `text` happens now; 0: unknown."""
+        with self._lock:
+            if self._stage is None:
+                self.stage("diagnosing", unit="steps")
+            if self._stage is not None and total:
+                self._stage.total, self._stage.done = total, done
+            if self._stage is not None:
+                self._stage.note = text
+
+    def cancel(self) -> None:
+        """End what runs in other threads, at its next report."""
+        self._cancelled = True
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Nothing is shown meanwhile: for a question to the user."""
+        yield
+
+    def titled(self, task: Task) -> str:
+        """The title of a stage with its number among all, of a simulation as it is."""
+        numbered = task is self._stage and self.stages
+        return f"[{self._number}/{self.stages}] {task.text}" if numbered else task.text
+
+    def _begun(self, task: Task) -> None:
+        """A stage begins."""
+
+    def _ended(self, task: Task) -> None:
+        """A stage or a simulation is done."""

@@ -1,17 +1,97 @@
-"""Tables of the terminal."""
+"""Tables of the terminal: each column has a heading, a unit and a number format."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
 from rich.box import SIMPLE_HEAD
+from rich.console import Console, Group
 from rich.markup import escape
 from rich.table import Table
 
+NONE = "–"
+"""What stands in the place of a value that does not exist."""
+WIDE = 10_000
+"""Width that no table reaches: a terminal wraps long lines itself, a pipe keeps them whole."""
+Value = str | float | None
+Row = Mapping[str, Value]
 
-def table(title: str, listed: list[dict[str, str]]) -> Table:
-    """Rows under their title."""
-    made = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
-    for k, key in enumerate(listed[0]):
-        made.add_column(escape(key), justify="right" if k else "left")
-    for row in listed:
-        made.add_row(*row.values())
-    return made
+
+@dataclass(frozen=True)
+class Column:
+    """key: of the value in a row. number: its format (".1f"); text without one, to the left."""
+
+    key: str
+    heading: str
+    unit: str = ""
+    number: str = ""
+
+    def text(self, row: Row) -> str:
+        """The value of a row in print. TypeError for what is neither text nor a number."""
+        value = row[self.key]
+        if value is None or value != value:
+            return NONE
+        if not isinstance(value, str | int | float):
+            raise TypeError(f"column {self.key!r}: {value!r} is neither text nor a number")
+        return (
+            format(value, self.number) if self.number and not isinstance(value, str) else str(value)
+        )
+
+    @property
+    def title(self) -> str:
+        """Heading and unit in one line: `e [µrad]`."""
+        return f"{self.heading} [{self.unit}]" if self.unit else self.heading
+
+
+def table(title: str, columns: Sequence[Column], rows: Sequence[Row]) -> Group:
+    """Rows under their title, units below the headings. A row whose `class` is `dim` is grey."""
+    drawn = Table(
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
+    with_units = any(column.unit for column in columns)
+    for column in columns:
+        unit = f"\n[dim]{escape(column.unit)}[/]" if with_units else ""
+        justify = "right" if column.number else "left"
+        drawn.add_column(escape(column.heading) + unit, justify=justify, no_wrap=True)  # type: ignore[arg-type]
+    for row in rows:
+        drawn.add_row(*(escape(c.text(row)) for c in columns), style=str(row.get("class", "")))
+    return Group(f"[bold]{escape(title)}[/]", drawn)
+
+
+def texts(columns: Sequence[Column], rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Headings with units, and the cells of all rows, in print."""
+    return [c.title for c in columns], [[c.text(row) for c in columns] for row in rows]
+
+
+def console() -> Console:
+    """stdout for tables and sentences, which are never cut off, in a terminal or a pipe."""
+    return Console(width=WIDE, highlight=False)
+
+
+def html(columns: Sequence[Column], rows: Sequence[Row]) -> Any:
+    """The same table as safe HTML (markupsafe.Markup); `class` of a row is its HTML class."""
+    from markupsafe import Markup
+
+    cell, line = Markup("<td>{}</td>"), Markup("<tr class='{}'>{}</tr>\n")
+    empty = Markup("")
+    heads = empty.join(
+        Markup("<th>{}<small>{}</small></th>").format(_subscript(c.heading), c.unit)
+        for c in columns
+    )
+    body = empty.join(
+        line.format(row.get("class", ""), empty.join(cell.format(c.text(row)) for c in columns))
+        for row in rows
+    )
+    return Markup("<table>\n<tr>{}</tr>\n{}</table>").format(heads, body)
+
+
+def _subscript(heading: str) -> Any:
+    """`τ_FB` with its index below the line."""
+    from markupsafe import Markup
+
+    symbol, _, index = heading.partition("_")
+    return Markup("{}<sub>{}</sub>").format(symbol, index) if index else heading

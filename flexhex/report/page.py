@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from flexhex.output.page import Part, write_page
 from flexhex.output.plots import LOG, Figure, figure, trace
-from flexhex.output.tables import table
+from flexhex.output.tables import Column, Row, console, table, texts
 from flexhex.recording import Recording
 from flexhex.report.recorded import (
     MICRO,
@@ -52,18 +51,24 @@ def length(found: Recording) -> float:
 
 def show(found: Recording, name: str, page: Path) -> None:
     """How it went, errors and times, where the page is."""
-    out = Console(highlight=False, soft_wrap=True)
+    out = console()
     out.print(f"[bold]{name}[/]")
     for what, text in summary(found):
         out.print(f"  {what:<20}", end="")
         out.print(text, markup=False)
     if running(found).any():
-        out.print(table("Tracking error [µrad]", _dicts(("axis", *ERRORS), _errors(found))))
-        out.print(table("Times of a cycle [µs]", _dicts(("", *QUANTILES), _times(found))))
+        out.print(table("Tracking error", ERRORS, _errors(found)))
+        out.print(table("Times of a cycle", TIMES, _times(found)))
     out.print(f"page   {page}", markup=False)
 
 
-ERRORS = ("RMS", "largest", "at [s]")
+ERRORS = (
+    Column("axis", "axis"),
+    Column("rms", "RMS", "µrad", ".2f"),
+    Column("largest", "largest", "µrad", ".2f"),
+    Column("at", "at", "s", ".3f"),
+)
+TIMES = (Column("part", ""), *(Column(name, name, "µs", ".1f") for name in QUANTILES))
 
 
 def summary(found: Recording) -> list[tuple[str, str]]:
@@ -94,22 +99,18 @@ def write_recording(found: Recording, name: str, path: Path) -> Path:
     return write_page(path, "A run on the drives", name, parts)
 
 
-def _errors(found: Recording) -> list[tuple[str, ...]]:
+def _errors(found: Recording) -> list[Row]:
     return [
-        (f"{axis}", f"{rms:.2f}", f"{most:.2f}", f"{at:.3f}")
+        {"axis": f"{axis}", "rms": rms, "largest": most, "at": at}
         for axis, (rms, most, at) in enumerate(errors(found), start=1)
     ]
 
 
-def _times(found: Recording) -> list[tuple[str, ...]]:
+def _times(found: Recording) -> list[Row]:
     return [
-        (PARTS[name], *(f"{value:.1f}" for value in values))
+        {"part": PARTS[name], **dict(zip(QUANTILES, values, strict=True))}
         for name, values in quantiles(found).items()
     ]
-
-
-def _dicts(headings: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[dict[str, str]]:
-    return [dict(zip(headings, row, strict=True)) for row in rows]
 
 
 def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float = 1.0) -> Figure:
@@ -124,7 +125,7 @@ def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float =
 def _tracking(found: Recording) -> Part:
     drawn = {"error": _drawn(found, "e", "Tracking error", "e [µrad]", MICRO)}
     text = f"Judged from {SETTLE:g} s on; a run that ends before is judged whole."
-    return Part("Tracking error [µrad]", text, ("axis", *ERRORS), _errors(found), drawn, timed=True)
+    return Part("Tracking error", text, *texts(ERRORS, _errors(found)), drawn, timed=True)
 
 
 def _motion(found: Recording) -> Part:
@@ -149,4 +150,4 @@ def _timing(found: Recording) -> Part:
         "A run in lockstep with the emulator has no wake-up: it waits for no clock, and its times"
         " are those of this computer."
     )
-    return Part("Times of a cycle [µs]", text, ("", *QUANTILES), _times(found), drawn)
+    return Part("Times of a cycle", text, *texts(TIMES, _times(found)), drawn)

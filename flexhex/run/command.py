@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -17,31 +18,49 @@ from flexhex.arguments import (
 )
 
 
+class Part(StrEnum):
+    """What `--only` takes: the table, or one experiment."""
+
+    TABLE = "table"
+    REPEATABILITY = "repeatability"
+    HYSTERESIS = "hysteresis"
+    PAYLOAD = "payload"
+    PARAMETERS = "parameters"
+    MISSING = "missing"
+
+
+class Keep(StrEnum):
+    """What `--keep` takes."""
+
+    NEEDED = "needed"
+    ALL = "all"
+
+
 def run_command(
     machine: MachineFile = DEFAULT_MACHINE,
     out: OutFolder = Path("out"),
     quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
-    only: Annotated[
-        str | None,
-        typer.Option(
-            help="one part only: table, repeatability, hysteresis, payload, parameters or missing"
-        ),
-    ] = None,
+    only: Annotated[Part | None, typer.Option(help="one part of the report only")] = None,
+    keep: Annotated[
+        Keep,
+        typer.Option(help="signals saved in OUT/runs: those that other commands need, or all"),
+    ] = Keep.NEEDED,
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
-    from flexhex.output.progress import LiveProgress
+    from flexhex.output.live import live
     from flexhex.run.paper import paper_run
     from flexhex.run.report import write_report
     from flexhex.run.view import print_run, run_json
     from flexhex.simulation.builder import Builder
 
-    with LiveProgress() as progress:
+    with live() as progress:
         builder = Builder(found_machine(machine), out, progress.building)
-        found = paper_run(builder, command_line(), quick, progress, only)
+        part = only.value if only else None
+        done = paper_run(builder, command_line(), quick, progress, part, keep is Keep.ALL)
         progress.stage("writing the report")
-        report = write_report(found, out / "report.html")
+        report = write_report(done, out / "report.html")
     if json:
-        print(run_json(found, report))
+        print(run_json(done, report))
     else:
-        print_run(found, report)
+        print_run(done, report)

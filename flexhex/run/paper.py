@@ -1,11 +1,9 @@
-"""`flexhex run`: build, fit p-hat, simulate the paper's cases, gather what the report shows."""
+"""`flexhex run`: build, fit p-hat, simulate the paper's cases and the experiments."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,225 +13,178 @@ from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import read_log
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate
-from flexhex.fmus.common.errors import MachineError
+from flexhex.fmugen.rooms import ROOMS
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.machine_file import read_toml, truth_file
 from flexhex.output.progress import Progress
+from flexhex.run.actuators import actuators_builder
+from flexhex.run.outcome import Outcome, PaperRun, Rows
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import SETTLE, Case, extra_cases, fit_case, table_cases, whole_moves
-from flexhex.simulation.faults import Fault, faults
 from flexhex.simulation.metrics import Figures, figures
-from flexhex.simulation.passes import repeatability_figures, repeatable_share, repeated_case
-from flexhex.simulation.runs import recorded, side_by_side
+from flexhex.simulation.passes import repeatability_figures, repeated_case
+from flexhex.simulation.published import published
+from flexhex.simulation.runs import recorded, run_file, side_by_side
 from flexhex.ssp.results import Result
 from flexhex.ssp.signals import DEFAULT
 
 Array = NDArray[np.float64]
 TABLE = "table"
-SIGNALS = (DEFAULT, "K.p", "K.p_std")
+SHORT, SHORT_FIT = 8.0, 20.0
+"""Length of the trajectories of a quick run [s]: of the cases, and of the fit's, which is longer
+since a fit to 8 s determines too few parameters."""
 FAULTS = tuple(f"{name}.fault" for name in ("feedback", "plant", "N_F", "N_E", "W", "F", "K"))
-REPEATED = ("plant.theta", "feedback.e", "feedback.tau_fb", *FAULTS)
-"""What the three passes log: with all signals they would be a third of all results."""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One finished case: figures judged after the settling time, result file, what made it."""
-
-    case: Case
-    figures: Figures
-    path: Path
-    result: Result
-    made: Mapping[str, str | int | float]
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds in a second of computing."""
-        return self.result.duration / self.result.wall
-
-
-@dataclass(frozen=True)
-class PaperRun:
-    """All that one `flexhex run` found."""
-
-    builder: Builder
-    fit: Fit
-    fit_outcome: Outcome
-    table: tuple[Outcome, ...]
-    extra: tuple[Outcome, ...]
-    actuators: tuple[Outcome, ...]
-    experiments: Mapping[str, Any]
-    command: str
-    wall: float
-
-    @property
-    def compared(self) -> tuple[Outcome, ...]:
-        """The three cases of one pass: feedback only, fixed, adaptive."""
-        return tuple(o for o in self.table if o.case.name != "repeatability")
-
-    @property
-    def adaptive(self) -> Outcome:
-        """The adaptive row."""
-        return row(self.table, "adaptive")
-
-    @property
-    def share(self) -> float:
-        """Share of the adaptive run's feedback torque that repeats."""
-        return repeatable_share(row(self.table, "repeatability").figures, self.adaptive.figures)
-
-    @property
-    def faults(self) -> list[Fault]:
-        """The faults of all rows of the report's tables."""
-        found = []
-        for outcome in (self.fit_outcome, *self.table, *self.extra):
-            found += faults(outcome.case.title, outcome.result)
-        for outcome in self.actuators:
-            found += faults(f"actuators alone, {outcome.case.title}", outcome.result)
-        return found
-
-
-def row(outcomes: Sequence[Outcome], name: str) -> Outcome:
-    """The outcome of the case of that name."""
-    return next(o for o in outcomes if o.case.name == name)
+JUDGED = ("plant.theta", "feedback.e", "feedback.tau_fb")
+"""Signals that the figures of a case are computed from."""
+MEASURED = ("plant.theta", "plant.tau_meas", "reference.r")
+"""Signals of a measured log: what identify and diagnose read."""
+PLOTTED = {"adaptive": ("feedback.tau", "F.tau_ff", "K.p", "K.p_std")}
+"""Further signals that the report plots, by case."""
+SAVED = {
+    "fit": (*MEASURED, *FAULTS),
+    "feedback": (*JUDGED, *MEASURED, *FAULTS),
+    "fixed": (*JUDGED, *MEASURED, *FAULTS),
+    "adaptive": (*JUDGED, *MEASURED, "K.p", "K.p_std", *FAULTS),
+}
+"""Signals that the files of these cases hold: for identify, diagnose and compare."""
+SAVED_ACTUATORS = {"fit": ("plant.theta", "plant.tau_meas", *FAULTS), "repeatability": FAULTS}
+SAVED_ELSE = ("feedback.e", *FAULTS)
+"""The same for all other cases: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
 
 
 def paper_run(
-    builder: Builder, command: str, quick: bool, progress: Progress, only: str | None = None
+    builder: Builder,
+    command: str,
+    quick: bool,
+    progress: Progress,
+    only: str | None = None,
+    keep_all: bool = False,
 ) -> PaperRun:
     """The whole of `flexhex run`; quick: short trajectories and Table I alone.
 
-    only: `table` or the name of one experiment. UsageError for another name.
+    only: `table` or the name of one experiment. keep_all: save every signal of every case.
+    UsageError for another name, MachineError for a machine file that cannot be built.
     """
     began, machine = time.monotonic(), builder.machine
-    wanted = chosen(only, quick)
-    check_truth(builder)
+    names = chosen(only, quick)
+    with_table = TABLE in names
     builder.check()
-    if TABLE in wanted:
-        check_actuators(builder)
-    seconds = whole_moves(machine, 8.0) if quick else machine.reference.duration
-    estimate, measured = fitted(builder, 20.0 if quick else seconds, command, progress)
-    outcomes: tuple[Outcome, ...] = ()
-    alone: tuple[Outcome, ...] = ()
-    cases = all_rows(machine, estimate, seconds)
-    if TABLE in wanted:
-        progress.stage("simulating the cases")
-        extra = () if quick else extra_cases(machine, estimate.p, seconds, estimate.std)
-        outcomes = simulate_all(builder, (*cases, *extra), command, progress)
-        alone = actuators_alone(builder, seconds, command, progress)
-    found: dict[str, Any] = {}
-    if "repeatability" in wanted and outcomes:
-        # both of its runs are rows of the table
-        both = (row(outcomes, name).result for name in ("repeatability", "adaptive"))
-        found["repeatability"] = evaluate(machine, *both)
-    for name in wanted[wanted.count(TABLE) :]:
-        if name in found:
+    alone = actuators_builder(builder) if with_table else None
+    seconds = whole_moves(machine, SHORT) if quick else machine.reference.duration
+    progress.stages = stage_count(names, alone is not None)
+    runs = Runs(builder, command, progress, None if keep_all else SAVED)
+    estimate, measured = runs.fitted(SHORT_FIT if quick else seconds)
+    table = Rows()
+    extra: tuple[Outcome, ...] = ()
+    if with_table:
+        extra_rows = () if quick else variants(builder, machine, estimate, seconds)
+        table, extra = runs.table(estimate, seconds, extra_rows)
+    actuators = actuator_rows(runs, alone, seconds) if alone else Rows()
+    results: dict[str, Any] = {}
+    for name in names[with_table:]:
+        if name == "repeatability" and table:
+            # both of its runs are rows of the table
+            both = [table.of(row).result for row in ("repeatability", "adaptive")]
+            results[name] = evaluate(machine, both, table.published)
             continue
-        chosen_one = experiment(name)
-        progress.stage(chosen_one.title.lower())
-        found[name] = chosen_one.run(builder, estimate, progress, command, quick)
-    table, rest = outcomes[: len(cases)], outcomes[len(cases) :]
+        progress.stage(experiment(name).title.lower())
+        results[name] = experiment(name).run(builder, estimate, progress, command, quick)
     wall = time.monotonic() - began
-    return PaperRun(builder, estimate, measured, table, rest, alone, found, command, wall)
+    return PaperRun(builder, estimate, measured, table, extra, actuators, results, command, wall)
 
 
 def chosen(only: str | None, quick: bool) -> list[str]:
     """What a run does, `table` first."""
     if only is None:
-        return [TABLE] if quick else [TABLE, *(e.name for e in EXPERIMENTS.values() if not e.asked)]
+        every = [TABLE, *(e.name for e in EXPERIMENTS.values() if not e.on_request)]
+        return every[:1] if quick else every
     if only != TABLE:
         experiment(only)
     return [only]
 
 
-def all_rows(machine: Machine, found: Fit, seconds: float) -> tuple[Case, ...]:
+def stage_count(names: Sequence[str], with_actuators: bool) -> int:
+    """Stages of a run, as its progress numbers them; `missing` has two of its own."""
+    fitted, report = 3, 1
+    without = TABLE in names and "repeatability" in names
+    own = 2 * names.count("missing")
+    return fitted + with_actuators * (fitted + 1) + len(names) - without + own + report
+
+
+def all_rows(machine: Machine, estimate: Fit, seconds: float) -> tuple[Case, ...]:
     """The cases of Table I, its last row included."""
-    rows = table_cases(machine, found.p, seconds, found.std)
-    return (*rows, repeated_case(machine, found.p, seconds))
+    rows = table_cases(machine, estimate.p, seconds, estimate.std)
+    return (*rows, repeated_case(machine, estimate.p, seconds))
 
 
-def check_truth(builder: Builder) -> None:
-    """MachineError when there is no machine that the cases could run on."""
-    truth = truth_file(builder.machine_file)
-    if not truth.exists():
-        raise MachineError(
-            f"{truth}: no such file: the cases run on a machine that differs from its model, and"
-            " this file says how; copy machines/tflex-truth.toml, or use `flexhex simulate`"
+def variants(builder: Builder, machine: Machine, estimate: Fit, seconds: float) -> tuple[Case, ...]:
+    """Cases beyond Table I. Where the machine is its model, those on the model are rows already."""
+    every = extra_cases(machine, estimate.p, seconds, estimate.std)
+    return every if builder.has_truth else every[:1]
+
+
+def actuator_rows(runs: Runs, alone: Builder, seconds: float) -> Rows:
+    """The right half of Table I, with a fit of its own."""
+    own = Runs(alone, runs.command, runs.progress, runs.saved and SAVED_ACTUATORS)
+    estimate, _ = own.fitted(max(seconds, SHORT_FIT))
+    return own.table(estimate, seconds, ())[0]
+
+
+class Runs:
+    """Simulations of one machine under one command. saved: signals in the file of a case, by its
+    name; None: all."""
+
+    def __init__(
+        self,
+        builder: Builder,
+        command: str,
+        progress: Progress,
+        saved: Mapping[str, Sequence[str]] | None,
+    ) -> None:
+        self.builder, self.command, self.progress = builder, command, progress
+        self.saved = saved
+
+    def fitted(self, seconds: float) -> tuple[Fit, Outcome]:
+        """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
+        machine, name = self.builder.machine, self.builder.machine.name
+        self.progress.stage(f"building the FMUs of {name}", len(ROOMS), "FMUs")
+        self.builder.systems()
+        case = fit_case(machine, whole_moves(machine, seconds))
+        self.progress.stage("simulating the data for the fit", case.duration)
+        measured = self.simulate(case)
+        self.progress.stage(f"fitting the parameters of {name}")
+        log = read_log(run_file(self.builder, case))
+        return fit(machine, [log], settle=SETTLE, tolerance=TOLERANCE), measured
+
+    def table(
+        self, estimate: Fit, seconds: float, extra: Sequence[Case]
+    ) -> tuple[Rows, tuple[Outcome, ...]]:
+        """The rows of Table I, and further cases simulated with them."""
+        rows = all_rows(self.builder.machine, estimate, seconds)
+        whole = sum(case.duration for case in (*rows, *extra))
+        self.progress.stage(f"simulating the cases of {self.builder.machine.name}", whole)
+        outcomes = side_by_side((*rows, *extra), self.simulate, self.progress)
+        first = tuple(outcomes[: len(rows)])
+        return Rows(first, published(self.builder.machine_file)), tuple(outcomes[len(rows) :])
+
+    def simulate(self, case: Case) -> Outcome:
+        """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
+        case = self.builder.simulated(case)
+        signals: Sequence[str] = (DEFAULT, "K.p", "K.p_std")
+        saved = None
+        if self.saved is not None:
+            saved = self.saved.get(case.name, SAVED_ELSE)
+            # in an order of its own: files of the same run are the same bytes
+            signals = sorted({*JUDGED, *saved, *PLOTTED.get(case.name, ())})
+        result, provenance = recorded(
+            self.builder, case, signals, self.command, self.progress, saved
         )
+        return Outcome(case, judged(self.builder.machine, case, result), result, provenance)
 
 
-def actuators_file(machine_file: Path) -> Path:
-    """Where the machine file of the actuators alone would stand: `tflex-actuators.toml`."""
-    return machine_file.with_name(f"{machine_file.stem}-actuators.toml")
-
-
-def check_actuators(builder: Builder) -> None:
-    """MachineError when `<machine>-actuators.toml` is there and is not that machine's own."""
-    path = actuators_file(builder.machine_file)
-    if not path.exists():
-        return
-    base = read_toml(path).get("extends")
-    if base is None or (path.parent / str(base)).resolve() != builder.machine_file.resolve():
-        raise MachineError(
-            f"{path}: extends: wants {builder.machine_file.name!r}, is {base!r}: its rows stand"
-            " beside that machine's, so extend it, or give this file another name"
-        )
-    alone = Builder(path, builder.out)
-    if alone.machine.has_platform:
-        raise MachineError(f"{path}: has a platform: add `without_platform = true`")
-    alone.check()
-
-
-def fitted(
-    builder: Builder, seconds: float, command: str, progress: Progress
-) -> tuple[Fit, Outcome]:
-    """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
-    progress.stage(f"building the FMUs of {builder.machine.name}")
-    builder.systems()
-    progress.stage("simulating the data that p is fitted to")
-    measured = simulate(
-        builder, fit_case(builder.machine, whole_moves(builder.machine, seconds)), command, progress
-    )
-    progress.stage("fitting the parameters")
-    log = read_log(measured.path)
-    return fit(builder.machine, [log], settle=SETTLE, tolerance=TOLERANCE), measured
-
-
-def actuators_alone(
-    builder: Builder, seconds: float, command: str, progress: Progress
-) -> tuple[Outcome, ...]:
-    """The right half of Table I, when `<machine>-actuators.toml` stands beside the machine."""
-    path = actuators_file(builder.machine_file)
-    if not path.exists():
-        return ()
-    alone = Builder(path, builder.out / "actuators", builder.say)
-    estimate, _ = fitted(alone, max(seconds, 20.0), command, progress)
-    progress.stage("simulating the actuators alone")
-    return simulate_all(alone, all_rows(alone.machine, estimate, seconds), command, progress)
-
-
-def simulate_all(
-    builder: Builder, cases: Sequence[Case], command: str, progress: Progress
-) -> tuple[Outcome, ...]:
-    """Run cases side by side; in their order. The first error ends them all."""
-    return tuple(side_by_side(cases, lambda case: simulate(builder, case, command, progress)))
-
-
-def simulate(builder: Builder, case: Case, command: str, progress: Progress) -> Outcome:
-    """Build the variant of one case, run it, save `out/runs/<case>.h5`."""
-    wanted = REPEATED if case.name == "repeatability" else SIGNALS
-    result, path, made = recorded(builder, case, wanted, command, progress)
-    return Outcome(case, _figures(builder, case, result), path, result, made)
-
-
-def _figures(builder: Builder, case: Case, result: Result) -> Figures:
+def judged(machine: Machine, case: Case, result: Result) -> Figures:
+    """Figures of a case after the settling time."""
     if case.name == "repeatability":
-        return repeatability_figures(builder.machine, result)
+        return repeatability_figures(machine, result)
     group = result.group("plant.theta")
-    judged = group.time > SETTLE
-    signals = group.signals
-    return figures(
-        builder.machine,
-        signals["plant.theta"][judged],
-        signals["feedback.e"][judged],
-        signals["feedback.tau_fb"][judged],
-    )
+    after = group.time > SETTLE
+    return figures(machine, *(group.signals[name][after] for name in JUDGED))

@@ -13,11 +13,28 @@ from flexhex.experiments import experiment, render
 from flexhex.fmus.common.model.parameters import parameters
 from flexhex.output.page import plotly_js
 from flexhex.output.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
-from flexhex.run.paper import Outcome, PaperRun
+from flexhex.output.tables import Column, html
+from flexhex.run import loop
+from flexhex.run.outcome import Outcome, PaperRun, figure_rows
+from flexhex.run.view import (
+    ACTUATOR_COLUMNS,
+    TABLE_COLUMNS,
+    VARIANT_COLUMNS,
+    beside,
+    model_sentence,
+    variant_rows,
+)
 from flexhex.simulation.cases import SETTLE
-from flexhex.simulation.metrics import COLUMNS, PAPER, PAPER_ACTUATORS
+from flexhex.simulation.provenance import sentence
 
 LOG = {"type": "log", "dtick": 1}
+SPEED_COLUMNS = (
+    Column("name", "FMU"),
+    Column("steps", "steps", number="d"),
+    Column("mean_us", "a step", "µs", ".2f"),
+    Column("ms_per_s", "per simulated s", "ms", ".2f"),
+    Column("share", "share", "%", ".0f"),
+)
 
 
 def write_report(run: PaperRun, path: Path) -> Path:
@@ -33,12 +50,13 @@ def write_report(run: PaperRun, path: Path) -> Path:
     text = template.render(
         run=run,
         machine=run.builder.machine,
-        headings=COLUMNS,
-        paper=PAPER,
-        paper_actuators=PAPER_ACTUATORS,
+        tables=_tables(run),
+        model_sentence=model_sentence(run) if run.is_model else "",
+        beside=beside(run.table),
+        sources=sentence(run.builder.machine_file),
+        margins=html(loop.COLUMNS, [vars(loop.margins(run.builder.machine))]),
         faults=run.faults,
-        speed=_speed(run) if run.table else [],
-        made=run.adaptive.made if run.table else run.fit_outcome.made,
+        provenance=(run.adaptive if run.table else run.fit_outcome).provenance,
         sections={name: render(name, result) for name, result in run.experiments.items()},
         figures=list(figures),
         figures_json=json.dumps(figures).replace("</", "<\\/"),
@@ -46,6 +64,18 @@ def write_report(run: PaperRun, path: Path) -> Path:
     )
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def _tables(run: PaperRun) -> dict[str, Any]:
+    """Tables of the report as HTML; those of Table I where it was simulated."""
+    if not run.table:
+        return {}
+    return {
+        "table": html(TABLE_COLUMNS, figure_rows(run.table)),
+        "actuators": html(ACTUATOR_COLUMNS, figure_rows(run.actuators)),
+        "variants": html(VARIANT_COLUMNS, variant_rows(run)),
+        "speed": html(SPEED_COLUMNS, _speed(run)),
+    }
 
 
 def _judged(outcome: Outcome, signal: str) -> tuple[Any, Any, float]:
@@ -58,9 +88,9 @@ def _judged(outcome: Outcome, signal: str) -> tuple[Any, Any, float]:
 
 def _figures(run: PaperRun) -> dict[str, Figure]:
     """Plots of the report by the id of the place where they stand."""
-    found: dict[str, Figure] = {}
+    drawn: dict[str, Figure] = {"bode": loop.bode(run.builder.machine)}
     if run.table:
-        found = {
+        drawn |= {
             "error": _error(run),
             "torque": _torque(run.adaptive),
             "spectrum": _spectrum(run),
@@ -68,8 +98,8 @@ def _figures(run: PaperRun) -> dict[str, Figure]:
             "adapting": _parameters(run),
         }
     for name, result in run.experiments.items():
-        found |= experiment(name).figures(result)
-    return found
+        drawn |= experiment(name).figures(result)
+    return drawn
 
 
 def _error(run: PaperRun) -> Figure:
@@ -95,7 +125,7 @@ def _torque(outcome: Outcome) -> Figure:
         trace(t[keep], fb[keep, 0] * 10, "feedback × 10", "#c33"),
     ]
     lines[0]["line"]["width"], lines[1]["line"]["dash"] = 5, "dot"
-    title = f"Torque of actuator 1, {outcome.case.title} (as Fig. 5)"
+    title = f"Torque of actuator 1, {outcome.case.title}"
     return figure(title, "time [s]", "torque [N m]", lines)
 
 
@@ -117,7 +147,7 @@ def _joints(outcome: Outcome) -> Figure:
 
 
 def _parameters(run: PaperRun) -> Figure:
-    """Estimates of the adaptive run against the fit, in standard deviations' unit: the scale."""
+    """Estimates of the adaptive run against the fit, relative to the size of each parameter."""
     outcome, machine = run.adaptive, run.builder.machine
     listed = parameters(machine)
     t, p, _ = _judged(outcome, "K.p")
@@ -139,7 +169,7 @@ def _speed(run: PaperRun) -> list[dict[str, Any]]:
                 "name": name,
                 "steps": spent.steps,
                 "mean_us": spent.seconds / max(spent.steps, 1) * 1e6,
-                "share": spent.seconds / outcome.result.wall,
+                "share": 100 * spent.seconds / outcome.result.wall,
                 "ms_per_s": spent.seconds / outcome.case.duration * 1e3,
             }
         )

@@ -27,14 +27,14 @@ def simulate_command(
     json: AsJson = False,
 ) -> None:
     """Simulate a .ssp, save its signals, show tracking error and feedback torque."""
-    from flexhex.output.progress import LiveProgress
+    from flexhex.output.live import live
     from flexhex.simulate.view import print_simulation, simulation_json
     from flexhex.ssp.executor import run as execute
     from flexhex.ssp.results import check_target, provenance, save
     from flexhex.ssp.signals import DEFAULT
 
     check_target(result)
-    with LiveProgress() as progress:
+    with live() as progress:
         advance = progress.line(description.name, duration)
         found = execute(description, duration, signals=[DEFAULT, *(also or [])], progress=advance)
     path = save(found, result, provenance(command=command_line()))

@@ -108,9 +108,19 @@ class Builder:
             written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
         return written
 
+    @cached_property
+    def has_truth(self) -> bool:
+        """Whether a truth file says how the machine differs from its model."""
+        return truth_file(self.machine_file).exists()
+
+    def simulated(self, case: Case) -> Case:
+        """The case as it is simulated: around the model where there is no truth file."""
+        return case if self.has_truth or case.plant == "plant" else self._around_model(case)
+
     def case(self, case: Case, plant: Builder | None = None) -> Path:
         """`out/cases/<case>/hexapod.ssp`; plant: whose plant the controllers of this one drive."""
-        return self._write(case, self.out / "cases" / case.name / "hexapod.ssp", plant)
+        path = self.out / "cases" / case.name / "hexapod.ssp"
+        return self._write((plant or self).simulated(case), path, plant)
 
     @staticmethod
     def _around_model(case: Case) -> Case:

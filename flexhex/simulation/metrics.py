@@ -11,26 +11,13 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.motion import MotionModel
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.output.tables import Column
 from flexhex.tracking import rms as rms
 
 Array = NDArray[np.float64]
 POSE_EVERY = 20
 """Base steps between two samples at which joint errors are carried to the end-effector."""
 
-PAPER = {
-    "feedback": (1325.0, 0.8767, 197.3, 166.2, 137.8, 1439.7, 1816.4, 316.5),
-    "fixed": (47.6, 0.0185, 8.5, 10.1, 8.0, 43.0, 53.7, 22.7),
-    "adaptive": (31.8, 0.0117, 5.2, 5.4, 4.7, 24.7, 26.0, 13.4),
-    "repeatability": (6.5, 0.0016, 0.9, 1.0, 0.9, 4.7, 5.0, 2.7),
-}
-"""Rows of [SH, Table I], total manipulator, in the order and units of `Figures`."""
-PAPER_ACTUATORS = {
-    "feedback": (565.0, 0.9608),
-    "fixed": (34.6, 0.0131),
-    "adaptive": (27.5, 0.0097),
-    "repeatability": (6.4, 0.0019),
-}
-"""[SH, Table I], actuators only: e [urad], tau_fb [N m]."""
 COLUMNS = (
     ("e", "µrad"),
     ("τ_FB", "N m"),
@@ -42,6 +29,15 @@ COLUMNS = (
     ("Δψ", "µrad"),
 )
 """Headings and units of `Figures` for people."""
+KEYS = ("e", "tau_fb", "dx", "dy", "dz", "dphi", "dtheta", "dpsi")
+
+
+def figure_columns(digits: int = 1, digits_torque: int = 4) -> tuple[Column, ...]:
+    """Columns of a table whose rows are `asdict(Figures)`."""
+    return tuple(
+        Column(key, heading, unit, f".{digits_torque if key == 'tau_fb' else digits}f")
+        for key, (heading, unit) in zip(KEYS, COLUMNS, strict=True)
+    )
 
 
 @dataclass(frozen=True)

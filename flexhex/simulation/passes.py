@@ -21,8 +21,6 @@ from flexhex.ssp.results import Result
 
 Array = NDArray[np.float64]
 PASSES = 3
-PAPER_SHARE = 0.863
-"""[SH, V-B]: share of the remaining feedback torque that repeats, 1 - 0.0016 / 0.0117."""
 
 
 def repeated_case(machine: Machine, p: Array, seconds: float) -> Case:
@@ -33,7 +31,7 @@ def repeated_case(machine: Machine, p: Array, seconds: float) -> Case:
     return dataclasses.replace(
         fixed,
         name="repeatability",
-        title="repeatability",
+        title="non-repeatable part",
         duration=SETTLE + PASSES * seconds,
         starts=starts,
     )
@@ -63,5 +61,5 @@ def repeatability_figures(machine: Machine, result: Result) -> Figures:
 
 
 def repeatable_share(repeated: Figures, adaptive: Figures) -> float:
-    """Share of the adaptive run's feedback torque that repeats, as the paper states it."""
+    """Share of the adaptive run's feedback torque that repeats, of RMS values, [SH, V-B]."""
     return 1 - repeated.tau_fb / adaptive.tau_fb

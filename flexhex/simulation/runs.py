@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,6 +18,7 @@ from flexhex.simulation.cases import SETTLE, Case
 from flexhex.ssp.executor import run
 from flexhex.ssp.results import Result, provenance, save
 
+C = TypeVar("C")
 T = TypeVar("T")
 Array = NDArray[np.float64]
 Starts = Mapping[str, Mapping[str, float | Array]]
@@ -32,16 +33,27 @@ def variant(base: Case, name: str, title: str, duration: float, starts: Starts) 
     return dataclasses.replace(base, name=name, title=title, duration=duration, starts=merged)
 
 
-def side_by_side(cases: Sequence[Case], one: Callable[[Case], T]) -> list[T]:
-    """`one` of every case, in their order, `WORKERS` at a time; the first error ends them all."""
+def side_by_side(cases: Sequence[C], one: Callable[[C], T], progress: Progress) -> list[T]:
+    """`one` of every case, in their order, `WORKERS` at a time.
+
+    The first error, or Ctrl-C, ends them all: those under way at their next report of progress.
+    """
     with ThreadPoolExecutor(WORKERS) as pool:
         waiting = [pool.submit(one, case) for case in cases]
         try:
-            return [future.result() for future in waiting]
+            return [future.result() for future in _as_they_end(waiting)]
         except BaseException:
+            progress.cancel()
             for future in waiting:
                 future.cancel()
             raise
+
+
+def _as_they_end(waiting: Sequence[Future[T]]) -> Sequence[Future[T]]:
+    """The same, when all are done; the first error as soon as it is there."""
+    for future in as_completed(waiting):
+        future.result()
+    return waiting
 
 
 def record(
@@ -60,24 +72,43 @@ def record(
     def one(case: Case) -> Result:
         return recorded(builder, case, signals, command, progress)[0]
 
-    return side_by_side(cases, one)
+    return side_by_side(cases, one, progress)
 
 
 def recorded(
-    builder: Builder, case: Case, signals: Sequence[str], command: str, progress: Progress
-) -> tuple[Result, Path, dict[str, str | int | float]]:
+    builder: Builder,
+    case: Case,
+    signals: Sequence[str],
+    command: str,
+    progress: Progress,
+    saved: Sequence[str] | None = None,
+) -> tuple[Result, dict[str, str | int | float]]:
     """Build the variant of one case, run it, save `out/runs/<case>.h5`.
 
-    Returns result, path and provenance.
+    saved: signals that the file holds, default all logged ones. Returns result and provenance.
     """
     description = builder.case(case)
     result = run(description, case.duration, signals=signals, progress=progress.case(case))
     named = {"case": case.name, "title": case.title, "machine": builder.machine.name}
     versions = provenance(command=command, **named)
-    made = {**versions, **result.meta}
-    path = builder.out / "runs" / f"{case.name}.h5"
-    save(result, path, made)
-    return result, path, made
+    meta = {**versions, **result.meta}
+    save(result if saved is None else reduced(result, saved), run_file(builder, case), meta)
+    return result, meta
+
+
+def reduced(result: Result, names: Sequence[str]) -> Result:
+    """The result with some of its signals only, without the groups that then are empty."""
+    groups = {}
+    for rate, group in result.groups.items():
+        signals = {name: values for name, values in group.signals.items() if name in names}
+        if signals:
+            groups[rate] = dataclasses.replace(group, signals=signals)
+    return dataclasses.replace(result, groups=groups)
+
+
+def run_file(builder: Builder, case: Case) -> Path:
+    """Where `recorded` saves a case."""
+    return builder.out / "runs" / f"{case.name}.h5"
 
 
 def samples(result: Result, signal: str, after: float = SETTLE) -> tuple[Array, Array, float]:

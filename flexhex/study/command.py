@@ -1,4 +1,4 @@
-"""Command `study`: the same loop on many machines drawn at random."""
+"""Command `study`: Monte Carlo simulation of the loop on machines drawn at random."""
 
 from __future__ import annotations
 
@@ -8,7 +8,16 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, found_machine
+from flexhex.arguments import (
+    DEFAULT_MACHINE,
+    AsJson,
+    MachineFile,
+    found_machine,
+    listed_values,
+)
+
+KINDS = ("noise", "payload", "age", "drift", "truth", "trajectory")
+"""What `--vary` takes."""
 
 
 def study_command(
@@ -16,8 +25,12 @@ def study_command(
     duration: Annotated[float, typer.Option("--duration", "-d", help="judged time [s]")] = 10.0,
     seed: Annotated[int, typer.Option(help="seed of all draws")] = 1,
     vary: Annotated[
-        str, typer.Option(help="of noise, payload, age, drift, truth, trajectory")
-    ] = "noise,payload,age,drift",
+        str | None,
+        typer.Option(
+            help=f"comma-separated, of {', '.join(KINDS)}; default: noise,payload,age,drift",
+            autocompletion=lambda incomplete: listed_values(incomplete, KINDS),
+        ),
+    ] = None,
     payload: Annotated[float, typer.Option(help="largest payload [kg]")] = 1.0,
     age: Annotated[float, typer.Option(help="longest time since switched on [s]")] = 2400.0,
     jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="processes at a time")] = None,
@@ -30,31 +43,31 @@ def study_command(
     json: AsJson = False,
 ) -> None:
     """Simulate many machines drawn at random (Monte Carlo); the same command goes on later."""
-    from flexhex.study.draws import Plan, study, tasks
+    from flexhex.output.interrupt import STOPPED
+    from flexhex.output.live import live
+    from flexhex.study.draws import Plan, varied_of
     from flexhex.study.pool import local, over_dask
     from flexhex.study.store import Store, file_name
-    from flexhex.study.view import bar, found_json, print_found, write_found
+    from flexhex.study.tasks import carry_out, tasks
+    from flexhex.study.view import print_result, result_json, write_result
 
-    varied = tuple(dict.fromkeys(word.strip() for word in vary.split(",") if word.strip()))
-    plan = Plan(runs, duration, seed, varied, payload, age)
+    file = found_machine(machine)
+    plan = Plan(runs, duration, seed, varied_of(vary, file), payload, age)
     pool = over_dask(dask) if dask else local(jobs or os.cpu_count() or 1)
     folder = out / "study"
-    listed = tasks(plan, found_machine(machine), out)
+    listed = tasks(plan, file, out)
     store = Store(folder / file_name(name, "jsonl"))
-    with bar() as progress:
-        line = progress.add_task(f"{runs} draws, {len(listed)} runs", total=len(listed))
+    with live() as progress:
+        advance = progress.line(f"study of {runs} draws", len(listed), "runs")
         try:
-            found = study(
-                plan, listed, store, pool, lambda n, total: progress.update(line, completed=n)
-            )
+            result = carry_out(plan, listed, store, pool, advance)
         except KeyboardInterrupt:
-            progress.stop()
             typer.echo(f"flexhex: stopped; finished runs are in {store.path}", err=True)
-            raise typer.Exit(130) from None
-    page = write_found(found, folder / file_name(name, "html"))
+            raise typer.Exit(STOPPED) from None
+    page = write_result(result, folder / file_name(name, "html"))
     if json:
-        print(found_json(found, store.path, page))
+        print(result_json(result, store.path, page))
     else:
-        print_found(found, store.path, page)
-    if found.failed:
+        print_result(result, store.path, page)
+    if result.failed:
         raise typer.Exit(1)

@@ -17,8 +17,8 @@ from typing import Any
 
 from flexhex.fmus.common.errors import RunError, UsageError
 from flexhex.ssp import library
-from flexhex.study.draws import Pool, Task, score
 from flexhex.study.store import Scored
+from flexhex.study.tasks import Pool, Task, score
 
 PATIENCE = 10.0
 """Time in which a scheduler has to answer [s]."""
@@ -37,7 +37,7 @@ def local(jobs: int) -> Pool:
             left = iter(tasks)
             # no more than run at once: Ctrl-C then waits for these alone
             waiting: dict[Future[Scored], Task] = {}
-            with _deaf():  # here all processes are started
+            with _without_interrupt():  # here all processes are started
                 for task in islice(left, workers):
                     waiting[executor.submit(score, task)] = task
             while waiting:
@@ -106,9 +106,9 @@ def _outcome(future: Any) -> Scored | str:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
-    """Processes started meanwhile never hear Ctrl-C, not even while they import: it is for the
-    one that leads, the others end their run and clean up after it.
+def _without_interrupt() -> Iterator[None]:
+    """Processes started meanwhile never receive Ctrl-C, not even while they import: it is for the
+    main process; the others end their run and are then ended by it.
 
     The signal is held back, not ignored: one that comes meanwhile arrives afterwards.
     """

@@ -29,7 +29,16 @@ def flexhex(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
 MISTAKES: dict[str, tuple[list[str], int, str]] = {
     "no such machine": (["run", "-m", "x.toml"], 3, r"x\.toml: cannot be read"),
     "not a machine": (["build", "-m", "log.csv"], 3, r"log\.csv: not valid TOML"),
-    "no truth": (["run", "-m", "other.toml"], 3, r"other-truth\.toml: no such file: .* copy"),
+    "no such part": (
+        ["run", "--only", "fig2"],
+        2,
+        r"(?s)'fig2' is not one of.*'table'.*'repeatability'.*'missing'",
+    ),
+    "no truth to vary": (
+        ["study", "-m", "other.toml", "--vary", "payload,noise"],
+        2,
+        r"--vary noise: other\.toml has no truth file other-truth\.toml, .* trajectory can vary",
+    ),
     "no such ssp": (["simulate", "x.ssp"], 3, r"x\.ssp: cannot be read"),
     "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
     "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),

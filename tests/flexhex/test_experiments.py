@@ -1,18 +1,15 @@
-"""The experiments: their arithmetic on made-up runs, and each of them once on a short one."""
+"""The experiments: their arithmetic on constructed runs."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import Fit
 from flexhex.diagnosis.motion import Columns, MotionModel
-from flexhex.experiments import EXPERIMENTS, estimates, experiment, hysteresis, payload, render
+from flexhex.experiments import estimates, experiment, hysteresis, payload
 from flexhex.experiments import repeatability as repeat
 from flexhex.fmus.common.errors import MachineError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
@@ -20,41 +17,13 @@ from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from flexhex.fmus.reference.interface import MAX_PAYLOADS
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import SETTLE, Case
-from flexhex.simulation.metrics import PAPER, Figures, rms
-from flexhex.simulation.passes import PAPER_SHARE, non_repeatable
+from flexhex.simulation.metrics import Figures, rms
+from flexhex.simulation.passes import non_repeatable
 from flexhex.simulation.runs import samples, variant
 from flexhex.ssp.results import Group, Result
 from tests.conftest import MACHINE_FILE
 
 RNG = np.random.default_rng(5)
-
-
-class Silent:
-    """A progress that nobody sees."""
-
-    def stage(self, text: str) -> None:
-        """Nothing."""
-
-    def case(self, case: Case) -> Callable[[float, float], None]:
-        """Nothing."""
-        return lambda done, total: None
-
-
-@pytest.fixture(scope="module")
-def nominal_fit(machine: Machine) -> Fit:
-    """The model's own parameters in the place of fitted ones."""
-    p = base_parameters(machine)
-    loose = ("upper.mc_z", "lower.J_xx")
-    return Fit(p, 0.1 * np.abs(p), np.zeros(machine.n_arms), 1.0, 1, loose)
-
-
-@pytest.fixture(scope="module")
-def results(builder: Builder, nominal_fit: Fit) -> dict[str, Any]:
-    """Every experiment once, quick."""
-    return {
-        name: e.run(builder, nominal_fit, Silent(), "a test", True)
-        for name, e in EXPERIMENTS.items()
-    }
 
 
 def passes(n: int, sigma: float) -> Any:
@@ -90,14 +59,14 @@ def test_passes_are_cut_at_their_begins() -> None:
     assert not repeat.deviations(cut).any()
 
 
-def test_share_is_the_papers_ratio_of_rms_values() -> None:
-    """0.0016 and 0.0117 N m give 86.3 %; of mean squares it would be 98.1 %."""
-    apart, adaptive = Figures(*PAPER["repeatability"]), Figures(*PAPER["adaptive"])
+def test_share_of_power_is_one_minus_the_square() -> None:
+    """0.0016 and 0.0117 N m give 86.3 % of RMS values; of mean squares it is 98.1 %."""
+    apart, adaptive = (Figures(1.0, tau, *[1.0] * 6) for tau in (0.0016, 0.0117))
     none = np.zeros((1, 1, 1))
     found = repeat.Repeatability(
         3, adaptive, apart, apart, adaptive, none[0, 0], none, none, none[0]
     )
-    assert found.repeatable_share == pytest.approx(PAPER_SHARE, abs=5e-4)
+    assert found.repeatable_share == pytest.approx(0.863, abs=5e-4)
     assert found.repeatable_share_of_power == pytest.approx(0.981, abs=5e-4)
 
 
@@ -233,66 +202,6 @@ def test_samples_begin_with_the_first_pass() -> None:
     assert t[0] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_unknown_experiment_is_told_the_known_ones() -> None:
+def test_unknown_experiment_is_refused_with_the_known_ones() -> None:
     with pytest.raises(UsageError, match="no experiment 'fig2': there are repeatability, "):
         experiment("fig2")
-
-
-@pytest.mark.parametrize("name", EXPERIMENTS)
-def test_fragment_has_a_place_for_each_plot(name: str, results: dict[str, Any]) -> None:
-    html, figures = str(render(name, results[name])), EXPERIMENTS[name].figures(results[name])
-    assert figures
-    for place, figure in figures.items():
-        assert html.count(f'id="{place}"') == 1
-        drawn = [trace["y"] for trace in figure["data"]]
-        assert all(np.isfinite(ys).all() and len(ys) > 10 for ys in drawn)
-    assert "nan" not in html
-
-
-def test_places_of_all_experiments_differ(results: dict[str, Any]) -> None:
-    ids = [i for name, e in EXPERIMENTS.items() for i in e.figures(results[name])]
-    assert len(ids) == len(set(ids))
-
-
-def test_machine_repeats_better_than_it_follows(results: dict[str, Any]) -> None:
-    """The plots' deviations are the table's up to its first sample, which comes one later."""
-    found = results["repeatability"]
-    assert found.plain.e < found.apart.e < found.fixed.e
-    left = 1e6 * found.factor * rms(found.deviation)
-    assert left == pytest.approx(found.apart.e, rel=1e-4)
-    assert found.e.shape == (3, *found.e_adaptive.shape)
-
-
-def test_model_line_follows_the_measured_loop(results: dict[str, Any]) -> None:
-    """Even the unfitted model, actuators 5 % off, explains most of cogging and hysteresis."""
-    found = results["hysteresis"]
-    assert found.missed < 0.3 * found.size
-    assert found.width("model") == pytest.approx(found.width("measured"), rel=0.15)
-
-
-def test_estimated_mass_follows_the_true_one(results: dict[str, Any]) -> None:
-    """Its steps equal the payload's within 10 %; the warm motors' loss alone makes 2 %."""
-    rows = EXPERIMENTS["payload"].rows(results["payload"])
-    true = np.diff([row["true"] for row in rows])
-    assert np.diff([row["estimated"] for row in rows]) == pytest.approx(true, rel=0.1)
-    loaded = rows[3]
-    assert loaded["adaptive_settled"] < 0.5 * loaded["fixed_settled"]
-
-
-def test_every_parameter_has_a_row_and_what_is_not_determined_is_marked(
-    results: dict[str, Any], machine: Machine, nominal_fit: Fit
-) -> None:
-    rows = EXPERIMENTS["parameters"].rows(results["parameters"])
-    assert [row["name"] for row in rows] == [par.name for par in parameters(machine)]
-    assert tuple(row["name"] for row in rows if row["loose"]) == nominal_fit.undetermined
-    html = str(render("parameters", results["parameters"]))
-    assert html.count('<tr class="loose">') == 2
-    assert html.count("<svg") == len(rows)
-
-
-def test_share_within_two_deviations_counts_parameters(results: dict[str, Any]) -> None:
-    found = results["parameters"]
-    exact = dataclasses.replace(found, cold=found.fit + 1.9 * found.std)
-    off = dataclasses.replace(found, cold=found.fit + 2.1 * found.std)
-    assert exact.within()[0] == 1.0
-    assert off.within()[0] == 0.0

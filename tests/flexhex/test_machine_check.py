@@ -11,7 +11,7 @@ import pytest
 from flexhex.check.files import check_file
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.run.paper import check_actuators
+from flexhex.run.actuators import actuators_builder
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import whole_moves
 from tests.common.test_machine_file import Edit, replace
@@ -157,10 +157,10 @@ ACTUATORS = MACHINE_FILE.with_name("tflex-actuators.toml").read_text(encoding="u
 
 def test_actuators_file_must_extend_its_machine(tmp_path: Path) -> None:
     builder = Builder(written(tmp_path, lambda t: t), tmp_path / "out")
-    check_actuators(builder)  # none is there, none is wanted
+    actuators_builder(builder)  # none is there, none is wanted
     path = tmp_path / "mine-actuators.toml"
     path.write_text(ACTUATORS.replace("tflex.toml", "mine.toml"), encoding="utf-8")
-    check_actuators(builder)
+    actuators_builder(builder)
     (tmp_path / "tflex.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
     for text, message in (
         (ACTUATORS, r"mine-actuators\.toml: extends: wants 'mine\.toml', is 'tflex\.toml'"),
@@ -169,4 +169,4 @@ def test_actuators_file_must_extend_its_machine(tmp_path: Path) -> None:
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(MachineError, match=message):
-            check_actuators(builder)
+            actuators_builder(builder)

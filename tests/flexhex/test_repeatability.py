@@ -10,10 +10,11 @@ import pytest
 from flexhex.experiments.repeatability import evaluate
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.cases import SETTLE
-from flexhex.simulation.metrics import PAPER, Figures, rms
-from flexhex.simulation.passes import PAPER_SHARE, PASSES, non_repeatable, repeatable_share
+from flexhex.simulation.metrics import Figures, rms
+from flexhex.simulation.passes import PASSES, non_repeatable, repeatable_share
+from flexhex.simulation.published import published
 from flexhex.ssp.results import Group, Result
-from tests.conftest import ROOT
+from tests.conftest import MACHINE_FILE, ROOT
 
 
 def test_what_repeats_does_not_count() -> None:
@@ -31,8 +32,10 @@ def test_noise_counts_in_full() -> None:
 
 def test_share_is_the_papers_for_the_papers_figures() -> None:
     """1 - 0.0016 / 0.0117 = 86.3 %: a ratio of RMS values, not of their squares."""
-    repeated, adaptive = Figures(*PAPER["repeatability"]), Figures(*PAPER["adaptive"])
-    assert repeatable_share(repeated, adaptive) == pytest.approx(PAPER_SHARE, abs=5e-4)
+    paper = published(MACHINE_FILE)
+    assert paper
+    repeated, adaptive = (Figures(*paper.rows[name]) for name in ("repeatability", "adaptive"))
+    assert repeatable_share(repeated, adaptive) == pytest.approx(paper.repeatable_share, abs=5e-4)
     worse = dataclasses.replace(repeated, tau_fb=adaptive.tau_fb)
     assert repeatable_share(worse, adaptive) == 0
 
@@ -47,7 +50,7 @@ def test_figures_and_plots_judge_the_same_samples() -> None:
     e[round(SETTLE / base)] = 1e-3
     signals = {"plant.theta": e, "feedback.e": e, "feedback.tau_fb": e}
     result = Result({"base": Group(1, base, signals)}, duration=base * (count - 1))
-    found = evaluate(machine, result, result)
+    found = evaluate(machine, [result, result])
     # the plots' deviations, without the factor, in the figures' unit: sums of the same numbers
     assert found.plain.e == pytest.approx(1e6 * rms(found.deviation), rel=1e-9)
     assert found.plain.e > 1.5

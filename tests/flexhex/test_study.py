@@ -15,7 +15,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import typer
 from typer.testing import CliRunner
@@ -24,23 +23,17 @@ from flexhex.fmus.common.errors import RunError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import truth_file
 from flexhex.fmus.common.model.parameters import base_parameters
-from flexhex.fmus.machine.truth import Truth, load_truth
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import table_cases
 from flexhex.study.command import study_command
-from flexhex.study.draws import VARIED, Plan, Task, Values, draw, score, study, tasks
+from flexhex.study.draws import Plan, Values
 from flexhex.study.pool import local, over_dask
 from flexhex.study.store import Scored, Store
+from flexhex.study.tasks import Task, carry_out, score, tasks
 from tests.conftest import MACHINE_FILE, OUT, one_at_a_time
 
 SHORT = 0.25
 """Judged time [s] where only the way matters, not the figures."""
-
-
-@pytest.fixture(scope="module")
-def truth() -> Truth:
-    """What machine.fmu is drawn from."""
-    return load_truth(truth_file(MACHINE_FILE))
 
 
 @pytest.fixture(scope="module")
@@ -54,28 +47,6 @@ def out(builder: Builder, machine: Machine, tmp_path_factory: pytest.TempPathFac
         target.mkdir(parents=True)
         shutil.copyfile(made, target / "hexapod.ssp")
     return folder
-
-
-def test_draw_depends_on_seed_and_number_alone(machine: Machine, truth: Truth) -> None:
-    """More runs, or one more kind that varies, leave what was drawn as it was."""
-    few = Plan(varied=("payload", "noise"))
-    every = Plan(runs=99, varied=tuple(VARIED))
-    one, all_kinds = draw(few, 3, machine, truth)[0], draw(every, 3, machine, truth)[0]
-    assert one.items() <= all_kinds.items()
-    assert draw(few, 3, machine, truth)[0] == one
-    others = [draw(few, 4, machine, truth)[0], draw(Plan(seed=2), 3, machine, truth)[0]]
-    assert all(other["plant.seed"] != one["plant.seed"] for other in others)
-
-
-def test_draws_cover_their_range(machine: Machine, truth: Truth) -> None:
-    """200 uniform draws: the mean is within 4 standard deviations, 4 / sqrt(12 * 200) = 8 %."""
-    plan = Plan(varied=("payload", "age"), payload=3.0, age=100.0)
-    drawn = [draw(plan, k, machine, truth)[1] for k in range(1, 201)]
-    for name, largest in (("payload", 3.0), ("age", 100.0)):
-        values = np.array([d[name] for d in drawn]) / largest
-        assert 0 <= values.min() < 0.05
-        assert 0.95 < values.max() <= 1
-        assert values.mean() == pytest.approx(0.5, abs=0.082)
 
 
 def test_truth_draws_another_machine_of_the_same_make(out: Path) -> None:
@@ -107,22 +78,6 @@ def test_key_depends_on_the_system(out: Path, tmp_path: Path) -> None:
     assert (a[0].key != b[0].key, a[1].key == b[1].key) == (True, True)
 
 
-@pytest.mark.parametrize(
-    ("plan", "message"),
-    [
-        (Plan(runs=0), "--runs 0"),
-        (Plan(duration=-1), "--duration -1: must be above 0"),
-        (Plan(payload=float("nan")), "--payload nan"),
-        (Plan(age=0), "--age 0"),
-        (Plan(varied=("weather",)), "--vary 'weather': there are noise, payload"),
-        (Plan(varied=()), "all runs would be the same"),
-    ],
-)
-def test_plan_that_cannot_be_is_refused(plan: Plan, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
-        plan.check()
-
-
 def test_missing_or_foreign_systems_are_refused(out: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="run `flexhex run` first"):
         tasks(Plan(1), MACHINE_FILE, tmp_path)
@@ -137,7 +92,7 @@ def test_missing_or_foreign_systems_are_refused(out: Path, tmp_path: Path) -> No
 def test_processes_give_what_a_direct_run_gives(out: Path, tmp_path: Path) -> None:
     """Two processes, four runs, the last bit; each draw has figures of its own."""
     listed = tasks(Plan(2, SHORT), MACHINE_FILE, out)
-    found = study(Plan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
+    found = carry_out(Plan(2, SHORT), listed, Store(tmp_path / "s.jsonl"), local(2))
     assert found.scored[listed[2].key] == score(listed[2])
     assert found.scored[listed[2].key] == score(listed[2], listed[2].ssp.read_bytes())
     assert len({s.e for s in found.scored.values()}) == 4
@@ -163,7 +118,7 @@ def test_dask_gives_what_processes_give(out: Path, tmp_path: Path) -> None:
     )
     with cluster:
         pool = over_dask(cluster.scheduler_address)
-        found = study(Plan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
+        found = carry_out(Plan(1, SHORT), listed, Store(tmp_path / "s.jsonl"), pool)
     assert [found.scored[t.key] for t in listed] == [score(t) for t in listed]
 
 

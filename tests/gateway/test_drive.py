@@ -64,13 +64,14 @@ def test_second_pass_has_noise_of_its_own(
     assert runs.other_noise(Path("a.ssp"), 1) == {}
 
 
-def test_passes_that_cannot_be_diagnosed_are_told_and_no_error(tmp_path: Path) -> None:
-    assert "none.csv: no such file" in (why := runs.told([tmp_path / "none.csv"], tmp_path / "m"))
+def test_passes_that_cannot_be_diagnosed_are_no_error(tmp_path: Path) -> None:
+    why = runs.diagnosed([tmp_path / "none.csv"], tmp_path / "m")
     assert isinstance(why, str)
+    assert "none.csv: no such file" in why
     assert view.diagnosed(why).startswith("not possible: ")
     alone = Gap("N m", *(np.full(6, np.nan) for _ in range(7)), {})
     found = Diagnosis("changed", (), (), alone)
-    assert view.diagnosed(found) == "nothing can be told: the two passes do not repeat each other."
+    assert view.diagnosed(found) == "no verdict: the two passes do not repeat each other."
     found = Diagnosis("cannot tell", (), (), alone, notes=("too short",))
     assert view.diagnosed(found).endswith("Too short.")
 

@@ -1,0 +1,84 @@
+"""Cases of `flexhex run`: a machine without truth is its model; files hold what commands read."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.logs import read_log
+from flexhex.experiments import missing
+from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.output.progress import Progress
+from flexhex.run.paper import JUDGED, SAVED, chosen, stage_count, variants
+from flexhex.simulation.builder import Builder
+from flexhex.simulation.cases import fit_case, table_cases
+from flexhex.simulation.runs import reduced
+from flexhex.ssp.results import Group, Result, load, save
+from tests.conftest import MACHINE_FILE
+
+
+@pytest.fixture
+def alone(tmp_path: Path) -> Builder:
+    """Builder of a copy of the machine file without truth."""
+    return Builder(Path(shutil.copyfile(MACHINE_FILE, tmp_path / "my.toml")), tmp_path)
+
+
+@pytest.fixture
+def nominal(machine: Machine) -> Fit:
+    """The model's own parameters as a fit."""
+    p = base_parameters(machine)
+    return Fit(p, 0.1 * np.abs(p), np.zeros(machine.n_arms), 1.0, 1, ())
+
+
+def test_machine_without_truth_is_its_model(alone: Builder, builder: Builder) -> None:
+    """plant.fmu stands for the machine, and knows no age."""
+    case = fit_case(alone.machine, 8.0)
+    ours = alone.simulated(case)
+    assert (ours.plant, "plant" in ours.starts) == ("plant", False)
+    assert ours.name == case.name
+    assert builder.simulated(case) is case
+
+
+def test_variants_of_the_model_are_not_listed_twice(
+    alone: Builder, builder: Builder, nominal: Fit
+) -> None:
+    names = [[c.name for c in variants(b, b.machine, nominal, 8.0)] for b in (alone, builder)]
+    assert names[0] == ["paper-form"]
+    assert names[1][1:] == ["exact-fixed", "exact-adaptive", "exact-paper-form"]
+
+
+def test_missing_needs_a_truth(alone: Builder, nominal: Fit) -> None:
+    with pytest.raises(UsageError, match=r"my\.toml has no truth file, .* lacks nothing"):
+        missing.run(alone, nominal, Progress(), "a test", True)
+
+
+def test_stages_are_counted_as_they_are_announced() -> None:
+    """3 for the fit, 1 for the table, 1 for the report; the actuators have their own 4."""
+    assert stage_count(chosen(None, True), False) == 5
+    assert stage_count(chosen(None, True), True) == 9
+    assert stage_count(chosen(None, False), True) == 9 + 3
+    assert stage_count(chosen("repeatability", False), False) == 3 + 1 + 1
+    assert stage_count(chosen("missing", False), False) == 3 + 3 + 1
+
+
+def test_saved_signals_are_enough_for_identify_and_compare(
+    machine: Machine, tmp_path: Path
+) -> None:
+    rng, names = np.random.default_rng(1), ("plant.theta", "plant.tau_meas", "reference.r")
+    every = {name: rng.normal(0, 1e-2, (9000, 6)) for name in (*names, *JUDGED, "plant.x_E")}
+    units = {n: "N m" if "tau" in n else "rad" for n in every}
+    result = Result({"a": Group(1, machine.timing.base, every, units)}, duration=9000 * 0.00025)
+    path = save(reduced(result, SAVED["fit"]), tmp_path / "fit.h5")
+    log = read_log(path)
+    assert log.theta == pytest.approx(every["plant.theta"])
+    small = load(path).groups["a"].signals
+    assert set(small) == set(names)
+    assert all(
+        {*JUDGED, *names} <= set(SAVED[c.name]) for c in table_cases(machine, np.ones(162), 8.0)
+    )

@@ -1,0 +1,50 @@
+"""Tables of the terminal: units, no Python objects, nothing cut off."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from flexhex.output.tables import WIDE, Column, html, table, texts
+
+COLUMNS = (Column("name", "case"), Column("e", "e_FB", "µrad", ".1f"), Column("n", "n", "", "d"))
+ROWS = [
+    {"name": "fixed [1]", "e": 28.249, "n": 3},
+    {"name": "none", "e": float("nan"), "n": None, "class": "dim"},
+]
+
+
+def printed(width: int = WIDE) -> list[str]:
+    stream = io.StringIO()
+    Console(file=stream, width=width).print(table("A title " * 30, COLUMNS, ROWS))
+    return [" ".join(line.split()) for line in stream.getvalue().splitlines() if line.strip()]
+
+
+def test_title_stands_on_one_line_units_below_headings() -> None:
+    """Longer than the table and than 80 characters."""
+    title, heads, units, rule, *rows = printed()
+    assert title == ("A title " * 30).strip()
+    assert (heads, units) == ("case e_FB n", "µrad")
+    assert set(rule) == {"─"}
+    assert rows == ["fixed [1] 28.2 3", "none – –"]
+
+
+def test_value_that_is_no_text_and_no_number_is_refused() -> None:
+    """A tuple once stood in a column of the terminal."""
+    with pytest.raises(TypeError, match=r"column 'e': \(1, 2\) is neither"):
+        COLUMNS[1].text({"e": (1, 2)})  # type: ignore[dict-item]
+
+
+def test_html_is_escaped_and_marks_its_rows() -> None:
+    made = str(html((Column("a", "τ_FB", "N m"),), [{"a": "<b>", "class": "dim"}]))
+    assert "<th>τ<sub>FB</sub><small>N m</small></th>" in made
+    assert "<tr class='dim'><td>&lt;b&gt;</td></tr>" in made
+
+
+def test_texts_carry_the_unit_in_the_heading() -> None:
+    assert texts(COLUMNS[:2], ROWS) == (
+        ["case", "e_FB [µrad]"],
+        [["fixed [1]", "28.2"], ["none", "–"]],
+    )
