@@ -24,7 +24,7 @@ from flexhex.compare.results import (
     Difference,
 )
 from flexhex.compare.runs import Figures, Run
-from flexhex.output.tables import table
+from flexhex.output.tables import Column, table
 
 MOST_ROWS = 20
 """Signals within tolerance that the terminal shows; the page shows all."""
@@ -79,8 +79,10 @@ def _print_tracking(out: Console, judged: Figures | None, runs: Sequence[Run]) -
     if judged is None:
         out.print("No tracking figures: feedback.e is not in both runs.\n", markup=False)
         return
-    rows = [dict(zip(figure_headings(runs), row, strict=True)) for row in figure_rows(judged)]
-    out.print(table(judged_text(judged), rows))
+    headings = figure_headings(runs)
+    columns = [Column(str(k), heading) for k, heading in enumerate(headings)]
+    rows = [{str(k): cell for k, cell in enumerate(row)} for row in figure_rows(judged)]
+    out.print(table(judged_text(judged), columns, rows))
 
 
 def figure_headings(runs: Sequence[Run]) -> tuple[str, str, str, str]:

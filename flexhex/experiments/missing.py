@@ -167,7 +167,7 @@ def rows(result: Missing) -> list[dict[str, Any]]:
 def data(result: Missing) -> dict[str, Any]:
     """For `--json`: the rows, the diagnosis, and what was built from it."""
     rebuilt = result.rebuilt.data() if result.rebuilt else None
-    return {"rows": rows(result), "diagnosis": result.found.data(), "shown": rebuilt}
+    return {"rows": rows(result), "diagnosis": result.diagnosis.data(), "shown": rebuilt}
 
 
 def figures(result: Missing) -> dict[str, Figure]:

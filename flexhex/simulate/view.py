@@ -9,10 +9,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
+from rich.console import Console, Group
 
-from flexhex.output.tables import table
+from flexhex.output.tables import Column, table
 from flexhex.simulation.faults import Fault, faults
 from flexhex.ssp.result import Result
 from flexhex.tracking import SETTLE, Tracking, tracking
@@ -87,15 +86,26 @@ def tracking_data(found: Tracking | None) -> dict[str, Any] | None:
     return {key: value if math.isfinite(value) else None for key, value in figures.items()}
 
 
-def speed_table(result: Result, title: str) -> Table:
+SPEED = (
+    Column("fmu", "FMU"),
+    Column("steps", "steps", "", "d"),
+    Column("mean", "per step", "µs", ".2f"),
+    Column("share", "per simulated second", "ms", ".2f"),
+)
+
+
+def speed_table(result: Result, title: str) -> Group:
     """Time spent in each FMU."""
-    rows = []
-    for name, spent in result.times.items():
-        mean = spent.seconds / max(spent.steps, 1) * 1e6
-        share = spent.seconds / result.duration * 1e3
-        cells = {"FMU": name, "steps": str(spent.steps), "µs a step": f"{mean:.2f}"}
-        rows.append(cells | {"ms per simulated s": f"{share:.2f}"})
-    return table(title, rows)
+    rows = [
+        {
+            "fmu": name,
+            "steps": spent.steps,
+            "mean": spent.seconds / max(spent.steps, 1) * 1e6,
+            "share": spent.seconds / result.duration * 1e3,
+        }
+        for name, spent in result.times.items()
+    ]
+    return table(title, SPEED, rows)
 
 
 def print_faults(out: Console, listed: Sequence[Fault]) -> None:

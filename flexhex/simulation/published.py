@@ -11,7 +11,8 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, FiniteFloat, ValidationError
 
 from flexhex.fmus.common.errors import MachineError
-from flexhex.fmus.common.machine_file import complaint, read_toml
+from flexhex.fmus.common.machine.complaints import complaints
+from flexhex.fmus.common.machine_file import read_toml
 from flexhex.simulation.metrics import KEYS
 
 
@@ -41,7 +42,7 @@ def published(machine_file: Path) -> Published | None:
     try:
         return Published.model_validate(read_toml(path))
     except ValidationError as error:
-        raise MachineError("\n".join(complaint(path, e) for e in error.errors())) from None
+        raise MachineError("\n".join(complaints(path, Published, error.errors()))) from None
 
 
 def published_row(values: Sequence[float]) -> dict[str, str | float | None]:
