@@ -14,6 +14,7 @@ from flexhex.ssp.read import read_ssp
 from tests.adapter import toys
 from tests.conformity import mutants
 from tests.conformity.archives import members, write
+from tests.conformity.mutants_system import SYSTEM
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +50,9 @@ def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> Non
     assert any(re.search(wanted, text) for text in found), found
 
 
-@pytest.mark.parametrize("kind", mutants.SYSTEM)
+@pytest.mark.parametrize("kind", SYSTEM)
 def test_mistake_in_a_system_is_found(hexapod_ssp: Path, tmp_path: Path, kind: str) -> None:
-    change, wanted = mutants.SYSTEM[kind]
+    change, wanted = SYSTEM[kind]
     files = members(hexapod_ssp)
     change(files)
     found = complaints(write(tmp_path / "hexapod.ssp", files))
@@ -66,4 +67,4 @@ def test_our_fmus_and_systems_are_not_blamed(fmu_dir: Path, machine_ssp: Path) -
 
 
 def test_kinds_are_many() -> None:
-    assert len(mutants.FMU) + len(mutants.SYSTEM) >= 25
+    assert len(mutants.FMU) + len(SYSTEM) >= 74
