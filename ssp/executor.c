@@ -1,4 +1,4 @@
-/* One file on purpose, though a long one: whoever links the executor compiles just this. */
+/* Long: whoever links the executor, the gateway or a test, compiles just this one file. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "executor.h"

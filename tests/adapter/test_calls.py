@@ -46,11 +46,7 @@ TABLE = {
     "fmi2GetBooleanStatus": "--xx",
     "fmi2GetStringStatus": "--xx",
 }
-
-
 NOTHING = (None, ct.c_size_t(0))
-
-
 DO_STEP_STATUS, PENDING_STATUS, LAST_TIME, TERMINATED = range(4)
 
 

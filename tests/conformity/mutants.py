@@ -44,8 +44,6 @@ ARCHIVE: Mutants = {
     "file without a place": (add("notes.txt", b"x"), "no place in an FMU"),
     "path outside the archive": (add("resources/../../x", b"x"), "not a path inside"),
 }
-
-
 VARIABLES: Mutants = {
     "min above max": (text('min="-1.0" max="1.0"', 'min="2.0" max="1.0"'), "min = 2 is above"),
     "start outside": (text('start="2.0"', 'start="20.0"'), "start = 20, outside 0 to 9"),
@@ -88,8 +86,6 @@ VARIABLES: Mutants = {
         "has no variable b",
     ),
 }
-
-
 STRUCTURE: Mutants = {
     "guid empty": (text('guid="{', 'guid="" x="{'), "guid is empty"),
     "output not listed": (
@@ -122,6 +118,4 @@ STRUCTURE: Mutants = {
         "needs no tool",
     ),
 }
-
-
 FMU = {**ARCHIVE, **VARIABLES, **STRUCTURE, **BINARY}

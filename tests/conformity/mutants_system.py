@@ -6,8 +6,6 @@ from tests.conformity.archives import passage_out, text, without
 from tests.conformity.mutations import Mutants
 
 SSD = "SystemStructure.ssd"
-
-
 SYSTEM: Mutants = {
     "input unfed": (
         passage_out(

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.rounds import one_round, search, unexplained
+from flexhex.diagnosis.rounds import one_round, search
+from flexhex.diagnosis.sizes import unexplained
 from tests.diagnosis.benches import ROWS, Array, Bench, bench, chosen
 from tests.diagnosis.rowsets import signals
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.regression import Columns
-from flexhex.diagnosis.rounds import MOST, _torque, search
+from flexhex.diagnosis.rounds import MOST, search
+from flexhex.diagnosis.sizes import torque_of
 from tests.diagnosis.benches import NAMES, ROWS, Array, Bench, N, bench, chosen
 from tests.diagnosis.rowsets import CLUSTER, regression, signals
 
@@ -144,7 +145,7 @@ def test_error_of_one_encoder_that_all_axes_feel_has_a_size() -> None:
     felt = Felt(made.made, drawn)
     (found,) = search(felt)[0].tried
     felt_by_all = found.parts[0].gain.beta[0] * drawn["encoder"][:, 0]
-    size = _torque(felt, felt.made.regression, found.parts[0])  # type: ignore[arg-type]
+    size = torque_of(felt, felt.made.regression, found.parts[0])  # type: ignore[arg-type]
     assert size == pytest.approx(np.sqrt((felt_by_all**2).sum() * N / len(felt_by_all)))
     assert chosen(search(felt)) == [("encoder", (0,))]
     felt.made.torque_rms = np.full(N, 500.0)

@@ -22,20 +22,10 @@ IDS = """
     torque_saturation drive_lag time_delay drive_gain thermal_drift offset_drift
     encoder_eccentricity flexible_mode cross_coupling gravity_tilt
 """
-
-
 KINDS = ("random", "triangle", "multisine", "chirp")
-
-
 EFFECTS = list(library().values())
-
-
 STATEFUL = [effect for effect in EFFECTS if effect.states]
-
-
 each = pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.id)
-
-
 each_with_states = pytest.mark.parametrize("effect", STATEFUL, ids=lambda effect: effect.id)
 
 

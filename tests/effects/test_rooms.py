@@ -19,8 +19,6 @@ from tests.rooms.plant_twin import EXACT, torques
 from tests.rooms.test_filter import TS
 
 BASE = 0.00025
-
-
 CHANGED = ("plant", "filter", "feedforward")
 
 

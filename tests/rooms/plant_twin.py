@@ -15,12 +15,8 @@ from flexhex.fmus.plant.equations import functions
 from tests.rooms.loaded import Array, Loaded, machine
 
 TS = 0.00025
-
-
 EXACT = {"theta_step": 0.0, "tau_step": 0.0}
 """Sensors and drives without quanta."""
-
-
 HOLD = np.array([2.1, 2.4, 1.9, 2.2, 2.0, 2.3])
 """Torque (6,) [N m] that moves the machine gently from its neutral pose."""
 

@@ -15,8 +15,6 @@ from tests.rooms.feedback_twin import Twin
 from tests.rooms.loaded import Array, Loaded, StartError, load, machine
 
 NAMES = ("tau", "tau_fb", "e")
-
-
 PLAIN = {"tau_step": 0.0, "reference_delay": 0.0}
 """Without current steps and delay."""
 

@@ -15,8 +15,6 @@ from tests.ssp import toys
 from tests.ssp.archives import changed, edited
 
 SSD = "SystemStructure.ssd"
-
-
 BROKEN: list[tuple[str, str, str, str]] = [
     ("XML", "</ssd:System>", "", "not valid XML"),
     ("namespace", "SSP1/SystemStructureDescription", "SSP9/Other", "is no SSP 1.x system"),
