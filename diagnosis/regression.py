@@ -174,7 +174,7 @@ class Regression:
         twin, cross, c = self.products(columns.axis, C)
         own = twin.T @ C
         beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
-        return float(c @ beta), beta
+        return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
         """Everything about candidate columns."""

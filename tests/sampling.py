@@ -1,7 +1,8 @@
 """Large suites in samples: `make test` runs cases drawn with a seed of the day, `--all` runs all.
 
-A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. A test that
-goes through many cases itself draws them by `draw`. The seed is the date, or FLEXHEX_SEED.
+A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. Several tests
+share a sample by its name: of all marked `sample(2, of="hexapod")` two are run. A test that goes
+through many cases itself draws them by `draw`. The seed is the date, or FLEXHEX_SEED.
 A test named by its full name (`file.py::test`) is run whether it is drawn or not.
 """
 
@@ -66,7 +67,7 @@ class Sampling:
         groups: dict[str, list[pytest.Item]] = {}
         for item in items:
             if not item.get_closest_marker("slow"):
-                groups.setdefault(item.nodeid.partition("[")[0], []).append(item)
+                groups.setdefault(group_of(item), []).append(item)
         chosen = {item for name, group in groups.items() for item in sample(name, group)}
         left_out = [item for item in items if item not in chosen]
         items[:] = [item for item in items if item in chosen]
@@ -93,7 +94,13 @@ class Sampling:
             )
 
 
+def group_of(item: pytest.Item) -> str:
+    """What a test is drawn from: the sample of that name, else the cases of its function."""
+    mark = item.get_closest_marker("sample")
+    return (mark.kwargs.get("of") if mark else None) or item.nodeid.partition("[")[0]
+
+
 def sample(name: str, cases: list[pytest.Item]) -> list[pytest.Item]:
-    """What of the cases of one test function is drawn."""
+    """What is drawn of the tests of a group."""
     mark = cases[0].get_closest_marker("sample")
     return draw(cases, mark.args[0], name) if mark else cases

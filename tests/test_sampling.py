@@ -30,6 +30,14 @@ import pytest
 def test_many(k):
     pass
 
+@pytest.mark.sample(1, of="pair")
+def test_pair_a():
+    pass
+
+@pytest.mark.sample(1, of="pair")
+def test_pair_b():
+    pass
+
 def test_always():
     pass
 
@@ -46,7 +54,9 @@ def ran(folder: Path, *words: str, date: str = "2026-01-02") -> tuple[list[str],
     (folder / "pytest.ini").write_text("[pytest]\n")
     kept = {name: value for name, value in os.environ.items() if name not in (SEED, ALL)}
     environment = kept | {"PYTHONPATH": str(ROOT)} | ({SEED: date} if date else {})
-    command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *words]
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    plugins = ["-p", "no:cacheprovider", *(["-p", "xdist"] if "-n" in words else [])]
+    command = [sys.executable, "-m", "pytest", "-v", *plugins, *words]
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
@@ -57,10 +67,11 @@ def ran(folder: Path, *words: str, date: str = "2026-01-02") -> tuple[list[str],
 
 def test_sample_is_drawn_by_date_and_said(tmp_path: Path) -> None:
     first, said = ran(tmp_path)
-    assert len(first) == 4
+    assert len(first) == 5
+    assert len({"test_pair_a", "test_pair_b"} & set(first)) == 1
     assert "test_always" in first
     assert "test_slow" not in first
-    assert "sample of 2026-01-02: 38 tests not drawn or slow; FLEXHEX_SEED=2026-01-02" in said
+    assert "sample of 2026-01-02: 39 tests not drawn or slow; FLEXHEX_SEED=2026-01-02" in said
     assert ran(tmp_path)[0] == first, "not repeatable"
     others = [ran(tmp_path, date=f"2026-01-{day:02}")[0] for day in (3, 4)]
     assert any(other != first for other in others)
@@ -69,16 +80,16 @@ def test_sample_is_drawn_by_date_and_said(tmp_path: Path) -> None:
 def test_workers_draw_the_same_sample_and_say_it(tmp_path: Path) -> None:
     tests, said = ran(tmp_path, "-n", "2")
     assert tests == ran(tmp_path)[0]
-    assert "sample of 2026-01-02: 38 tests not drawn or slow" in said
+    assert "sample of 2026-01-02: 39 tests not drawn or slow" in said
 
 
 def test_seed_is_the_date_of_the_day(tmp_path: Path) -> None:
-    assert re.search(r"sample of \d{4}-\d\d-\d\d: 38", ran(tmp_path, date="")[1])
+    assert re.search(r"sample of \d{4}-\d\d-\d\d: 39", ran(tmp_path, date="")[1])
 
 
 def test_everything_is_run_with_all_or_by_name(tmp_path: Path) -> None:
     tests, said = ran(tmp_path, "--all", "-n", "2")
-    assert len(tests) == 42
+    assert len(tests) == 44
     assert "sample of" not in said
     assert len(ran(tmp_path, "test_some.py::test_many")[0]) == 40
     assert ran(tmp_path, "test_some.py::test_slow")[0] == ["test_slow"]

@@ -49,7 +49,9 @@ def run(folder: Path, text: str, *options: str, ci: bool = False) -> tuple[int, 
     for name, words in (files | {"test_one.py": text, "test_two.py": PASSES}).items():
         (folder / name).write_text(words)
     environment = {k: v for k, v in os.environ.items() if k != "CI"} | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options]
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    plugins = ["-p", "no:cacheprovider", *(["-p", "xdist"] if options else [])]
+    command = [sys.executable, "-m", "pytest", "-q", *plugins, *options]
     done = subprocess.run(
         command,
         cwd=folder,

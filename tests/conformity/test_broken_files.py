@@ -60,6 +60,7 @@ def said(folder: Path, *words: str) -> str:
     return lines[0]
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize(
     ("words", "says"),
     [

@@ -51,6 +51,7 @@ def test_a_million_random_calls_find_nothing(fmu_dir: Path, name: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("member", "old", "new", "says"),
     [

@@ -40,6 +40,7 @@ def test_packed_anew_it_is_not_blamed(toy: Path, tmp_path: Path) -> None:
     assert check_fmu(write(tmp_path / "toy.fmu", members(toy))) == []
 
 
+@pytest.mark.sample(25)
 @pytest.mark.parametrize("kind", mutants.FMU)
 def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> None:
     change, wanted = mutants.FMU[kind]
@@ -50,6 +51,7 @@ def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> Non
     assert any(re.search(wanted, text) for text in found), found
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("kind", SYSTEM)
 def test_mistake_in_a_system_is_found(hexapod_ssp: Path, tmp_path: Path, kind: str) -> None:
     change, wanted = SYSTEM[kind]

@@ -79,6 +79,7 @@ def time_ms(ran: Ran, since: int = AT) -> float:
     return float((trip["cycle"] + trip["cycles_to_zero"] - since) * 0.25)
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_fault_trips_at_its_cycle(
     case: Case, hexapod_ssp: Path, tmp_path: Path, table: Table
@@ -211,6 +212,7 @@ BROKEN = (
 )  # fmt: skip
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("broken", BROKEN, ids=lambda broken: broken.name)
 def test_broken_fmu_trips_in_its_cycle(
     broken: Broken, hexapod_ssp: Path, tmp_path: Path, table: Table

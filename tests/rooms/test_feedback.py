@@ -43,6 +43,7 @@ def wandering(ticks: int, seed: int, error: float) -> tuple[Array, Array, Array]
     return r, r + wave(error) + rng.normal(0, 1e-6, r.shape), wave(4.0)
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("delay", [0.0, 0.4, 1.0, 1.5, 6.64, 63.7, 64.0])
 @pytest.mark.parametrize("ff_gain", [0.0, 0.5, 1.0])
 def test_feedback_equals_its_twin(delay: float, ff_gain: float) -> None:
