@@ -25,6 +25,7 @@ from flexhex.simulation.passes import PAPER_SHARE, non_repeatable
 from flexhex.simulation.runs import samples, variant
 from flexhex.ssp.results import Group, Result
 from tests.conftest import MACHINE_FILE
+from tests.flexhex.experiment_results import NAMES, Results
 
 RNG = np.random.default_rng(5)
 
@@ -50,11 +51,10 @@ def nominal_fit(machine: Machine) -> Fit:
 
 @pytest.fixture(scope="module")
 def results(builder: Builder, nominal_fit: Fit) -> dict[str, Any]:
-    """Every experiment once, quick."""
-    return {
-        name: e.run(builder, nominal_fit, Silent(), "a test", True)
-        for name, e in EXPERIMENTS.items()
-    }
+    """Every experiment once, quick, as tests ask for it."""
+    return Results(
+        lambda name: EXPERIMENTS[name].run(builder, nominal_fit, Silent(), "a test", True)
+    )
 
 
 def passes(n: int, sigma: float) -> Any:
@@ -238,7 +238,7 @@ def test_unknown_experiment_is_told_the_known_ones() -> None:
         experiment("fig2")
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_fragment_has_a_place_for_each_plot(name: str, results: dict[str, Any]) -> None:
     html, figures = str(render(name, results[name])), EXPERIMENTS[name].figures(results[name])
     assert figures
@@ -249,6 +249,7 @@ def test_fragment_has_a_place_for_each_plot(name: str, results: dict[str, Any]) 
     assert "nan" not in html
 
 
+@pytest.mark.slow
 def test_places_of_all_experiments_differ(results: dict[str, Any]) -> None:
     ids = [i for name, e in EXPERIMENTS.items() for i in e.figures(results[name])]
     assert len(ids) == len(set(ids))
