@@ -11,16 +11,9 @@ from flexhex.check.fmu import check_fmu
 from flexhex.check.ssp import check_ssp, check_system
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.ssp.read import read_ssp
-from tests.adapter import toys
 from tests.conformity import mutants
 from tests.conformity.archives import members, write
 from tests.conformity.mutants_system import SYSTEM
-
-
-@pytest.fixture(scope="module")
-def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test room's FMU."""
-    return toys.build(tmp_path_factory.mktemp("toy"))
 
 
 def complaints(path: Path) -> list[str]:
