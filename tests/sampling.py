@@ -1,9 +1,10 @@
 """Large suites in samples: `make test` runs cases drawn with a seed of the day, `--all` runs all.
 
 A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. Several tests
-share a sample by its name: of all marked `sample(2, of="hexapod")` two are run. A test that goes
-through many cases itself draws them by `draw`. The seed is the date, or FLEXHEX_SEED.
-A test named by its full name (`file.py::test`) is run whether it is drawn or not.
+share a sample by its name: of all marked `sample(2, of="hexapod")` two are run; with
+`together=True` the tests of a file count as one. A test that goes through many cases itself draws
+them by `draw`. The seed is the date, or FLEXHEX_SEED. A test named by its full name
+(`file.py::test`) is run whether it is drawn or not.
 """
 
 from __future__ import annotations
@@ -103,4 +104,11 @@ def group_of(item: pytest.Item) -> str:
 def sample(name: str, cases: list[pytest.Item]) -> list[pytest.Item]:
     """What is drawn of the tests of a group."""
     mark = cases[0].get_closest_marker("sample")
-    return draw(cases, mark.args[0], name) if mark else cases
+    if mark is None:
+        return cases
+    units: dict[str, list[pytest.Item]] = {}
+    for case in cases:
+        own = case.get_closest_marker("sample")
+        together = own is not None and own.kwargs.get("together")
+        units.setdefault(str(case.path) if together else case.nodeid, []).append(case)
+    return [case for unit in draw(list(units), mark.args[0], name) for case in units[unit]]

@@ -38,6 +38,14 @@ def test_pair_a():
 def test_pair_b():
     pass
 
+@pytest.mark.sample(1, of="file", together=True)
+def test_with_a():
+    pass
+
+@pytest.mark.sample(1, of="file", together=True)
+def test_with_b():
+    pass
+
 def test_always():
     pass
 
@@ -67,7 +75,8 @@ def ran(folder: Path, *words: str, date: str = "2026-01-02") -> tuple[list[str],
 
 def test_sample_is_drawn_by_date_and_said(tmp_path: Path) -> None:
     first, said = ran(tmp_path)
-    assert len(first) == 5
+    assert len(first) == 7
+    assert {"test_with_a", "test_with_b"} <= set(first)
     assert len({"test_pair_a", "test_pair_b"} & set(first)) == 1
     assert "test_always" in first
     assert "test_slow" not in first
@@ -89,7 +98,7 @@ def test_seed_is_the_date_of_the_day(tmp_path: Path) -> None:
 
 def test_everything_is_run_with_all_or_by_name(tmp_path: Path) -> None:
     tests, said = ran(tmp_path, "--all", "-n", "2")
-    assert len(tests) == 44
+    assert len(tests) == 46
     assert "sample of" not in said
     assert len(ran(tmp_path, "test_some.py::test_many")[0]) == 40
     assert ran(tmp_path, "test_some.py::test_slow")[0] == ["test_slow"]
