@@ -6,6 +6,9 @@ READY  := $(VENV)/.ready
 
 GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
+# all tests of a file in one process, so that what they share is made once
+SIDE_BY_SIDE := -n 2 --dist loadfile
+
 .PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench results results-studies clean lock
 
 help:
@@ -15,8 +18,8 @@ help:
 	@echo "make platforms FMUs for Linux, Windows, macOS and ARM at once (400 MB of compiler)"
 	@echo "make gateway   build the drive gateway (Rust)"
 	@echo "make machine   the adaptive loop on emulated EtherCAT drives (root; minutes)"
-	@echo "make test      the tests (slow suites sampled)"
-	@echo "make test-all  every test in full"
+	@echo "make test      linters, types, formatting and the tests (large suites sampled)"
+	@echo "make test-all  the same with every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
 	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
@@ -57,11 +60,11 @@ gateway: $(READY)
 machine: gateway
 	$(BIN)/flexhex drive
 
-test: $(READY)
-	$(BIN)/pytest -n 2 -m "not slow"
+test: check
+	$(BIN)/pytest $(SIDE_BY_SIDE)
 
-test-all: $(READY)
-	$(BIN)/pytest -n 2
+test-all: check
+	$(BIN)/pytest $(SIDE_BY_SIDE) --all
 
 golden: $(READY)
 	$(BIN)/pytest tests/golden --update

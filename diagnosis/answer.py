@@ -14,8 +14,8 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.noise import pairs, whiten
 from flexhex.diagnosis.regression import Columns, Regression
-from flexhex.diagnosis.rounds import repeating
 from flexhex.diagnosis.scored import Found, Scored, possible
+from flexhex.diagnosis.sizes import repeating
 from flexhex.diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]

@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import Base, Motion
-from flexhex.diagnosis.blocks import Block
-from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
-from flexhex.diagnosis.compiled import N_SIGNAL, Compiled, compiled
-from flexhex.diagnosis.noise import Noise
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.compiled import N_SIGNAL, Compiled
 from flexhex.diagnosis.play import angle_noise
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.smoothing import hann_weights
@@ -231,46 +229,15 @@ class Bench:
         base, fitted = self.made.base, self.made.fitted
         for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
             columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
-            found.append({name: _thinned(weights, c) for name, c in columns.items()})
+            found.append(
+                {
+                    name: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:])
+                    for name, c in columns.items()
+                }
+            )
         return found
 
     @property
     def whole(self) -> list[str]:
         """Ids of effects that act on the whole mechanism, none of which comes and goes."""
         return [] if self.across else list(self._whole[0])
-
-
-def known_torque(made: Calibrated) -> list[Array]:
-    """Torque (m, n) [N m] of each block that the model's own effects explain; [] for none."""
-    uses = [use for use in made.base.given if use.axes]
-    if not uses:
-        return []
-    bench = Bench(made, compiled(made.base.n, {use.id: use.effect for use in uses}))
-    total = [np.zeros((len(block.at), made.base.n)) for block in made.blocks]
-    for use in uses:
-        for place, axis in enumerate(use.axes):
-            gains = np.array([row[place] for row in use.gains])
-            for k, values in enumerate(bench.thin(use.id, axis - 1, use.shape)):
-                if values.ndim == 3:
-                    total[k] += values @ gains
-                else:
-                    total[k][:, axis - 1] += values @ gains
-    return total
-
-
-def about_known(
-    base: Base,
-    blocks: Sequence[Block],
-    fitted: Fitted,
-    noise: Noise,
-    trajectories: Sequence[str] | None = None,
-) -> Calibrated:
-    """`calibrate.about`, with what the model's own effects explain taken off."""
-    plain = about(base, blocks, fitted, noise, trajectories)
-    given = known_torque(plain)
-    return about(base, blocks, fitted, noise, trajectories, given) if given else plain
-
-
-def _thinned(weights: csr_array, values: Array) -> Array:
-    flat = weights @ values.reshape(len(values), -1)
-    return np.asarray(flat.reshape(-1, *values.shape[1:]))

@@ -13,13 +13,16 @@ from flexhex.diagnosis.absorbed import GAIN
 from flexhex.diagnosis.answer import Joint, joint, steady, torque_of
 from flexhex.diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
 from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.candidates import Bench, about_known
+from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.known import about_known
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.noise import measured, unweighted
-from flexhex.diagnosis.rounds import Round, one_round, unexplained
-from flexhex.diagnosis.sides import Side, not_worse
+from flexhex.diagnosis.rounds import Round, one_round
+from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.sizes import unexplained
+from flexhex.diagnosis.transfer import not_worse
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint, axis_rms, steady
 from flexhex.diagnosis.blocks import Block
-from flexhex.diagnosis.candidates import Bench, about_known
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.known import about_known
 from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]

@@ -12,7 +12,8 @@ from flexhex.diagnosis.answer import Joint, again, axis_rms
 from flexhex.diagnosis.base import Base
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
-from flexhex.diagnosis.candidates import Bench, about_known, known_torque
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.known import about_known, known_torque
 from flexhex.diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]

@@ -16,9 +16,10 @@ from flexhex.diagnosis.blocks import Run, Signal, blocks
 from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.gram import ABSORBED
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import ORDER, Noise
-from flexhex.diagnosis.regression import ABSORBED, Columns, Regression
+from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
 from flexhex.diagnosis.scored import PROMISING
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory

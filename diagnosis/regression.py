@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from flexhex.diagnosis.gram import inverted, is_left, safe_gram, safe_inverse
 from flexhex.diagnosis.layout import Layout
 
 Array = NDArray[np.float64]
-UNKNOWN = 1e-10
-"""Relative curvature below which a direction is not determined."""
-ABSORBED = 1e-5
-"""Share of a column's square below which the base model explains all of it."""
 WEAK = 0.1
 """Share that must repeat of what the base model leaves of a column: products of less are chance."""
 
@@ -105,19 +102,8 @@ class Regression:
     @cached_property
     def _inverse(self) -> Array:
         """(B^T B + prior)^-1, made safe where noise left less than the prior itself."""
-        G = np.diag(self.prior)
-        for part, _ in self.grams:
-            G = G + part
-        size = np.sqrt(np.maximum(np.diag(G), 1e-12))
-        known = self.prior > 0
-        least = np.where(known, 0.5 * self.prior / size**2, 0.0)
-        values, vectors = np.linalg.eigh(G / np.outer(size, size))
-        floors = (vectors**2 * least[:, None]).sum(axis=0)
-        safe = np.maximum(values, floors)
-        # what neither rows nor prior determine stays where it is
-        inverse = np.where(safe > UNKNOWN, 1 / np.maximum(safe, UNKNOWN), 0.0)
-        kept = vectors / size[:, None]
-        return np.asarray((kept * inverse) @ kept.T)
+        G = sum((part for part, _ in self.grams), start=np.diag(self.prior))
+        return safe_inverse(G, self.prior)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
@@ -179,7 +165,7 @@ class Regression:
             own = twin[:, part].T @ C[:, part]
             S = own - cross[:, part].T @ solved[:, part]
             weak = (np.diag(S) < WEAK * left[part]).any()
-            found.append(0.0 if weak else c[part] @ np.linalg.solve(_safe(S, own), c[part]))
+            found.append(0.0 if weak else c[part] @ np.linalg.solve(safe_gram(S, own), c[part]))
         return np.array(found)
 
     def fall(self, columns: Columns) -> tuple[float, Array]:
@@ -187,7 +173,7 @@ class Regression:
         C = columns.values
         twin, cross, c = self.products(columns.axis, C)
         own = twin.T @ C
-        beta = np.linalg.solve(_safe(own - cross.T @ self.solve(cross), own), c)
+        beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
         return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
@@ -202,7 +188,7 @@ class Regression:
         ideas = -np.sqrt(self.prior)[:, None] * moved
         own = twin.T @ C
         S = own - cross.T @ moved
-        A, lost = _inverted(_safe(S, own)), ~_left(S, own)
+        A, lost = inverted(safe_gram(S, own)), ~is_left(S, own)
         covariance, p = self._wald(clean, other, ideas, A, beta)
         outside, by_cluster = self._outside(clean, other, ideas, own)
         return Gain(inside, outside, by_cluster, p, beta, covariance, lost)
@@ -223,7 +209,7 @@ class Regression:
         )
         factor = count / max(1, count - 1)
         covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
-        wald = float(beta @ _inverted(covariance) @ beta) / k
+        wald = float(beta @ inverted(covariance) @ beta) / k
         return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
 
     @property
@@ -251,34 +237,13 @@ class Regression:
         target = other.T @ self.residual + ideas.T @ strained
         for fold in self.layout.folds:
             mine = np.flatnonzero(self.layout.fold == fold)
-            S = _safe(own - other[mine].T @ clean[mine], before)
+            S = safe_gram(own - other[mine].T @ clean[mine], before)
             beta = np.linalg.solve(S, target - other[mine].T @ self.residual[mine])
             change[mine] = clean[mine] @ beta
-        beta = np.linalg.solve(_safe(own, before), target)
+        beta = np.linalg.solve(safe_gram(own, before), target)
         after = self.residual - change
         fall = self._other(self.residual) * self.residual - self._other(after) * after
         by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
         relief = float((strained**2).sum() - ((strained - ideas @ beta) ** 2).sum())
         found = np.append(by_cluster, relief)
         return float(found.sum()), found
-
-
-def _safe(S: Array, own: Array) -> Array:
-    """A Gram matrix of what is left of columns, such that what is absorbed gains nothing.
-
-    own: of the columns before; a column of which less than ABSORBED is left counts as gone.
-    """
-    S, size = (S + S.T) / 2, np.maximum(np.diag(own), 1e-300)
-    return np.asarray(S + np.diag(np.where(_left(S, own), 1e-9, 1e9) * size))
-
-
-def _left(S: Array, own: Array) -> NDArray[np.bool_]:
-    """Columns (k,) of which something is left."""
-    return np.asarray(np.diag(S) > ABSORBED * np.maximum(np.diag(own), 1e-300))
-
-
-def _inverted(S: Array) -> Array:
-    """Pseudoinverse of a symmetric matrix whose columns have units of their own: what is small
-    beside another unit is not nothing."""
-    size = np.sqrt(np.maximum(np.abs(np.diag(S)), 1e-300))
-    return np.asarray(np.linalg.pinv(S / np.outer(size, size)) / np.outer(size, size))

@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.rivals import NEAR, clarified, rivals
 from flexhex.diagnosis.scored import Found, Scored, allowed, leaders
+from flexhex.diagnosis.sizes import is_large, unexplained, worth
 from flexhex.diagnosis.stacked import whole
 
 Array = NDArray[np.float64]
@@ -25,13 +25,6 @@ MOST, ROUNDS = 4, 8
 """Most effects of a diagnosis; an effect may come again with another shape."""
 LEVEL = 0.01
 """False alarms that all candidates together may raise."""
-LEAST_SHARE, LEAST_FIRST = 0.12, 0.04
-"""Share of what repeats on its axis that an effect must explain on trajectories left out: of what
-is left in its round, and of what was there at first."""
-SMALLEST = 0.0015
-"""Smallest effect that is worth naming, RMS relative to the torque's."""
-LEAST_KIN = 0.5
-"""The same of what is left, beside an effect with which the library confuses it."""
 TIE = 0.98
 """Of effects this close to the best the one with the fewest shapes to choose from is named."""
 SAME_SHAPE = 0.05
@@ -81,7 +74,7 @@ def one_round(
     energy = unexplained(bench.made, regression)
     count = _count(bench)
     passing: dict[str, list[Scored]] = {}
-    places = [p for p in (None, *range(bench.n)) if _worth(bench, energy, p)]
+    places = [p for p in (None, *range(bench.n)) if worth(bench, energy, p)]
     for axis in places:
         for scored in leaders(bench, regression, axis):
             certain = scored.gain.p < LEVEL / count and scored.gain.outside > 0
@@ -98,7 +91,7 @@ def one_round(
     )
     large = []
     for found in tried:
-        parts = [p for p in found.parts if _large(bench, regression, p, energy, first, known)]
+        parts = [p for p in found.parts if is_large(bench, regression, p, energy, first, known)]
         if parts:
             large.append(replace(found, parts=_own(bench, _major(parts), tried)))
     chosen = None
@@ -172,98 +165,11 @@ def _choices(bench: Bench, found: Found | Scored) -> int:
     return len(item.shapes) if item else 1
 
 
-def unexplained(made: Calibrated, regression: Regression) -> Array:
-    """What repeats (n,), and by how much the parameters had to leave their tolerances for it."""
-    return repeating(made, regression.residual) + regression.strain
-
-
-def repeating(made: Calibrated, residual: Array) -> Array:
-    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
-
-    Without repeats the sum of all squares, an upper bound.
-    """
-    products = (made.layout.twin(residual) if made.between else residual) * residual
-    total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
-    return np.asarray(np.maximum(np.array(total), 0.0))
-
-
 def _count(bench: Bench) -> int:
     shapes = sum(len(item.shapes) for item in bench.effects.values())
     return bench.n * shapes + len(bench.whole)
 
 
-def _worth(bench: Bench, energy: Array, axis: int | None) -> bool:
-    """Whether what repeats on an axis could hold an effect that is large enough."""
-    rows = len(bench.made.regression.y) / bench.n
-    size = np.sqrt(energy / rows) * _unit(bench.made)
-    large = size > SMALLEST * bench.made.torque_rms
-    return bool(large.any() if axis is None else large[axis])
-
-
-def _unit(made: Calibrated) -> Array:
-    """Torque (n,) [N m] that a whitened one stands for: the noise's own.
-
-    Where products are not taken between passes noise is among them, and only what stands out of
-    its innovations counts.
-    """
-    return made.noise.floor if made.between else made.noise.scale
-
-
 def _energy(energy: Array, parts: Sequence[Scored]) -> float:
     axes = [part.axis for part in parts]
     return float(energy.sum() if None in axes else sum(energy[a] for a in axes if a is not None))
-
-
-def _large(
-    bench: Bench,
-    regression: Regression,
-    part: Scored,
-    energy: Array,
-    first: Array,
-    known: Sequence[Scored],
-) -> bool:
-    """Whether an effect on an axis is large enough to be named.
-
-    What the library confuses with an effect already found there must explain most of what is
-    left: else it makes up for a form that nature does not quite have.
-    """
-    made = bench.made
-    axes = list(range(bench.n)) if part.axis is None else [part.axis]
-    rows = len(made.regression.y) / bench.n * len(axes)
-    least, gained = SMALLEST * float(made.torque_rms[axes].mean()), max(part.gain.outside, 0.0)
-    if not made.between:  # the noise itself is among what is left, and what is slow is whitened
-        return gained > 0 and _torque(bench, regression, part) > least
-    size = np.sqrt(gained / rows) * float(_unit(made)[axes].mean())
-    if size < least and part.axis is not None and gained > 0:
-        # what is slow is larger than it seems among whitened rows
-        size = _torque(bench, regression, part)
-    if size < least:
-        return False
-    least = LEAST_KIN if any(_kin(bench, part, other) for other in known) else LEAST_SHARE
-    shares = least * energy[axes].sum(), LEAST_FIRST * first[axes].sum()
-    return bool(gained > max(shares))
-
-
-def _torque(bench: Bench, regression: Regression, part: Scored) -> float:
-    """RMS [N m] of an effect on an axis (None: on all), without what the base model takes on in its
-    fit. An encoder's error on one axis makes torques on all: they count together."""
-    made, C, own = bench.made, part.columns, part.axis
-    moved = regression.solve(regression.products(C.axis, C.values)[1]) @ part.gain.beta
-    taken = moved[: len(made.known)]
-    rows = slice(None) if C.axis is None else C.axis
-    thin = bench.thin(part.id, own or 0, part.shape)
-    left = np.concatenate(
-        [
-            values[kept] @ part.gain.beta - B[kept][:, rows] @ taken
-            for values, B, kept in zip(thin, made.B, made.kept, strict=True)
-        ]
-    )
-    return float(np.sqrt((left**2).sum() / (len(left) * (bench.n if own is None else 1))))
-
-
-def _kin(bench: Bench, part: Scored, other: Scored) -> bool:
-    """Whether two effects on an axis are another, and confused by their own definitions."""
-    mine, its = bench.effects.get(part.id), bench.effects.get(other.id)
-    if mine is None or its is None or part.axis != other.axis or part.id == other.id:
-        return False
-    return other.id in mine.effect.confused_with or part.id in its.effect.confused_with

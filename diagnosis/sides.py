@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.absorbed import absorbed
 from flexhex.diagnosis.answer import (
     CERTAIN,
-    EXPLAINED,
     GAP,
     Joint,
     axis_rms,
@@ -35,12 +34,12 @@ from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.rounds import Round, search
 from flexhex.diagnosis.scored import Found, Scored
 from flexhex.diagnosis.stacked import whole
+from flexhex.diagnosis.transfer import not_worse, transferred
 from flexhex.diagnosis.verdict import Named
 
 Array = NDArray[np.float64]
 REST = 0.05
 """Share of what repeats on an axis that effects of several kinds may leave together."""
-
 LARGEST_SET = 3
 """Most effects that can be said to be one of these."""
 NOISIER = 1.02
@@ -96,7 +95,7 @@ def side_of(
     others = None
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
-        held = _transferred(not_worse(held, others, notes), others, notes)
+        held = transferred(not_worse(held, others, notes), others, notes)
     crowded = _approximated(held)
     if crowded:
         held = kept_off(held, crowded)
@@ -188,49 +187,6 @@ def _size(bench: Bench, part: Scored, beta: Array) -> float:
         return np.inf
     gains = bench.effects[part.id].effect.gains
     return max(abs(float(b)) / g.typical for b, g in zip(beta, gains, strict=True))
-
-
-def not_worse(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
-    """Withdraw effects, axis by axis, that make the locked runs worse."""
-    kept = held.parts
-    while kept:
-        whole = others.squares(kept)
-        falls = []
-        for part in kept:
-            rest = others.squares([p for p in kept if p is not part])
-            axes = slice(None) if part.axis is None else part.axis
-            falls.append(float(np.sum(rest[axes] - whole[axes])))
-        worst = int(np.argmin(falls))
-        if falls[worst] > 0:
-            break
-        part = kept.pop(worst)
-        where = "" if part.axis is None else f" on axis {part.axis + 1}"
-        notes.append(
-            f"{part.id}{where} was withdrawn: it increases the residual of the held-out runs"
-        )
-    return held if len(kept) == len(held.parts) else only(held, kept)
-
-
-def _transferred(held: Joint, others: Elsewhere, notes: list[str]) -> Joint:
-    """Keep effects off axes on which they leave most of what repeats in the locked runs: what
-    fits one motion and not another imitates."""
-    if not held.parts or not others.there.noise.repeats:
-        return held
-    before, _ = repeat_rms(others.there, others.residual((), (), held.bench.made.regression.q))
-    after, certain = repeat_rms(others.there, others.residual(held.parts, held.beta, held.q))
-    open_ = (certain > CERTAIN) & (after > GAP * held.bench.made.torque_rms)
-    poor = [
-        i
-        for i in sorted({part.axis for part in held.parts if part.axis is not None})
-        if open_[i] and after[i] ** 2 > (1 - EXPLAINED) * before[i] ** 2
-    ]
-    for i in poor:
-        names = ", ".join(dict.fromkeys(part.id for part in held.parts if part.axis == i))
-        notes.append(
-            f"{names} on axis {i + 1} fits the runs, but {after[i] / before[i]:.0%} of the"
-            " repeatable residual remains on the held-out runs: not reported"
-        )
-    return kept_off(held, poor) if poor else held
 
 
 def _open(held: Joint) -> tuple[NDArray[np.bool_], Array]:

@@ -13,6 +13,8 @@ import pytest
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.builder import Builder
+from tests.sampling import Sampling
+from tests.skips import LIST, Skips, read
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_FILE = ROOT / "machines" / "tflex.toml"
@@ -20,8 +22,15 @@ OUT = ROOT / "out" / "test"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--update` writes golden results anew."""
+    """`--update` writes golden results anew, `--all` runs what `make test` samples."""
     parser.addoption("--update", action="store_true", help="write golden results anew")
+    parser.addoption("--all", action="store_true", help="run slow and sampled suites in full")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Samples of large suites; a list of allowed skips."""
+    config.pluginmanager.register(Sampling(config))
+    config.pluginmanager.register(Skips(read(LIST)))
 
 
 @contextmanager

@@ -1,15 +1,15 @@
-"""The repository stays easy to see: imports go one way, without circles, in files of a size."""
+"""Imports go one way, without circles, by full and public names."""
 
 from __future__ import annotations
 
 import ast
-import re
-import subprocess
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from tests.test_files import tracked
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = {
@@ -31,8 +31,6 @@ ORDER = (
     "flexhex",
 )
 """Each may import what stands before it."""
-LONGEST = 250
-"""Lines of a file that needs no reason; a longer one gives its reason after `Long:`."""
 
 
 def modules() -> dict[str, Path]:
@@ -168,34 +166,33 @@ def test_everything_goes_by_its_full_name() -> None:
     assert wrong == []
 
 
-def tracked() -> list[Path]:
-    """Files under version control, no links; skipped in an archive without git."""
-    done = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
-    if done.returncode:
-        pytest.skip("not a git checkout")
-    paths = [ROOT / line for line in done.stdout.splitlines()]
-    return [path for path in paths if path.is_file() and not path.is_symlink()]
+def private_names(path: Path) -> list[str]:
+    """Names with a leading underscore that a file imports."""
+    wrong = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            names = [*(node.module or "").split("."), *(alias.name for alias in node.names)]
+            wrong += [n for n in names if n.startswith("_") and not n.startswith("__")]
+    return wrong
 
 
-def test_lock_files_have_hashes_and_no_addresses() -> None:
-    locks = sorted(ROOT.glob("requirements*.lock"))
-    assert locks
-    for lock in locks:
-        text = lock.read_text(encoding="utf-8")
-        assert "--hash=sha256:" in text, lock
-        assert not re.search(r"https?://", text), lock
+def test_nobody_imports_a_private_name() -> None:
+    found = {name: private_names(path) for name, path in MODULES.items()}
+    assert {name: names for name, names in found.items() if names} == {}
 
 
-def test_nothing_generated_is_tracked() -> None:
-    endings = {".so", ".dll", ".o", ".fmu", ".ssp", ".pyc", ".h5"}
-    assert [path for path in tracked() if path.suffix in endings] == []
+def test_private_names_are_seen(tmp_path: Path) -> None:
+    path = tmp_path / "x.py"
+    path.write_text("from __future__ import annotations\nfrom a._b import c\nfrom a import _d\n")
+    assert private_names(path) == ["_b", "_d"]
 
 
-def test_long_files_give_their_reason() -> None:
-    written = [p for p in tracked() if p.suffix in {".py", ".c", ".h", ".rs"}]
-    long = {}
-    for path in written:
-        lines = path.read_text(encoding="utf-8").splitlines()
-        if len(lines) > LONGEST and not any("Long:" in line for line in lines[:40]):
-            long[str(path.relative_to(ROOT))] = len(lines)
-    assert long == {}
+def test_links_of_the_package_lead_to_the_folders_on_top() -> None:
+    links = {path.name: path for path in (ROOT / "flexhex").iterdir() if path.is_symlink()}
+    wanted = {name.removeprefix("flexhex."): folder for name, folder in PACKAGES.items()}
+    wanted = {name: folder for name, folder in wanted.items() if name != "flexhex"}
+    wanted |= {"runtime": "build/runtime", "machines": "machines"}
+    assert {name: path.resolve() for name, path in links.items()} == {
+        name: ROOT / folder for name, folder in wanted.items()
+    }
+    assert all(not path.readlink().is_absolute() for path in links.values())

@@ -23,7 +23,6 @@ QUIET_JITTER = 2e-3
 """Jitter, relative to the period, that is not worth a word."""
 MOST_JITTER = 0.3
 """Beyond it a sample's place on an even clock is a guess."""
-DRIFT = 2e-6
 
 
 @dataclass(frozen=True)
@@ -224,29 +223,3 @@ def _paired(steps: Array, count: Index) -> Index:
             if together < 2.5 and count[k] == 2:
                 count[k] = 1
     return count
-
-
-def compared(where: str, clocks: dict[str, Clock]) -> list[Finding]:
-    """What differs between the clocks of one file: rate, drift; none is changed by it.
-
-    clocks: by the names of the channels on them.
-    """
-    notes: list[Finding] = []
-    items = list(clocks.items())
-    for name, clock in items[1:]:
-        other, first = items[0]
-        if clock.ts == first.ts:
-            continue
-        ratio = max(clock.ts, first.ts) / min(clock.ts, first.ts)
-        whole = max(round(ratio), 1)
-        off, seconds = ratio / whole - 1, clock.ts * clock.size
-        if DRIFT < abs(off) < 0.01 and abs(off) * seconds > 0.5 * clock.ts:
-            text = (
-                f"the clocks of {name} and {other} drift by {abs(off) * 1e6:.4g} ppm,"
-                f" {abs(off) * seconds * 1e3:.3g} ms over the run: each keeps its own times"
-            )
-            notes.append(Finding("drift", where, text, True))
-        if whole > 1 or abs(off) >= 0.01:
-            text = f"{name} every {clock.ts:.6g} s, {other} every {first.ts:.6g} s: kept apart"
-            notes.append(Finding("rate", where, text, True))
-    return notes

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from flexhex.diagnosis.logs.clock import Clock, clock_of, compared
+from flexhex.diagnosis.logs.clock import Clock, clock_of
+from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.raw import Raw, Table, texts

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnose.loops import Model, Tracking, closed_loops
 from flexhex.diagnose.replay import replay
 from flexhex.diagnosis.extend import extend
 from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
@@ -24,18 +25,13 @@ from flexhex.diagnosis.logs import Log, Options, read_log
 from flexhex.diagnosis.verdict import Diagnosis, Named
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.machine_file import truth_file
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.simulation.builder import Builder
-from flexhex.simulation.cases import SETTLE, table_cases
-from flexhex.simulation.metrics import rms
-from flexhex.ssp.executor import run
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
 WORSE = 1.02
 """Ratio of gaps on a locked run above which a change makes it worse."""
-MICRO = 1e6
 
 
 @dataclass(frozen=True)
@@ -44,14 +40,6 @@ class Gaps:
 
     before: Array
     after: Array
-
-
-@dataclass(frozen=True)
-class Tracking:
-    """Closed loop, adaptive: RMS of e [urad] and of the feedback's torque [N m], all joints."""
-
-    e: float
-    tau_fb: float
 
 
 @dataclass(frozen=True)
@@ -87,15 +75,6 @@ class Rebuilt:
             },
             "notes": list(self.notes),
         }
-
-
-@dataclass(frozen=True)
-class _Side:
-    """A model beside the data: its builder, fitted p with standard deviations."""
-
-    builder: Builder
-    p: Array
-    std: Array | None = None
 
 
 def rebuild(
@@ -134,29 +113,29 @@ def rebuild(
         notes.append(f"{worst.id} was withdrawn: it makes the simulation of a locked run worse")
         kept = tuple(effect for effect in diagnosis.effects if effect is not worst)
         diagnosis = replace(diagnosis, effects=kept)
-    found = _loops(*_alike(before, after), seconds, say) if loops else {}
+    found = closed_loops(*_alike(before, after), seconds, say) if loops else {}
     lists = made.left_out, tuple(withdrawn), gaps, found, tuple(dict.fromkeys(notes))
     return Rebuilt(after.builder, target, *lists)
 
 
-def _side(machine_file: Path, out: Path, logs: Sequence[Log], notes: list[str], say: Say) -> _Side:
+def _side(machine_file: Path, out: Path, logs: Sequence[Log], notes: list[str], say: Say) -> Model:
     builder = Builder(machine_file, out, say)
     builder.systems()
     machine, found = builder.machine, _fit(builder.machine, logs, notes)
-    return _Side(builder, base_parameters(machine)) if found is None else _side_of(builder, found)
+    return Model(builder, base_parameters(machine)) if found is None else _side_of(builder, found)
 
 
-def _alike(before: _Side, after: _Side) -> tuple[_Side, _Side]:
+def _alike(before: Model, after: Model) -> tuple[Model, Model]:
     """Both models with fitted parameters, or both with those of their files: a fit of one alone
     would decide for it."""
     if (before.std is None) == (after.std is None):
         return before, after
-    plain = [_Side(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
+    plain = [Model(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
     return plain[0], plain[1]
 
 
-def _side_of(builder: Builder, found: Fit) -> _Side:
-    return _Side(builder, found.p, found.std)
+def _side_of(builder: Builder, found: Fit) -> Model:
+    return Model(builder, found.p, found.std)
 
 
 def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
@@ -171,13 +150,13 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
     return found
 
 
-def _gaps(log: Log, before: _Side, after: _Side) -> Gaps:
+def _gaps(log: Log, before: Model, after: Model) -> Gaps:
     with ThreadPoolExecutor(2) as pool:
         jobs = [pool.submit(_gap, log, side) for side in (before, after)]
         return Gaps(*(job.result() for job in jobs))
 
 
-def _gap(log: Log, side: _Side) -> Array:
+def _gap(log: Log, side: Model) -> Array:
     plant = side.builder.out / "fmus" / "plant.fmu"
     return replay(plant, side.builder.machine, side.p, log).rms
 
@@ -215,38 +194,3 @@ def _culprit(
 def _worse(before: Array, after: Array, effect: Named) -> bool:
     axes = [axis - 1 for axis in effect.axes] or list(range(len(before)))
     return float(np.linalg.norm(after[axes])) > WORSE * float(np.linalg.norm(before[axes]))
-
-
-def _loops(
-    before: _Side, after: _Side, seconds: float, say: Say
-) -> dict[str, tuple[Tracking, Tracking]]:
-    """Adaptive loop of both models on the extended plant, and on machine.fmu if there is one."""
-    plant = after.builder
-    kinds = {
-        "model": [_Side(s.builder, base_parameters(s.builder.machine)) for s in (before, after)]
-    }
-    if truth_file(after.builder.machine_file).exists():
-        kinds["machine"] = [before, after]
-    found = {}
-    for kind, sides in kinds.items():
-        say(f"closing the loop on the {kind}")
-        with ThreadPoolExecutor(2) as pool:
-            jobs = [pool.submit(_track, side, kind, plant, seconds) for side in sides]
-            first, second = (job.result() for job in jobs)
-            found[kind] = first, second
-    return found
-
-
-def _track(side: _Side, kind: str, plant: Builder, seconds: float) -> Tracking:
-    name = "plant" if kind == "model" else "machine"
-    adaptive = table_cases(side.builder.machine, side.p, seconds, side.std)[-1]
-    starts = dict(adaptive.starts)
-    if name == "plant":
-        starts.pop("plant", None)
-    case = replace(adaptive, name=f"shown-{kind}", plant=name, starts=starts)
-    result = run(
-        side.builder.case(case, plant), case.duration, signals=("feedback.e", "feedback.tau_fb")
-    )
-    judged = result.time("feedback.e") > SETTLE
-    e, tau = result["feedback.e"][judged], result["feedback.tau_fb"][judged]
-    return Tracking(rms(e) * MICRO, rms(tau))

@@ -11,7 +11,7 @@ from typing import Any
 
 from rich.console import Console, Group
 
-from flexhex.output.tables import Column, table
+from flexhex.output.tables import Column, Row, table
 from flexhex.simulation.faults import Fault, faults
 from flexhex.ssp.result import Result
 from flexhex.tracking import SETTLE, Tracking, tracking
@@ -96,7 +96,7 @@ SPEED = (
 
 def speed_table(result: Result, title: str) -> Group:
     """Time spent in each FMU."""
-    rows = [
+    rows: list[Row] = [
         {
             "fmu": name,
             "steps": spent.steps,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from studies.generator.effects import column
-from studies.generator.mechanism import Mechanism, linear, units
+from studies.generator.masses import linear, units
+from studies.generator.mechanism import Mechanism
 from tests.oracles.calculus import Array
 from tests.oracles.machine import Actuator, Machine
 

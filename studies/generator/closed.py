@@ -12,9 +12,10 @@ from studies.generator import closed_loop
 from studies.generator.closed_loop import Loop, Prepared, integrate, prepare
 from studies.generator.draw import Case, assemble, place
 from studies.generator.drives import Drive, Encoder, Motor
-from studies.generator.effects import Torque, shape
+from studies.generator.effects import shape
 from studies.generator.inverse import Clean
 from studies.generator.inverse import signal as signal_of
+from studies.generator.torques import Torque
 from studies.generator.trajectories import RATE, WARM
 from tests.oracles.calculus import Array
 

@@ -17,9 +17,10 @@ import numpy as np
 from studies.generator.base import Base, chi
 from studies.generator.draw import Case
 from studies.generator.drives import Drive, Encoder, Motor
-from studies.generator.effects import Torque
 from studies.generator.inverse import CURRENT_LOOP, Scaled, clocks, disturbance, references, scale
-from studies.generator.mechanism import Linear, Mechanism
+from studies.generator.masses import Linear
+from studies.generator.mechanism import Mechanism
+from studies.generator.torques import Torque
 from studies.generator.trajectories import RATE, WARM, Controller, Motion
 from tests.oracles.calculus import Array
 from tests.oracles.machine import Actuator

@@ -11,8 +11,9 @@ from scipy.signal import lfilter
 from studies.generator.base import Base
 from studies.generator.draw import Case, Hidden, Noise
 from studies.generator.drives import DRIVES, Drive, Encoder, Motor
-from studies.generator.effects import TORQUES, Tilt, Torque, shape
+from studies.generator.effects import TORQUES, shape
 from studies.generator.outside import OUTSIDE
+from studies.generator.torques import Tilt, Torque
 from studies.generator.trajectories import KINDS, RATE, WARM, Controller, Motion, instants
 from tests.oracles.calculus import Array
 

@@ -8,86 +8,27 @@ carries them, since the universal joint forbids twist [SH, Eq. (5a)]. Vectors co
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
+from studies.generator.masses import Linear
+from studies.generator.vectors import (
+    back,
+    cross,
+    dot,
+    matmul,
+    minimal,
+    multiplied,
+    rotation,
+    times,
+    transposed_matmul,
+)
 from tests.oracles.calculus import Array
 from tests.oracles.machine import Machine
 
 BLOCK = 2000
 """Samples worked on at a time: the arrays of a block stay in the processor's cache."""
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Cross product of (3, ...) arrays."""
-    x, y, z = a
-    u, v, w = b
-    return np.stack(np.broadcast_arrays(y * w - z * v, z * u - x * w, x * v - y * u))
-
-
-def dot(a: Array, b: Array) -> Array:
-    """Scalar product of (3, ...) arrays."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def times(R: Array, v: Array) -> Array:
-    """R v for R (n, m, ...) and v (m, ...)."""
-    return np.asarray(sum(R[:, k] * v[k] for k in range(R.shape[1])))
-
-
-def back(R: Array, v: Array) -> Array:
-    """R^T v."""
-    return times(np.swapaxes(R, 0, 1), v)
-
-
-@dataclass(frozen=True)
-class Linear:
-    """All that enters the torque linearly: first moments mc [kg m], J [kg m2] about the origin.
-
-    upper (2,) = mc_x, mc_z; axial (6,) = J about the motor axes with rotor; lower and platform
-    (10,) = m, mc (3), J xx, yy, zz, xy, xz, yz; k_u, k_s (2,) [N m/rad]. Trailing axes may
-    follow that go with those of the samples: machines side by side.
-    """
-
-    upper: Array
-    axial: Array
-    lower: Array
-    platform: Array
-    k_u: Array
-    k_s: Array
-
-
-def linear(machine: Machine) -> Linear:
-    """The values of a machine; its J_rotor may be (6,)."""
-    upper = machine.upper
-    return Linear(
-        upper.m * upper.c[[0, 2]],
-        upper.J[1, 1] + np.broadcast_to(np.asarray(machine.J_rotor, float), 6),
-        ten(machine.lower.m, machine.lower.c, machine.lower.J),
-        ten(machine.end_effector.m, machine.end_effector.c, machine.end_effector.J),
-        machine.k_u,
-        machine.k_s,
-    )
-
-
-def ten(m: float, c: Array, J: Array) -> Array:
-    """m, mc, J as ten numbers."""
-    return np.concatenate([[m], m * c, J[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]])
-
-
-def zero() -> Linear:
-    """No mass, no stiffness."""
-    return Linear(*(np.zeros(n) for n in (2, 6, 10, 10, 2, 2)))
-
-
-def units() -> list[Linear]:
-    """One per column of a regression: a single one, all else zero."""
-    found = []
-    for name, values in vars(zero()).items():
-        for row in np.eye(len(values)):
-            found.append(replace(zero(), **{name: row}))
-    return found
 
 
 @dataclass(frozen=True)
@@ -141,14 +82,14 @@ class Mechanism:
         elbow = self._arms(m.x_B.T, theta) + m.L * self._turned(m.u_B.T, theta)
         r = self._arms(m.r_EP.T, theta)
         for _ in range(30):
-            rho = times(_rotation(lam)[:, :, None], r)
+            rho = times(rotation(lam)[:, :, None], r)
             rod = x[:, None] + rho - elbow
             gap = (dot(rod, rod) - m.l**2) / 2
             A = np.moveaxis(np.concatenate([rod, cross(rho, rod)]), (1, 0), (-2, -1))
             step = np.linalg.solve(A, np.moveaxis(gap, 0, -1)[..., None])[..., 0]
             step = np.moveaxis(step, -1, 0)
             x = x - step[:3]
-            lam = _multiplied(np.concatenate([np.ones((1, *shape)), -step[3:] / 2]), lam)
+            lam = multiplied(np.concatenate([np.ones((1, *shape)), -step[3:] / 2]), lam)
             lam = lam / np.sqrt(np.sum(lam * lam, axis=0))
             if np.max(np.abs(step), initial=0.0) < 1e-12:
                 return x, lam
@@ -158,7 +99,7 @@ class Mechanism:
         """Everything that depends on theta (6, ...) alone."""
         m = self.machine
         x, lam = self.close(theta, start)
-        R_E = _rotation(lam)
+        R_E = rotation(lam)
         u = self._turned(m.u_B.T, theta)
         w = self._turned(np.cross(m.axis, m.u_B).T, theta)
         rho = times(R_E[:, :, None], self._arms(m.r_EP.T, theta))
@@ -167,7 +108,7 @@ class Mechanism:
         B = np.stack([self._turned(self.R_Q0[:, k], theta) for k in range(3)], axis=1)
         A = np.moveaxis(np.concatenate([n, cross(rho, n)]), (1, 0), (-2, -1))
         inverse = np.moveaxis(np.linalg.inv(A), (-2, -1), (0, 1))
-        R_Q = _matmul(B, _minimal(back(B, n)))
+        R_Q = matmul(B, minimal(back(B, n)))
         return Pose(u, w, n, B, R_Q, R_E, rho, inverse, x, lam)
 
     def torque(
@@ -219,11 +160,11 @@ class Mechanism:
 
     def _flexures(self, at: Pose, p: Linear) -> tuple[Array, Array, Array]:
         """Moments that hold the flexures, on lower arms, platform and upper arms (3, 6, ...)."""
-        S = _transposed_matmul(at.B, at.R_Q)
+        S = transposed_matmul(at.B, at.R_Q)
         universal = times(at.B, _moment(S, np.stack([0 * p.k_u[0], *p.k_u])))
         R0 = self.R_Q0.reshape(3, 3, 6, *[1] * (at.n.ndim - 2))
-        carried = _matmul(at.R_E[:, :, None], R0)
-        S = _transposed_matmul(carried, at.R_Q)
+        carried = matmul(at.R_E[:, :, None], R0)
+        S = transposed_matmul(carried, at.R_Q)
         spherical = times(carried, _moment(S, p.k_s[[0, 1, 1]]))
         return universal + spherical, -spherical, -universal
 
@@ -245,39 +186,6 @@ class Mechanism:
         x, lam = self.close(q[:, knots])
         every = np.arange(q.shape[1])
         return tuple(np.array([np.interp(every, knots, row) for row in part]) for part in (x, lam))  # type: ignore[return-value]
-
-
-def _rotation(lam: Array) -> Array:
-    """Rotation matrix (3, 3, ...) of unit quaternions (4, ...)."""
-    w, x, y, z = lam
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.array(rows)
-
-
-def _multiplied(a: Array, b: Array) -> Array:
-    """Quaternion product of (4, ...) arrays."""
-    return np.concatenate(
-        [(a[0] * b[0] - dot(a[1:], b[1:]))[None], a[0] * b[1:] + b[0] * a[1:] + cross(a[1:], b[1:])]
-    )
-
-
-def _minimal(n: Array) -> Array:
-    """Smallest rotation (3, 3, ...) that takes the x axis to n (3, ...)."""
-    x, y, z = n
-    c = 1 / (1 + x)
-    return np.array([[x, -y, -z], [y, 1 - y * y * c, -y * z * c], [z, -y * z * c, 1 - z * z * c]])
-
-
-def _matmul(P: Array, Q: Array) -> Array:
-    return np.stack([times(P, Q[:, k]) for k in range(3)], axis=1)
-
-
-def _transposed_matmul(P: Array, Q: Array) -> Array:
-    return np.stack([back(P, Q[:, k]) for k in range(3)], axis=1)
 
 
 def _moment(S: Array, k: Array) -> Array:

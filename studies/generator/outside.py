@@ -9,7 +9,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from studies.generator.drives import Motor, Pickup
-from studies.generator.effects import Algebraic, Rng, Sprung, Torque, column
+from studies.generator.effects import Rng, column
+from studies.generator.torques import Algebraic, Sprung, Torque
 from tests.oracles.calculus import Array
 
 

@@ -45,9 +45,10 @@ def functions() -> list[ca.Function]:
     ]
 
 
-def build(out_dir: Path, **options: object) -> Path:
-    """Build the toy FMU; options as of `interface`."""
-    return build_fmu(interface(**options), functions(), STEP_C, out_dir)  # type: ignore[arg-type]
+def build(out_dir: Path, cache: Path | None = None, **options: object) -> Path:
+    """Build the toy FMU; cache: folder of object files; other options as of `interface`."""
+    made = interface(**options)  # type: ignore[arg-type]
+    return build_fmu(made, functions(), STEP_C, out_dir, cache=cache)
 
 
 NAMES = tuple(

@@ -14,6 +14,7 @@ from flexhex.fmugen.compile import compile_object, compiler
 from tests.conformity.archives import members
 
 HERE = Path(__file__).parent
+OWN = ("fuzz.c", "fuzz.h", "fuzz_calls.h")
 SANITIZE = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 FLAGS = ("-g", "-O1", *SANITIZE)
 CACHE = HERE.parents[1] / "out" / "cache" / "fuzz"
@@ -29,12 +30,12 @@ def has_sanitizers(folder: Path) -> bool:
 
 def build(fmu: Path, folder: Path) -> Path:
     """The fuzzer linked with an FMU's sources; objects are kept between runs."""
-    headers = [(HERE / "fuzz.h").read_text()]
+    headers = [(HERE / name).read_text() for name in OWN if name.endswith(".h")]
     for name, data in sorted(members(fmu).items()):
         if name.startswith("sources/") and name.endswith((".c", ".h")):
             (folder / Path(name).name).write_bytes(data)
             headers += [data.decode()] if name.endswith(".h") else []
-    for name in ("fuzz.c", "fuzz.h"):
+    for name in OWN:
         (folder / name).write_bytes((HERE / name).read_bytes())
     sources = sorted(folder.glob("*.c"))
     objects = [compile_object(s, "\0".join(headers), CACHE, FLAGS) for s in sources]

@@ -12,16 +12,9 @@ from lxml import etree
 from flexhex.check.fmu import check_fmu
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.ssp.fmu import read_fmu
-from tests.adapter import toys
 from tests.conformity.archives import XML, members, write
 
 NONSENSE = ("abc", "1e400", None)
-
-
-@pytest.fixture(scope="module")
-def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test room's FMU."""
-    return toys.build(tmp_path_factory.mktemp("toy"))
 
 
 def test_nonsense_in_any_attribute_is_a_complaint(toy: Path, tmp_path: Path) -> None:
@@ -60,6 +53,7 @@ def said(folder: Path, *words: str) -> str:
     return lines[0]
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize(
     ("words", "says"),
     [

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from flexhex.fmugen.rooms import ROOMS
-from tests.adapter import toys
 from tests.conformity.archives import members, text, write
 from tests.conformity.fuzz import fuzz, has_sanitizers
 
@@ -21,12 +20,6 @@ SAMPLE = 20_000
 def _sanitizers(tmp_path_factory: pytest.TempPathFactory) -> None:
     if not has_sanitizers(tmp_path_factory.mktemp("probe")):
         pytest.skip("the compiler has no sanitizers")
-
-
-@pytest.fixture(scope="module")
-def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test room's FMU."""
-    return toys.build(tmp_path_factory.mktemp("toy"))
 
 
 def test_random_calls_of_the_toy_find_nothing(toy: Path) -> None:
@@ -51,6 +44,7 @@ def test_a_million_random_calls_find_nothing(fmu_dir: Path, name: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("member", "old", "new", "says"),
     [

@@ -11,16 +11,10 @@ from flexhex.check.fmu import check_fmu
 from flexhex.check.ssp import check_ssp, check_system
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.ssp.read import read_ssp
-from tests.adapter import toys
 from tests.conformity import mutants
 from tests.conformity.archives import members, write
+from tests.conformity.mutants_system import SYSTEM
 from tests.conftest import ROOT
-
-
-@pytest.fixture(scope="module")
-def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test room's FMU."""
-    return toys.build(tmp_path_factory.mktemp("toy"))
 
 
 def complaints(path: Path) -> list[str]:
@@ -40,6 +34,7 @@ def test_packed_anew_it_is_not_blamed(toy: Path, tmp_path: Path) -> None:
     assert check_fmu(write(tmp_path / "toy.fmu", members(toy))) == []
 
 
+@pytest.mark.sample(25)
 @pytest.mark.parametrize("kind", mutants.FMU)
 def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> None:
     change, wanted = mutants.FMU[kind]
@@ -50,9 +45,10 @@ def test_mistake_in_an_fmu_is_found(toy: Path, tmp_path: Path, kind: str) -> Non
     assert any(re.search(wanted, text) for text in found), found
 
 
-@pytest.mark.parametrize("kind", mutants.SYSTEM)
+@pytest.mark.sample(5)
+@pytest.mark.parametrize("kind", SYSTEM)
 def test_mistake_in_a_system_is_found(hexapod_ssp: Path, tmp_path: Path, kind: str) -> None:
-    change, wanted = mutants.SYSTEM[kind]
+    change, wanted = SYSTEM[kind]
     files = members(hexapod_ssp)
     change(files)
     found = complaints(write(tmp_path / "hexapod.ssp", files))
@@ -69,4 +65,4 @@ def test_our_fmus_and_systems_are_not_blamed(fmu_dir: Path, machine_ssp: Path) -
 def test_kinds_are_as_many_as_the_readme_says() -> None:
     said = re.search(r"(\d+) kinds of mistakes", (ROOT / "build" / "README.md").read_text())
     assert said is not None
-    assert len(mutants.FMU) + len(mutants.SYSTEM) == int(said[1])
+    assert len(mutants.FMU) + len(SYSTEM) == int(said[1])

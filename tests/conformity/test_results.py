@@ -12,17 +12,10 @@ from flexhex.check.results import check_results
 from flexhex.fmugen.recorded import IN, OUT
 from flexhex.fmugen.rooms import ROOMS
 from flexhex.fmus.common.errors import InterfaceError
-from tests.adapter import toys
 from tests.conformity.archives import members, rebuilt, text, without, write
 from tests.golden.golden import read
 
 NAMES = (*ROOMS, "machine")
-
-
-@pytest.fixture(scope="module")
-def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The test room's FMU."""
-    return toys.build(tmp_path_factory.mktemp("toy"))
 
 
 def flexhex(*words: object) -> subprocess.CompletedProcess[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import flexhex.diagnosis.sides as sides
+import flexhex.diagnosis.transfer as transfer
 
 
 def found(id: str, *axes: int | None) -> Any:
@@ -63,9 +64,9 @@ def transferred(
     kept = [SimpleNamespace(id="a", axis=0), SimpleNamespace(id="a", axis=1)]
     left = {"before": (np.full(2, 0.01), np.full(2, 50.0))}
     left["after"] = np.array([after, 0.0]), np.array([certain, 0.0])
-    monkeypatch.setattr(sides, "repeat_rms", lambda made, which: left[which])
+    monkeypatch.setattr(transfer, "repeat_rms", lambda made, which: left[which])
     monkeypatch.setattr(
-        sides,
+        transfer,
         "kept_off",
         lambda held, axes: SimpleNamespace(parts=[p for p in held.parts if p.axis not in axes]),
     )
@@ -76,7 +77,7 @@ def transferred(
         residual=lambda parts, beta, q: "after" if parts else "before",
     )
     notes: list[str] = []
-    return [part.axis for part in sides._transferred(held, others, notes).parts], notes
+    return [part.axis for part in transfer.transferred(held, others, notes).parts], notes
 
 
 def test_effect_that_leaves_most_in_the_locked_runs_is_taken_back(

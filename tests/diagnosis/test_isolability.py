@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.gram import ABSORBED
 from flexhex.diagnosis.isolability import NOISE, Isolability, isolability
-from flexhex.diagnosis.regression import ABSORBED
 from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
 from flexhex.diagnosis.workflow import Options, silent
 from flexhex.fmus.common.effects import library

@@ -33,6 +33,7 @@ def said(folder: Path, scale: float, friction: float = 0.0, saturates: float = 0
     return diagnose(paths[:4], paths[4:], options=OPTIONS)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 def test_friction_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
     (effect,) = said(tmp_path / "runs", scale, friction=0.12).effects
@@ -40,6 +41,7 @@ def test_friction_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
     assert effect.parameters["F_c"].value == pytest.approx(0.12 * scale, rel=0.05)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("scale", [1.0, 1e-3, 1e3])
 def test_saturation_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
     """Noise of the angles makes accelerations of half the torque here, unless it is smoothed."""

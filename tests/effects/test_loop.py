@@ -31,20 +31,7 @@ from tests.effects.machines import Array, machine_file, on_axes, only, use
 from tests.rooms.loaded import CACHE
 
 REST, MOVING, PERIOD = 1.0, 2.0, 0.03
-SAMPLED = {
-    "cross_coupling",
-    "thermal_drift",
-    "time_delay",
-    "coulomb_friction",
-    "second_hysteresis",
-    "flexible_mode",
-}
-"""Every other kind of effect is run by the complete tests alone."""
-IDS = [
-    id if id in SAMPLED else pytest.param(id, marks=pytest.mark.slow)
-    for id in on_axes()
-    if compensated(library()[id])
-]
+IDS = [id for id in on_axes() if compensated(library()[id])]
 
 
 class Missed(NamedTuple):
@@ -91,6 +78,7 @@ DRY = {"coulomb_friction": 1.2e-6, "stribeck_friction": 1.8e-6}
 Stribeck's two parts are together, 1.4 urad."""
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("id", IDS)
 def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Builder) -> None:
     """0.04 urad is what the sampled feedforward leaves on the nominal plant, 0.29 mN m the

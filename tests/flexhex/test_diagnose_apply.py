@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnose.apply import add, with_rebuilt
-from flexhex.diagnose.rebuild import Gaps, Rebuilt, Tracking
+from flexhex.diagnose.loops import Tracking
+from flexhex.diagnose.rebuild import Gaps, Rebuilt
 from flexhex.diagnosis.logs import Options
 from flexhex.simulation.builder import Builder
 from tests.conftest import MACHINE_FILE

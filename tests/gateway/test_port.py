@@ -13,6 +13,7 @@ from tests.gateway.bench import Bench
 from tests.gateway.test_refusals import RUN, SILENT, when_running
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.2, 0.4])
 def test_ctrl_c_at_any_time_leaves_the_drives_disabled(
     delay: float, hexapod_ssp: Path, tmp_path: Path

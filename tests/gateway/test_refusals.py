@@ -48,6 +48,7 @@ def serials(position: int) -> tuple[str, str]:
     return (f"# serial = {1001 + position}", f"serial = {1001 + position}")
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("name", [*BAD, *ONLY_RUN])
 def test_wrong_bus_is_refused_before_power(
     name: str, hexapod_ssp: Path, tmp_path: Path, table: Table

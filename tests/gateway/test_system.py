@@ -203,6 +203,6 @@ def test_a_slow_step_trips(hexapod_ssp: Path, tmp_path: Path) -> None:
     assert text.startswith("feedback: its step at base step 40 took")
 
 
-def test_rust_tests_pass(hexapod_ssp: Path) -> None:
-    done = cargo("test", "-p", "flexhex-system", FLEXHEX_SSP=str(hexapod_ssp.resolve()))
+def test_rust_tests_of_all_crates_pass(hexapod_ssp: Path) -> None:
+    done = cargo("test", "--workspace", FLEXHEX_SSP=str(hexapod_ssp.resolve()))
     assert done.returncode == 0, done.stdout + done.stderr

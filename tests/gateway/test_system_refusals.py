@@ -177,6 +177,7 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
 }
 
 
+@pytest.mark.sample(12)
 @pytest.mark.parametrize(("spoil", "said"), CASES.values(), ids=CASES.keys())
 def test_a_package_is_refused_in_words(
     spoil: Callable[[bytes], bytes], said: tuple[str, ...], hexapod_ssp: Path, tmp_path: Path

@@ -31,7 +31,7 @@ def controller_ssp(loop_ssp: Path) -> Path:
     """Reference, controller.fmu, plant; controller.fmu stands beside it."""
     out = loop_ssp.parent / "export"
     with one_at_a_time(out):
-        return export_container(loop_ssp, out)[1]
+        return export_container(loop_ssp, out)[-1]
 
 
 @pytest.fixture(scope="session")

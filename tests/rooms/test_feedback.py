@@ -1,33 +1,22 @@
-"""C: equal to its twin, as designed, bumpless, back from its limits, r and theta of one instant."""
+"""C: equal to its twin, bumpless, within its limits, r and theta of one instant."""
 
 from __future__ import annotations
 
-import cmath
-from functools import cache
 from typing import Any
 
-import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexhex.fmus.common.errors import MachineError
-from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.feedback.design import Gains, design
 from tests.compare import assert_close
+from tests.rooms.feedback_design import TS, gains
 from tests.rooms.feedback_twin import Twin
 from tests.rooms.loaded import Array, Loaded, StartError, load, machine
 
-TS = 0.00025
 NAMES = ("tau", "tau_fb", "e")
 PLAIN = {"tau_step": 0.0, "reference_delay": 0.0}
 """Without current steps and delay."""
-
-
-@cache
-def gains() -> Gains:
-    return design(machine())
 
 
 def started(**parameters: Any) -> Loaded:
@@ -54,9 +43,7 @@ def wandering(ticks: int, seed: int, error: float) -> tuple[Array, Array, Array]
     return r, r + wave(error) + rng.normal(0, 1e-6, r.shape), wave(4.0)
 
 
-# ---- the step --------------------------------------------------------------------------------
-
-
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("delay", [0.0, 0.4, 1.0, 1.5, 6.64, 63.7, 64.0])
 @pytest.mark.parametrize("ff_gain", [0.0, 0.5, 1.0])
 def test_feedback_equals_its_twin(delay: float, ff_gain: float) -> None:
@@ -99,174 +86,6 @@ def test_feedback_state_is_all_there_is() -> None:
     first = rest()
     room.state[:] = kept
     assert np.array_equal(first, rest())
-
-
-# ---- the design ------------------------------------------------------------------------------
-
-
-def discrete_plant(m: Machine, inertia: float) -> Any:
-    """Torque command to the angle that the controller sees, sampled by python-control."""
-    a = 2 * np.pi * m.drive.f_current
-    A = np.array([[0, 1, 0], [0, 0, 1 / inertia], [0, 0, -a]])
-    drive = control.ss(A, np.array([[0], [0], [a]]), np.array([[1, 0, 0]]), 0)
-    held = control.sample_system(drive, m.timing.base, method="zoh")
-    # one step until the command is shown (results appear a sample time later), and the drive's
-    steps = 1 + round((m.drive.t_command + m.drive.t_measurement) / m.timing.base)
-    delay = control.tf([1], [1, *[0] * steps], m.timing.base)
-    return control.series(control.ss(delay), held)
-
-
-def discrete_controller(m: Machine, g: Gains) -> Any:
-    """The PID made discrete by python-control."""
-    s = control.tf("s")
-    pid = g.kp * (1 + 1 / (g.t_i * s) + g.t_d * s / (g.t_f * s + 1))
-    return control.ss(control.sample_system(pid, m.timing.base, method="tustin"))
-
-
-def altered(section: str, **values: Any) -> Machine:
-    changed = getattr(machine(), section).model_copy(update=values)
-    return machine().model_copy(update={section: changed})
-
-
-LATE = {"t_command": 0.0005, "t_measurement": 0.00025}
-
-
-@pytest.mark.parametrize(
-    ("section", "values"),
-    [
-        ("control", {}),
-        ("control", {"f_crossover": 25.0, "phase_margin": 0.6}),
-        ("control", {"integrator_ratio": 4.0, "J_design": 0.01}),
-        ("drive", {"f_current": 200.0}),
-        ("drive", LATE),
-    ],
-)
-def test_design_has_the_crossover_and_the_margin(section: str, values: dict[str, float]) -> None:
-    """python-control finds both in the sampled loop with all its delays; 10 Hz and 45 deg."""
-    m = altered(section, **values)
-    loop = control.series(discrete_controller(m, design(m)), discrete_plant(m, m.control.J_design))
-    w = 2 * np.pi * m.control.f_crossover
-    # |L| = 1 and the angle at the crossover: rounding of a loop with three poles at z = 1
-    z = cmath.exp(1j * w * m.timing.base)
-    value = complex(np.squeeze(loop(z)))
-    assert abs(value) == pytest.approx(1, abs=1e-6)
-    assert np.pi + cmath.phase(value) == pytest.approx(m.control.phase_margin, abs=1e-6)
-    # and there is no other crossover, as a search over all frequencies finds
-    grid = np.geomspace(0.02, 0.49 / m.timing.base, 4000)
-    values_on_grid = loop(np.exp(2j * np.pi * grid * m.timing.base))
-    found = control.FRD(values_on_grid, 2 * np.pi * grid, smooth=True)
-    _, margin, _, _, crossover, _ = control.stability_margins(found)
-    assert crossover / (2 * np.pi) == pytest.approx(m.control.f_crossover, abs=0.01)
-    assert margin == pytest.approx(np.degrees(m.control.phase_margin), abs=0.05)
-
-
-@pytest.mark.parametrize("share", [0.5, 0.75, 1.0, 1.5, 2.0])
-def test_design_is_stable_for_half_and_twice_the_inertia(share: float) -> None:
-    m = machine()
-    loop = control.series(
-        discrete_controller(m, gains()), discrete_plant(m, share * m.control.J_design)
-    )
-    closed = control.feedback(loop, 1)
-    assert np.abs(closed.poles()).max() < 1 - 1e-4
-    # and with a distance from -1 in every direction: |1 / (1 + L)| <= 2.2
-    points = np.exp(2j * np.pi * np.geomspace(0.1, 1900, 400) * TS)
-    assert max(abs(1 / (1 + complex(np.squeeze(loop(z))))) for z in points) < 2.2
-
-
-@pytest.mark.parametrize("f", [1.0, 10.0, 125.0])
-def test_feedback_answers_as_designed(f: float) -> None:
-    """The room's torque to a sine of theta, fitted over whole periods: -C(z)."""
-    period = round(1 / (f * TS))
-    room, settle, ticks = started(**PLAIN), 400, 4 * period
-    t = TS * np.arange(settle + ticks)
-    theta = 1e-3 * np.sin(2 * np.pi * f * t)
-    tau = np.array([room.tick(theta=np.full(6, angle))["tau_fb"][0] for angle in theta])[settle:]
-    # a constant is what the integral began with; of the derivative's start exp(-0.1 / t_f) is left
-    basis = np.exp(2j * np.pi * f * t[settle:])
-    columns = np.column_stack([basis.imag, basis.real, np.ones(ticks)])
-    real, imaginary, _ = np.linalg.lstsq(columns, tau, rcond=None)[0]
-    actual = complex(real, imaginary) / -1e-3
-    expected = gains().response(cmath.exp(2j * np.pi * f * TS), TS)
-    assert abs(actual - expected) < 1e-6 * abs(expected)
-
-
-def test_design_refuses_what_no_lead_filter_can() -> None:
-    with pytest.raises(MachineError, match=r"^control.phase_margin = 1.4 rad at 10 Hz needs a"):
-        design(altered("control", phase_margin=1.4))
-    with pytest.raises(MachineError, match=r"^control.f_crossover = 2000 Hz, must be below half"):
-        design(altered("control", f_crossover=2000.0))
-
-
-# ---- the loop --------------------------------------------------------------------------------
-
-
-class Inertia:
-    """1 / (J s^2) behind a current loop, sampled exactly, with a load torque."""
-
-    def __init__(self, load_torque: float = 0.0) -> None:
-        plant = discrete_plant(machine(), machine().control.J_design)
-        self.A, self.B, self.C = plant.A, plant.B[:, 0], plant.C[0]
-        self.x = np.zeros(len(self.A))
-        self.load_torque = load_torque
-
-    @property
-    def theta(self) -> float:
-        return float(self.C @ self.x)
-
-    def step(self, tau: float) -> None:
-        self.x = self.A @ self.x + self.B * (tau - self.load_torque)
-
-
-def loop(room: Loaded, plant: Inertia, r: Array) -> dict[str, Array]:
-    """First joint in closed loop; the plant's own delay is the controller's step."""
-    rows: dict[str, list[float]] = {"theta": [], "tau": [], "fault": []}
-    for wanted in r:
-        y = room.tick(r=np.full(6, wanted), theta=np.full(6, plant.theta))
-        rows["theta"].append(plant.theta)
-        rows["tau"].append(float(y["tau"][0]))
-        rows["fault"].append(y["fault"])
-        plant.step(rows["tau"][-1])
-    return {name: np.array(values) for name, values in rows.items()}
-
-
-def test_feedback_settles_after_a_step_and_carries_a_load() -> None:
-    r = np.concatenate([np.zeros(4), np.full(8000, 0.02)])
-    theta = loop(started(**PLAIN), Inertia(load_torque=0.1), r)["theta"]
-    # 45 deg with a PI corner at 1 Hz overshoots by half; the slowest pole is near that corner
-    assert 0.025 < theta.max() < 0.031
-    assert np.abs(theta[2000:] - 0.02).max() < 3e-3
-    assert np.abs(theta[-400:] - 0.02).max() < 1e-6
-
-
-def test_feedback_leaves_its_limit_as_soon_as_the_error_turns() -> None:
-    """Three seconds in the limit would wind the integral up to 30 times the limit."""
-    room = started(tau_max=2.0, **PLAIN)
-    room.tick()
-    for _ in range(12000):
-        y = room.tick(theta=np.full(6, -0.1))
-    assert y["fault"] == 2.0
-    assert y["tau"].tolist() == [2.0] * 6
-    held = room.tick(theta=np.full(6, -0.1))["tau_fb"]
-    assert np.array_equal(held, y["tau_fb"]), "the integral went on"
-    y = room.tick(theta=np.full(6, 0.001))
-    assert y["tau"].tolist() == [-2.0] * 6
-    for _ in range(200):
-        y = room.tick(theta=np.full(6, 0.001))
-    assert y["fault"] == 0.0
-    assert np.abs(y["tau"]).max() < 0.3
-
-
-def test_feedback_recovers_from_saturation_in_the_loop() -> None:
-    r = np.concatenate([np.zeros(4), np.full(12000, 0.15)])
-    row = loop(started(tau_max=1.0, **PLAIN), Inertia(), r)
-    assert np.count_nonzero(row["fault"] == 2.0) > 400
-    assert np.abs(row["tau"]).max() == 1.0
-    assert row["theta"].max() < 0.27
-    assert np.abs(row["theta"][-2000:] - 0.15).max() < 1e-4
-    assert not row["fault"][-2000:].any()
-
-
-# ---- start, delay, limits --------------------------------------------------------------------
 
 
 def test_feedback_starts_without_a_bump() -> None:

@@ -12,7 +12,7 @@ from studies.generator.base import chi
 from studies.generator.closed import LISTED, SINGLES, closed_case, simulate_closed
 from studies.generator.closed_loop import Loop, integrate, prepare
 from studies.generator.draw import INSIDE, assemble, place
-from studies.generator.effects import Torque
+from studies.generator.torques import Torque
 from tests.compare import assert_close
 
 SHORT = -0.985

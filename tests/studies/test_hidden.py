@@ -18,6 +18,7 @@ from studies.score import Score
 from studies.tables import SEEN
 from tests.conftest import MACHINE_FILE
 
+pytestmark = pytest.mark.sample(1, of="diagnoses of hidden effects")
 SAMPLE_FROM = 3 * ROUND
 """First seed of the round that the sample is taken from."""
 

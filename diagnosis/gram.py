@@ -1,0 +1,47 @@
+"""Gram matrices of columns of which the base model explains a part, or all."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+UNKNOWN = 1e-10
+"""Relative curvature below which a direction is not determined."""
+ABSORBED = 1e-5
+"""Share of a column's square below which the base model explains all of it."""
+
+
+def safe_gram(S: Array, own: Array) -> Array:
+    """A Gram matrix of what is left of columns, such that what is absorbed gains nothing.
+
+    own: of the columns before; a column of which less than ABSORBED is left counts as gone.
+    """
+    S, size = (S + S.T) / 2, np.maximum(np.diag(own), 1e-300)
+    return np.asarray(S + np.diag(np.where(is_left(S, own), 1e-9, 1e9) * size))
+
+
+def is_left(S: Array, own: Array) -> NDArray[np.bool_]:
+    """Columns (k,) of which something is left."""
+    return np.asarray(np.diag(S) > ABSORBED * np.maximum(np.diag(own), 1e-300))
+
+
+def inverted(S: Array) -> Array:
+    """Pseudoinverse of a symmetric matrix whose columns have units of their own: what is small
+    beside another unit is not nothing."""
+    size = np.sqrt(np.maximum(np.abs(np.diag(S)), 1e-300))
+    return np.asarray(np.linalg.pinv(S / np.outer(size, size)) / np.outer(size, size))
+
+
+def safe_inverse(G: Array, prior: Array) -> Array:
+    """Inverse of B^T B + prior (nb, nb), made safe where noise left less than the prior itself."""
+    size = np.sqrt(np.maximum(np.diag(G), 1e-12))
+    known = prior > 0
+    least = np.where(known, 0.5 * prior / size**2, 0.0)
+    values, vectors = np.linalg.eigh(G / np.outer(size, size))
+    floors = (vectors**2 * least[:, None]).sum(axis=0)
+    safe = np.maximum(values, floors)
+    # what neither rows nor prior determine stays where it is
+    inverse = np.where(safe > UNKNOWN, 1 / np.maximum(safe, UNKNOWN), 0.0)
+    kept = vectors / size[:, None]
+    return np.asarray((kept * inverse) @ kept.T)

@@ -1,0 +1,48 @@
+"""What the effects that a model has already explain of the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.noise import Noise
+
+Array = NDArray[np.float64]
+
+
+def known_torque(made: Calibrated) -> list[Array]:
+    """Torque (m, n) [N m] of each block that the model's own effects explain; [] for none."""
+    uses = [use for use in made.base.given if use.axes]
+    if not uses:
+        return []
+    bench = Bench(made, compiled(made.base.n, {use.id: use.effect for use in uses}))
+    total = [np.zeros((len(block.at), made.base.n)) for block in made.blocks]
+    for use in uses:
+        for place, axis in enumerate(use.axes):
+            gains = np.array([row[place] for row in use.gains])
+            for k, values in enumerate(bench.thin(use.id, axis - 1, use.shape)):
+                if values.ndim == 3:
+                    total[k] += values @ gains
+                else:
+                    total[k][:, axis - 1] += values @ gains
+    return total
+
+
+def about_known(
+    base: Base,
+    blocks: Sequence[Block],
+    fitted: Fitted,
+    noise: Noise,
+    trajectories: Sequence[str] | None = None,
+) -> Calibrated:
+    """`calibrate.about`, with what the model's own effects explain taken off."""
+    plain = about(base, blocks, fitted, noise, trajectories)
+    given = known_torque(plain)
+    return about(base, blocks, fitted, noise, trajectories, given) if given else plain

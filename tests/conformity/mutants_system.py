@@ -1,0 +1,91 @@
+"""Mistakes in a system description, the hexapod's."""
+
+from __future__ import annotations
+
+from tests.conformity.archives import passage_out, text, without
+from tests.conformity.mutations import Mutants
+
+SSD = "SystemStructure.ssd"
+SYSTEM: Mutants = {
+    "input unfed": (
+        passage_out(
+            '<ssd:Connection startElement="reference" startConnector="payload" endElement="plant"',
+            "</ssd:Connection>",
+            SSD,
+        ),
+        "plant.payload: fed by nothing",
+    ),
+    "unit of a connector": (
+        text('<ssc:Real unit="rad/s2"/>', '<ssc:Real unit="rad/s"/>', SSD),
+        "unit rad/s in the system, rad/s2 in the FMU",
+    ),
+    "units at the ends of a wire": (
+        text(
+            'startConnector="r[1]" endElement="feedback"',
+            'startConnector="rd[1]" endElement="feedback"',
+            SSD,
+        ),
+        "rad/s into rad",
+    ),
+    "output and input exchanged": (
+        text(
+            '<ssd:Connector name="r[1]" kind="output">',
+            '<ssd:Connector name="r[1]" kind="input">',
+            SSD,
+        ),
+        "input in the system, output in the FMU",
+    ),
+    "connector that the FMU lacks": (
+        text('<ssd:Connector name="rd[3]"', '<ssd:Connector name="rd[9]"', SSD),
+        "no such variable",
+    ),
+    "connector twice": (
+        text('<ssd:Connector name="rd[3]"', '<ssd:Connector name="rd[2]"', SSD),
+        "2 connectors of that name",
+    ),
+    "importers told different steps": (
+        text('fixedStepSize="0.00025"', 'fixedStepSize="0.0005"', SSD),
+        "steps by 0.0005 s",
+    ),
+    "sample time that is not whole": (
+        text(
+            '<ssv:Real value="0.0005" unit="s"/>',
+            '<ssv:Real value="0.0006" unit="s"/>',
+            "resources/F.ssv",
+        ),
+        "2.4 base steps",
+    ),
+    "parameter out of range": (
+        text(
+            'name="corrections">\n      <ssv:Real value="1.0"',
+            'name="corrections">\n      <ssv:Real value="99.0"',
+            "resources/N_F.ssv",
+        ),
+        "N_F.corrections = 99",
+    ),
+    "parameter that the FMU lacks": (
+        text('name="corrections"', 'name="correction"', "resources/N_F.ssv"),
+        "is set, but the FMU has no such",
+    ),
+    "wire to nowhere": (
+        text(
+            'endElement="N_F" endConnector="theta[2]"',
+            'endElement="N_F" endConnector="phi[2]"',
+            SSD,
+        ),
+        "no variable 'phi",
+    ),
+    "wired twice": (
+        text(
+            'endElement="N_F" endConnector="theta[2]"',
+            'endElement="N_F" endConnector="theta[1]"',
+            SSD,
+        ),
+        "is fed by",
+    ),
+    "FMU missing": (without("resources/filter.fmu"), "filter.fmu is missing"),
+    "element without a place": (
+        text("<ssd:Connections>", "<ssd:Nonsense/><ssd:Connections>", SSD),
+        "Nonsense",
+    ),
+}

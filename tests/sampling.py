@@ -1,0 +1,114 @@
+"""Large suites in samples: `make test` runs cases drawn with a seed of the day, `--all` runs all.
+
+A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. Several tests
+share a sample by its name: of all marked `sample(2, of="hexapod")` two are run; with
+`together=True` the tests of a file count as one. A test that goes through many cases itself draws
+them by `draw`. The seed is the date, or FLEXHEX_SEED. A test named by its full name
+(`file.py::test`) is run whether it is drawn or not.
+"""
+
+from __future__ import annotations
+
+import datetime
+import os
+import random
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+import pytest
+
+SEED = "FLEXHEX_SEED"
+"""Environment variable with the date whose sample is run."""
+ALL = "FLEXHEX_ALL"
+"""Environment variable that `--all` sets, for the worker processes and for `draw`."""
+COUNT = "flexhex_not_drawn"
+
+Item = TypeVar("Item")
+
+
+def seed() -> str:
+    """The seed of this session: a date."""
+    return os.environ[SEED]
+
+
+def complete() -> bool:
+    """Whether everything is run."""
+    return os.environ.get(ALL) == "1"
+
+
+def draw(cases: Sequence[Item], count: int, of: str) -> list[Item]:
+    """`count` of the cases in their order, or all of them with `--all`.
+
+    of: a name, so that several samples of a day are independent of each other.
+    """
+    if complete() or count >= len(cases):
+        return list(cases)
+    chosen = random.Random(f"{seed()} {of}").sample(range(len(cases)), count)
+    return [cases[k] for k in sorted(chosen)]
+
+
+class Sampling:
+    """The plugin: takes from a session what is not drawn, and says so at its end."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.left_out = 0
+        self.by_name = any("::" in word for word in config.args)
+        # the worker processes of xdist inherit both
+        os.environ.setdefault(SEED, datetime.date.today().isoformat())
+        if config.getoption("--all"):
+            os.environ[ALL] = "1"
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(
+        self, config: pytest.Config, items: list[pytest.Item]
+    ) -> None:
+        """Deselect slow tests and cases that are not drawn."""
+        if complete() or self.by_name:
+            return
+        groups: dict[str, list[pytest.Item]] = {}
+        for item in items:
+            if not item.get_closest_marker("slow"):
+                groups.setdefault(group_of(item), []).append(item)
+        chosen = {item for name, group in groups.items() for item in sample(name, group)}
+        left_out = [item for item in items if item not in chosen]
+        items[:] = [item for item in items if item in chosen]
+        self.left_out = len(left_out)
+        config.hook.pytest_deselected(items=left_out)
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Hand the count of a worker process to the one that reports."""
+        output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
+        if output is not None:
+            output[COUNT] = self.left_out
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node: Any) -> None:
+        """Take the count of a worker process; all have the same."""
+        self.left_out = getattr(node, "workeroutput", {}).get(COUNT, self.left_out)
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """The seed, by which a failure can be repeated."""
+        if not complete():
+            terminalreporter.write_line(
+                f"sample of {seed()}: {self.left_out} tests not drawn or slow;"
+                f" {SEED}={seed()} repeats this sample, `make test-all` runs everything"
+            )
+
+
+def group_of(item: pytest.Item) -> str:
+    """What a test is drawn from: the sample of that name, else the cases of its function."""
+    mark = item.get_closest_marker("sample")
+    return (mark.kwargs.get("of") if mark else None) or item.nodeid.partition("[")[0]
+
+
+def sample(name: str, cases: list[pytest.Item]) -> list[pytest.Item]:
+    """What is drawn of the tests of a group."""
+    mark = cases[0].get_closest_marker("sample")
+    if mark is None:
+        return cases
+    units: dict[str, list[pytest.Item]] = {}
+    for case in cases:
+        own = case.get_closest_marker("sample")
+        together = own is not None and own.kwargs.get("together")
+        units.setdefault(str(case.path) if together else case.nodeid, []).append(case)
+    return [case for unit in draw(list(units), mark.args[0], name) for case in units[unit]]

@@ -1,0 +1,35 @@
+"""System descriptions taken apart and changed."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+
+def members(path: Path) -> dict[str, bytes]:
+    """Contents of an archive."""
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def changed(path: Path, target: Path, change: Callable[[dict[str, bytes]], object]) -> Path:
+    """A copy of an archive after change(members)."""
+    files = members(path)
+    change(files)
+    with zipfile.ZipFile(target, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return target
+
+
+def edited(
+    path: Path, target: Path, old: str, new: str, member: str = "SystemStructure.ssd"
+) -> Path:
+    """A copy of an archive with one text replaced in one member."""
+
+    def replace(files: dict[str, bytes]) -> None:
+        assert old.encode() in files[member], f"{old} is not in {member}"
+        files[member] = files[member].replace(old.encode(), new.encode())
+
+    return changed(path, target, replace)
