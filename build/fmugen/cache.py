@@ -19,7 +19,6 @@ from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
-import flexhex
 from flexhex.fmugen.pack import scratch_file
 
 VARIABLE = "FLEXHEX_CACHE"
@@ -57,7 +56,7 @@ def key(*parts: object) -> str:
 @lru_cache
 def sources() -> str:
     """Hash of all files of the package that determine what an FMU is."""
-    package, digest = Path(flexhex.__path__[0]), hashlib.sha256()
+    package, digest = Path(__file__).parent.parent, hashlib.sha256()
     for part in _SOURCES:
         folder = (package / part).resolve()
         for path in sorted(p for p in folder.rglob("*") if p.suffix in _SUFFIXES):

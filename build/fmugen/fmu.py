@@ -10,7 +10,6 @@ from pathlib import Path
 import casadi as ca
 import fmpy
 
-import flexhex
 from flexhex.fmugen import sources
 from flexhex.fmugen.cmake import cmake_lists
 from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, compile_object, link_shared, strict
@@ -25,7 +24,7 @@ from flexhex.fmugen.terminals import terminals
 from flexhex.fmus.common.errors import BuildError
 from flexhex.fmus.common.interface import Interface
 
-RUNTIME = Path(flexhex.__path__[0]) / "runtime"
+RUNTIME = Path(__file__).parent.parent / "runtime"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 CONFIG = "flexhex_config.h"
 LICENSES = RUNTIME / "license.txt"
