@@ -30,6 +30,7 @@ app = typer.Typer(
     help="Adaptive feedforward control of a flexure hexapod as FMI 2.0 co-simulation FMUs.",
     no_args_is_help=True,
     add_completion=True,
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 

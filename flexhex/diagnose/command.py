@@ -8,15 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-)
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.diagnose.options import interactive, once_each, writable
@@ -24,6 +15,8 @@ from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
+    from rich.progress import TaskID
+
     from flexhex.diagnosis.logs import Options as LogOptions
     from flexhex.diagnosis.verdict import Diagnosis
 
@@ -88,6 +81,15 @@ class Session:
     def __init__(
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+        )
+
         from flexhex.diagnose.next import Asked
 
         self.base, self.file, self.out, self.page = base, file, out, page
@@ -112,6 +114,8 @@ class Session:
 
     def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
+        from rich.console import Console
+
         from flexhex.diagnosis.workflow import Options, diagnose
 
         with self.bars:
