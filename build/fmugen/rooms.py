@@ -8,6 +8,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,12 @@ Starts = Mapping[str, float | Sequence[float] | NDArray[np.float64]]
 LIBRARIES = ("casadi", "numpy", "pydantic", "fmpy", "lxml")
 """Whose versions may change what is in an FMU."""
 ROOMS = ("reference", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator")
+
+
+@lru_cache
+def versions() -> tuple[tuple[str, str], ...]:
+    """Installed versions of LIBRARIES."""
+    return tuple((name, metadata.version(name)) for name in LIBRARIES)
 
 
 def with_starts(interface: Interface, starts: Starts) -> Interface:
@@ -166,13 +173,12 @@ class Source:
 
     def _key(self) -> str:
         """Hash of all that the equations depend on: our files, machine, truth, libraries."""
-        libraries = [(name, metadata.version(name)) for name in LIBRARIES]
         truth = None
         if self.truth is not None:
             from flexhex.fmus.machine import truth as real
 
             truth = real.load_truth(self.truth)
-        return store.key(store.sources(), sys.version, libraries, self.room, self.machine, truth)
+        return store.key(store.sources(), sys.version, versions(), self.room, self.machine, truth)
 
 
 def build_room(

@@ -84,7 +84,7 @@ def test_whatever_determines_an_fmu_makes_another_key(
     changed = tmp_path / "x-truth.toml"
     changed.write_text(truth.read_text(encoding="utf-8").replace("seed = ", "seed = 1"))
     keys.append(Source(ROOM, machine, changed)._key())
-    monkeypatch.setattr(rooms.metadata, "version", lambda name: "0")
+    monkeypatch.setattr(rooms, "versions", lambda: (("casadi", "0"),))
     keys.append(Source(ROOM, machine)._key())
     monkeypatch.setattr(cache, "sources", lambda: "other sources")
     keys.append(Source(ROOM, machine)._key())
