@@ -33,7 +33,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Builder:
-    """Builds for one machine file into `out`; `say` hears what is being built."""
+    """Builds for one machine file into `out`; `say` is called with what is being built."""
 
     machine_file: Path
     out: Path
