@@ -38,32 +38,12 @@ from flexhex.ssp.signals import DEFAULT
 
 File = str | Path
 __all__ = [
-    "Build",
-    "BuildError",
-    "Comparison",
-    "Diagnosis",
-    "Fit",
-    "FlexhexError",
-    "InterfaceError",
-    "Log",
-    "LogError",
-    "Machine",
-    "MachineError",
-    "Result",
-    "RunError",
-    "UsageError",
-    "build_model",
-    "compare_results",
-    "diagnose_runs",
-    "identify_parameters",
-    "load_machine",
-    "load_result",
-    "machine_file",
-    "parameter_names",
-    "read_log",
-    "save_result",
+    "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "InterfaceError",
+    "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "UsageError",
+    "build_model", "compare_results", "diagnose_runs", "identify_parameters", "load_machine",
+    "load_result", "machine_file", "parameter_names", "read_log", "save_result",
     "simulate_system",
-]
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
