@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
+DEV    := $(VENV)/.ready-dev
+PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
 GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
 
@@ -27,14 +29,20 @@ help:
 	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
 	@echo "make results-studies  the long ones (hours; root for the emulated drives)"
 	@echo "make format    format Python, C and Rust"
-	@echo "make lock      resolve requirements.lock and requirements-platforms.lock anew"
+	@echo "make lock      resolve all requirements*.lock anew"
 	@echo "make clean     remove out/ and the environment"
 
+# what runs: the product and its dependencies
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed") if sys.version_info < (3, 11) else 0'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(PIP) install --require-hashes -r requirements.lock
+	$(PIP) install --no-deps --no-build-isolation -e .
+	@touch $@
+
+# what tests it: importers, a second simulator, linters, type checker
+$(DEV): requirements-dev.lock $(READY)
+	$(PIP) install --require-hashes -r requirements-dev.lock
 	@touch $@
 
 run: $(READY)
@@ -50,7 +58,7 @@ build: $(READY)
 	$(BIN)/flexhex build
 
 platforms: $(READY)
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements-platforms.lock
+	$(PIP) install --require-hashes -r requirements-platforms.lock
 	$(BIN)/flexhex build --platform linux64,win64,aarch64-linux,darwin64
 
 gateway: $(READY)
@@ -66,25 +74,25 @@ test: check
 test-all: check
 	$(BIN)/pytest $(SIDE_BY_SIDE) --all
 
-golden: $(READY)
+golden: $(DEV)
 	$(BIN)/pytest tests/golden --update
 
-fuzz: build
+fuzz: build $(DEV)
 	$(BIN)/python -m tests.conformity.fuzz out/fmus/*.fmu
 
-bench: $(READY)
+bench: $(DEV)
 	$(BIN)/python -m benchmarks
 
 RECORD := $(BIN)/python -m results.record
 DAY    := $(shell date +%y%m%d)
 
-results: $(READY)
+results: $(DEV)
 	$(RECORD) paper python -m flexhex run --only table --json
 	$(RECORD) missing python -m flexhex run --only missing --json
 	$(RECORD) speed python -m benchmarks --json
 	$(BIN)/python -m results.render
 
-results-studies: build gateway
+results-studies: build gateway $(DEV)
 	$(RECORD) schunk python examples/schunk/diagnose.py --json
 	$(RECORD) quantisation python -m studies.quantisation --json
 	$(RECORD) drive python -m flexhex drive --json
@@ -92,7 +100,7 @@ results-studies: build gateway
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
 	$(BIN)/python -m results.render
 
-check: $(READY)
+check: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -100,22 +108,26 @@ check: $(READY)
 	@if cargo fmt --version && cargo clippy --version; then $(MAKE) --no-print-directory check-gateway; \
 	else echo "gateway/ is not checked: no cargo with rustfmt and clippy on the PATH"; fi
 
-check-gateway: $(READY)
+check-gateway: $(DEV)
 	$(BIN)/python gateway/lock.py write
 	cd gateway && cargo fmt --all --check
 	cd gateway && $(GATEWAY) clippy --release --locked --workspace --all-targets -- -D warnings
 
-format: $(READY)
+format: $(DEV)
 	$(BIN)/ruff check --fix-only .
 	$(BIN)/ruff format .
 	$(BIN)/clang-format -i $$(git ls-files '*.c' '*.h')
 	@if cargo fmt --version; then cd gateway && cargo fmt --all; fi
 
+# uv resolves for all platforms at once; without one on the PATH it comes into an environment of its own
+UV      = $(or $(shell command -v uv),out/uv/bin/uv)
+COMPILE = $(UV) pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+          --no-emit-index-url --no-header
 lock:
-	uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
-	  --no-emit-index-url --no-header pyproject.toml -o requirements.lock
-	grep -o 'ziglang[^"]*' pyproject.toml | uv pip compile --quiet --universal --python-version 3.11 \
-	  --generate-hashes --no-emit-index-url --no-header --no-annotate - -o requirements-platforms.lock
+	command -v uv || { $(PYTHON) -m venv out/uv && out/uv/bin/pip install --quiet uv; }
+	$(COMPILE) --extra build pyproject.toml -o requirements.lock
+	$(COMPILE) --extra build --extra dev -c requirements.lock pyproject.toml -o requirements-dev.lock
+	grep -o 'ziglang[^"]*' pyproject.toml | $(COMPILE) --no-annotate - -o requirements-platforms.lock
 
 clean:
 	rm -rf out $(VENV)

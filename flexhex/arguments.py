@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 DEFAULT_MACHINE = Path("machines/tflex.toml")
-"""The T-Flex: looked for here first, then among the machines of the package."""
+"""The T-Flex: this path in the current folder, else the file of the package."""
 SHIPPED = Path(__file__).parent / "machines"
 
 PLATFORMS = ("linux64", "win64", "aarch64-linux", "darwin64")
@@ -24,7 +24,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON o
 
 
 def found_machine(path: Path) -> Path:
-    """The machine file, or the one of the package when the default is not in this folder."""
+    """The machine file; the package's own if the default is not in the current folder."""
     if path == DEFAULT_MACHINE and not path.exists():
         return SHIPPED / path.name
     return path
@@ -42,5 +42,5 @@ def listed_values(incomplete: str, values: Iterable[str]) -> list[str]:
 
 
 def command_line() -> str:
-    """The command line as it was typed, without the folder of the program."""
+    """The command line as typed, without the folder of the program."""
     return " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])

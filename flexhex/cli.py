@@ -1,6 +1,6 @@
 """`flexhex`: the command line. Exit codes: 0 ok, 1 check failed, 2 usage, 3 bad input, 4 build.
 
-Each command stands in `<command>/command.py`; heavy imports wait for its call.
+Each command is in `<command>/command.py` and imports what it needs when it is called.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ app = typer.Typer(
 
 
 def show_version(wanted: bool) -> None:
-    """Print the version and end, when asked."""
+    """Print the version and exit if `--version` is given."""
     if wanted:
         print(f"flexhex {__version__}")
         raise typer.Exit
@@ -71,8 +71,8 @@ app.command("report")(report_command)
 
 
 _WRONG_KIND: dict[type[OSError], str] = {
-    FileExistsError: "is a file, a folder is wanted",
-    NotADirectoryError: "a part of this path is a file, a folder is wanted",
+    FileExistsError: "is a file, must be a folder",
+    NotADirectoryError: "part of this path is a file, must be a folder",
 }
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import fmpy
 
-from flexhex.fmugen.compile import STRICT, compile_object, link_shared
+from flexhex.fmugen.compile import compile_object, link_shared, strict
 
 HERE = Path(__file__).resolve().parent
 DEFAULT_CACHE = Path("out") / "lib"
@@ -79,7 +79,7 @@ def build(cache: Path) -> Path:
     folder = Path(fmpy.__file__).resolve().parent / "c-code"
     headers = [HERE / "executor.h", *sorted(folder.glob("fmi2*.h"))]
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in headers)).hexdigest()
-    flags = (*STRICT, f"-I{folder}")
+    flags = (*strict(), f"-I{folder}")
     compiled = compile_object(HERE / "executor.c", digest, cache, flags)
     library = compiled.with_suffix(".so")
     return library if library.exists() else link_shared([compiled], library, ("-ldl",))

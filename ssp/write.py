@@ -85,6 +85,11 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
     for component in system.components:
         _component(elements, component, used[component.name])
     connections = child(top, "ssd:Connections")
+    heights = {
+        c.name: _heights(c.interface.inputs, used[c.name])
+        | _heights(c.interface.outputs, used[c.name])
+        for c in system.components
+    }
     for wire in system.wires:
         connection = child(
             connections,
@@ -94,7 +99,7 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
             endElement=wire.target,
             endConnector=wire.input,
         )
-        _route(connection, system, wire, used)
+        _route(connection, system, wire, heights)
     _geometry(top, system)
     _schedule(top, system)
     names = {unit for units in used.values() for unit in units.values()}
@@ -167,15 +172,14 @@ def _heights(variables: tuple[Variable, ...], used: Mapping[str, str]) -> dict[s
 
 
 def _route(
-    connection: Any, system: System, wire: Wire, used: Mapping[str, Mapping[str, str]]
+    connection: Any, system: System, wire: Wire, heights: Mapping[str, Mapping[str, float]]
 ) -> None:
     """Corners between the two connectors, which every reader knows by itself."""
     source, target = system.component(wire.source), system.component(wire.target)
     route = system.routes.get((wire.source, wire.target))
     if not (route and source.box and target.box):
         return
-    first = _heights(source.interface.outputs, used[wire.source])[wire.output]
-    last = _heights(target.interface.inputs, used[wire.target])[wire.input]
+    first, last = heights[wire.source][wire.output], heights[wire.target][wire.input]
     y = [_height(source.box, first), *map(float, route[1::2]), _height(target.box, last)]
     corners = [(float(x), level) for k, x in enumerate(route[::2]) for level in y[k : k + 2]]
     child(

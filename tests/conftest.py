@@ -19,6 +19,9 @@ from tests.skips import LIST, Skips, read
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_FILE = ROOT / "machines" / "tflex.toml"
 OUT = ROOT / "out" / "test"
+# one cache for the tests, none of the user's; a warning of the compiler fails them
+os.environ.setdefault("FLEXHEX_CACHE", str(ROOT / "out" / "cache"))
+os.environ.setdefault("FLEXHEX_WERROR", "1")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

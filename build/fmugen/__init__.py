@@ -1,2 +1,2 @@
 VERSION = "0.1.0"
-"""Of flexhex, as in pyproject.toml; what is built does not depend on what is installed."""
+"""Version of flexhex; pyproject.toml and `flexhex.__version__` read it here."""

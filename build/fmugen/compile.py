@@ -1,4 +1,4 @@
-"""The C compiler: objects cached by content, one shared library a call."""
+"""The C compiler: object files kept by content, one shared library a call."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from flexhex.fmus.common.errors import BuildError
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-ffp-contract=off")
 HIDDEN = ("-fvisibility=hidden",)
+WERROR = "FLEXHEX_WERROR"
+"""Environment variable: 1 makes every warning of the compiler an error, as our own tests do."""
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
 LOOPS = ("-ftree-vectorize", "-fpeel-loops")
 """For hand-written C: the loops of filter and estimator gain from both, and lose by -O3."""
@@ -36,6 +38,14 @@ class Tool:
     flags: tuple[str, ...] = FLAGS
     link: tuple[str, ...] = LINK
     without: tuple[str, ...] = ()
+
+
+def strict() -> tuple[str, ...]:
+    """STRICT when FLEXHEX_WERROR=1, else nothing.
+
+    A newer compiler may warn of something new: this must not stop a user's build.
+    """
+    return STRICT if os.environ.get(WERROR) == "1" else ()
 
 
 @lru_cache
@@ -81,7 +91,9 @@ def compile_object(
         "\0".join([tool.version, *command, headers, source.read_text(encoding="utf-8")]).encode()
     ).hexdigest()[:24]
     target = cache / f"{source.stem}-{key}.o"
-    if not target.exists():
+    try:
+        os.utime(target)
+    except OSError:
         cache.mkdir(parents=True, exist_ok=True)
         scratch = scratch_file(target)
         # run inside the folder: no path of this machine reaches the object

@@ -10,20 +10,21 @@ from pathlib import Path
 import casadi as ca
 import fmpy
 
-import flexhex
-from flexhex.fmugen import codegen, sources
+from flexhex.fmugen import sources
 from flexhex.fmugen.cmake import cmake_lists
-from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
+from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, compile_object, link_shared, strict
 from flexhex.fmugen.description import model_description
 from flexhex.fmugen.pack import write_zip
 from flexhex.fmugen.page import page
 from flexhex.fmugen.picture import picture
 from flexhex.fmugen.platforms import PLATFORMS, host, tool
 from flexhex.fmugen.recorded import recorded
+from flexhex.fmugen.sources import Generated
 from flexhex.fmugen.terminals import terminals
+from flexhex.fmus.common.errors import BuildError
 from flexhex.fmus.common.interface import Interface
 
-RUNTIME = Path(flexhex.__path__[0]) / "runtime"
+RUNTIME = Path(__file__).parent.parent / "runtime"
 FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 CONFIG = "flexhex_config.h"
 LICENSES = RUNTIME / "license.txt"
@@ -32,7 +33,7 @@ LICENSES = RUNTIME / "license.txt"
 
 def build_fmu(
     interface: Interface,
-    functions: Sequence[ca.Function],
+    functions: Sequence[ca.Function] | Generated,
     step_c: Path,
     out_dir: Path,
     base_step: float = 0.00025,
@@ -42,8 +43,9 @@ def build_fmu(
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
-    The room is step_c's folder; its own headers are taken along. Objects are kept in `cache`
-    (default `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
+    functions: the equations, or the C that was generated from them before. The room is step_c's
+    folder; its own headers are included. Object files are kept in `cache` (default
+    `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
     platforms: for which computers, as in `flexhex.fmugen.platforms`; default: this one.
     more: further sources by file name, compiled along.
     Raises BuildError (compiler) or InterfaceError (units, names).
@@ -52,13 +54,15 @@ def build_fmu(
     texts = {**_runtime(), **(more or {})}
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
+    if isinstance(functions, Generated):
+        made = functions
+    else:
+        made = Generated.of(interface, functions, room)
     texts[CONFIG] = sources.config(identifier)
-    with codegen.SYMBOLIC:
-        texts[f"{room}.h"] = sources.header(interface, functions, room)
+    texts[f"{room}.h"] = made.header
     texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
-    if functions:
-        with codegen.SYMBOLIC:
-            texts[f"{identifier}_casadi.c"] = codegen.casadi_source(functions, room, identifier)
+    if made.source:
+        texts[f"{identifier}_casadi.c"] = made.source
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, "")
     guid = _guid(texts, model_description(interface, base_step, "", ()))
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
@@ -74,8 +78,7 @@ def build_fmu(
             files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
-    with codegen.SYMBOLIC:
-        text = page(interface, functions, room, base_step, about)
+    text = page(interface, made.operations, room, base_step, about)
     files["documentation/index.html"] = text.encode()
     files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)
@@ -120,14 +123,23 @@ def _compile(
         "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
     ).hexdigest()
     with tempfile.TemporaryDirectory(dir=cache) as folder:
-        work, objects = Path(folder), []
+        work = Path(folder)
         for name, text in texts.items():
             (work / name).write_text(text, encoding="utf-8")
-        for name in units:
+
+        def compiled(name: str) -> Path:
             # generated equations include nothing of ours: their object outlives header changes
             generated = name.endswith("_casadi.c")
-            seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *STRICT))
-            flags = (*HIDDEN, *more)
-            objects.append(compile_object(work / name, seen, cache, flags, made_by))
+            seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *strict()))
+            return compile_object(work / name, seen, cache, (*HIDDEN, *more), made_by)
+
         library = work / f"{identifier}.{PLATFORMS[platform].suffix}"
-        return link_shared(objects, library, tool=made_by).read_bytes()
+        objects = [compiled(name) for name in units]
+        try:
+            return link_shared(objects, library, tool=made_by).read_bytes()
+        except BuildError:
+            # a damaged file in the cache would stop every later build: once more without it
+            for path in objects:
+                path.unlink(missing_ok=True)
+            objects = [compiled(name) for name in units]
+            return link_shared(objects, library, tool=made_by).read_bytes()

@@ -16,6 +16,14 @@ def scratch_file(target: Path) -> Path:
     return target.with_name(f".{target.name}.{os.getpid()}.{threading.get_ident()}")
 
 
+def write_file(target: Path, data: bytes) -> Path:
+    """Write a file that appears under its name when it is complete."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = scratch_file(target)
+    scratch.write_bytes(data)
+    return scratch.replace(target)
+
+
 def write_zip(target: Path, files: Mapping[str, bytes]) -> Path:
     """Write files (archive name -> contents) sorted, with a fixed date; replaces atomically."""
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -7,9 +7,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 
-import casadi as ca
-
-from flexhex.fmugen.sources import variables
+from flexhex.fmugen.sources import Operations, variables
 from flexhex.fmugen.units import display_unit
 from flexhex.fmus.common.interface import Interface, Variable
 
@@ -24,7 +22,11 @@ BUILD = "cc -std=c99 -O2 -ffp-contract=off -shared -fPIC sources/*.c -lm -o {nam
 
 
 def page(
-    interface: Interface, functions: Sequence[ca.Function], room: str, base_step: float, readme: str
+    interface: Interface,
+    operations: Sequence[Operations],
+    room: str,
+    base_step: float,
+    readme: str,
 ) -> str:
     """The page; readme: the room's README (Markdown), empty without one."""
     name = html.escape(interface.name)
@@ -33,7 +35,7 @@ def page(
         f"<p><img src='../model.png' alt='{name} with its inputs and outputs'></p>",
         _timing(interface, base_step),
         f"<h2>Variables</h2>{_table(interface)}",
-        f"<h2>Equations</h2>{_equations(functions, room)}",
+        f"<h2>Equations</h2>{_equations(operations, room)}",
         _importing(interface),
         f"<h2>About the room</h2>{''.join(markdown(readme))}" if readme else "",
     ]
@@ -79,13 +81,13 @@ def _row(v: Variable) -> tuple[str, ...]:
     return (name, kind, unit, shown, _number(v.min), _number(v.max), start, v.description)
 
 
-def _equations(functions: Sequence[ca.Function], room: str) -> str:
-    if not functions:
+def _equations(operations: Sequence[Operations], room: str) -> str:
+    if not operations:
         return f"<p>None: <code>fmus/{room}/step.c</code> does without.</p>"
     rows = "".join(
-        f"<tr><td><code>{html.escape(f.name())}({', '.join(f.name_in())})</code></td>"
-        f"<td>{', '.join(f.name_out())}</td><td>{f.n_instructions()}</td></tr>"
-        for f in functions
+        f"<tr><td><code>{html.escape(o.function)}({', '.join(o.ins)})</code></td>"
+        f"<td>{', '.join(o.outs)}</td><td>{o.count}</td></tr>"
+        for o in operations
     )
     return (
         f"<p>From <code>fmus/{room}/equations.py</code> (CasADi), as straight-line C in"

@@ -1,14 +1,16 @@
-"""Generated C beside the equations: a room's header and the FMU's table of variables."""
+"""Generated C of an FMU: equations, their header, the table of variables."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 import casadi as ca
 import numpy as np
 
-from flexhex.fmugen.codegen import wrappers
+from flexhex.fmugen.codegen import SYMBOLIC, casadi_source, wrappers
 from flexhex.fmus.common.interface import Interface, Variable
 
 _KINDS = {
@@ -17,6 +19,51 @@ _KINDS = {
     ("input", "discrete"): "FLEXHEX_INPUT",
     ("output", "discrete"): "FLEXHEX_OUTPUT",
 }
+
+
+@dataclass(frozen=True)
+class Operations:
+    """One function of the equations: name, inputs, outputs, number of operations."""
+
+    function: str
+    ins: tuple[str, ...]
+    outs: tuple[str, ...]
+    count: int
+
+
+@dataclass(frozen=True)
+class Generated:
+    """What equations become: `<room>.h`, `<identifier>_casadi.c` (empty without equations), and
+    their table in the documentation. Start values are no part of it."""
+
+    header: str
+    source: str
+    operations: tuple[Operations, ...]
+
+    @staticmethod
+    def of(interface: Interface, functions: Sequence[ca.Function], room: str) -> Generated:
+        """Generated from CasADi functions; BuildError for what cannot become straight-line C."""
+        with SYMBOLIC:
+            text = casadi_source(functions, room, interface.name) if functions else ""
+            listed = tuple(
+                Operations(f.name(), tuple(f.name_in()), tuple(f.name_out()), f.n_instructions())
+                for f in functions
+            )
+            return Generated(header(interface, functions, room), text, listed)
+
+    def dumped(self) -> bytes:
+        """As JSON."""
+        return json.dumps(asdict(self)).encode()
+
+    @staticmethod
+    def loaded(data: bytes) -> Generated:
+        """From JSON."""
+        read = json.loads(data)
+        listed = tuple(
+            Operations(o["function"], tuple(o["ins"]), tuple(o["outs"]), o["count"])
+            for o in read["operations"]
+        )
+        return Generated(read["header"], read["source"], listed)
 
 
 def variables(interface: Interface) -> tuple[Variable, ...]:

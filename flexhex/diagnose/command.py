@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.diagnose.options import interactive, once_each, writable
@@ -120,6 +119,8 @@ class Session:
 
     def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
+        from rich.console import Console
+
         from flexhex.diagnosis.workflow import Options, diagnose
 
         with self.progress:

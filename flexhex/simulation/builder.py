@@ -16,15 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 
-from flexhex.fmugen.rooms import (
-    ROOMS,
-    Starts,
-    build_machine,
-    build_room,
-    machine_interface,
-    room_interface,
-    with_starts,
-)
+from flexhex.fmugen.rooms import ROOMS, Source, Starts, room_interface, with_starts
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
@@ -41,7 +33,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Builder:
-    """Builds for one machine file into `out`; `say` hears what is being built."""
+    """Builds for one machine file into `out`; `say` is called with what is being built."""
 
     machine_file: Path
     out: Path
@@ -65,7 +57,7 @@ class Builder:
         for room, make in rooms.items():
             named(path, partial(make, starts=self._starts_of(room)), room)
         if truth.exists():
-            named(truth, partial(machine_interface, self.real, truth), "machine")
+            named(truth, self._machine.interface, "machine")
 
     @cached_property
     def real(self) -> Machine:
@@ -93,9 +85,7 @@ class Builder:
                 for room in largest_first
             ]
             if truth.exists():
-                cache = self.out / "cache"
-                job = partial(build_machine, self.real, truth, folder, None, cache, self.platforms)
-                jobs.insert(0, pool.submit(job))
+                jobs.insert(0, pool.submit(self._built, self._machine, folder, {}))
             return [job.result() for job in jobs]
 
     def systems(self) -> list[Path]:
@@ -145,14 +135,7 @@ class Builder:
     def place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
-            build_machine(
-                self.real,
-                truth_file(self.machine_file),
-                folder,
-                starts,
-                self.out / "cache",
-                self.platforms,
-            )
+            self._built(self._machine, folder, starts)
             return
         if starts:
             self._room(room, folder, starts)
@@ -163,8 +146,14 @@ class Builder:
 
     def _room(self, room: str, folder: Path, starts: Starts) -> Path:
         self.say(room)
-        cache = self.out / "cache"
-        return build_room(room, self.machine, folder, starts, cache, self.platforms)
+        return self._built(Source(room, self.machine), folder, starts)
+
+    def _built(self, source: Source, folder: Path, starts: Starts) -> Path:
+        return source.build_kept(folder, starts, self.out / "cache", self.platforms)
+
+    @property
+    def _machine(self) -> Source:
+        return Source("plant", self.real, truth_file(self.machine_file))
 
     def _starts_of(self, room: str) -> Starts:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)

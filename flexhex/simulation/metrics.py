@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +72,16 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
     return Figures(rms(e) * 1e6, rms(tau_fb), *micro)
 
 
+@lru_cache(maxsize=4)
+def _motion_model(machine: Machine) -> MotionModel:
+    """The kinematics of a machine; CasADi needs most of a second for them."""
+    with SYMBOLIC:
+        return MotionModel(machine)
+
+
 def end_effector_error(machine: Machine, theta: Array, e: Array) -> Array:
     """Error of E (samples, 6): position [m], rotation [rad], both in the world frame."""
-    with SYMBOLIC:
-        model = MotionModel(machine)
+    model = _motion_model(machine)
     x = model.close(theta)
     moved, _ = model.rates(x, e, np.zeros_like(e))
     lam, lamd = x[:, -4:], moved[:, -4:]

@@ -67,7 +67,7 @@ def said(folder: Path, *words: str) -> str:
         ("simulate without.ssp", "resources/plant.fmu is missing in the archive"),
         ("simulate toy.fmu", "toy.fmu: an FMU, not a system description (.ssp)"),
         ("export toy.fmu --container", "toy.fmu: an FMU, not a system description (.ssp)"),
-        ("export some.ssp --variables -o toy.txt", "toy.txt: is a file, a folder is wanted"),
+        ("export some.ssp --variables -o toy.txt", "toy.txt: is a file, must be a folder"),
         ("export some.ssp --variables -o toy.txt/in", "a part of this path is a file"),
         ("export some.ssp --for maestro -d inf", "--duration inf: must be a number of seconds"),
         ("export some.ssp --variables --platform win64", "--platform is for --container"),

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmugen import codegen, sources
-from flexhex.fmugen.compile import LOOPS, STRICT, compile_object, link_shared
+from flexhex.fmugen.compile import LOOPS, compile_object, link_shared, strict
 from flexhex.fmugen.fmu import RUNTIME
 from flexhex.fmugen.rooms import room_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
@@ -138,7 +138,7 @@ def build(room: str, of: Machine) -> tuple[Path, Interface]:
             (work / name).write_text(text, encoding="utf-8")
         objects = [
             compile_object(work / f"{room}_casadi.c", "", CACHE),
-            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *STRICT)),
+            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *strict())),
         ]
         library = CACHE / ("-".join(path.stem for path in objects) + ".so")
         return link_shared(objects, library), interface

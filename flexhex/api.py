@@ -1,0 +1,238 @@
+"""The functions and classes that `import flexhex` offers; use them from there.
+
+Paths may be text or `Path`. Whatever a user can mend is a `FlexhexError` that says what is wrong,
+where, and how to mend it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from flexhex.arguments import SHIPPED
+from flexhex.compare.results import Comparison, Tolerance, compare
+from flexhex.diagnosis.identify import Fit, fit, listed_names
+from flexhex.diagnosis.logs import Log, Options
+from flexhex.diagnosis.logs import read_log as read
+from flexhex.diagnosis.prepare import Options as Search
+from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.workflow import Progress as DiagnosisProgress
+from flexhex.diagnosis.workflow import diagnose, silent
+from flexhex.fmus.common import machine_file as files
+from flexhex.fmus.common.errors import (
+    BuildError,
+    FlexhexError,
+    InterfaceError,
+    LogError,
+    MachineError,
+    RunError,
+    UsageError,
+)
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.simulation.builder import Builder
+from flexhex.ssp import results
+from flexhex.ssp.executor import Parameters, Progress, run
+from flexhex.ssp.results import Result
+from flexhex.ssp.signals import DEFAULT
+
+File = str | Path
+__all__ = [
+    "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "InterfaceError",
+    "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "UsageError",
+    "build_model", "compare_results", "diagnose_runs", "identify_parameters", "load_machine",
+    "load_result", "machine_file", "parameter_names", "read_log", "save_result",
+    "simulate_system",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Build:
+    """What `build_model` wrote. fmus: by name (`plant`, `feedback` ...); model: the adaptive loop
+    around the model (.ssp); machine: the same loop around machine.fmu, which has the errors and
+    effects of the truth file, None without such a file."""
+
+    fmus: Mapping[str, Path]
+    model: Path
+    machine: Path | None
+
+
+def machine_file(name: str = "tflex") -> Path:
+    """Path of a machine file that comes with the package.
+
+    Raises MachineError for an unknown name.
+
+    >>> flexhex.machine_file("tflex").name
+    'tflex.toml'
+    """
+    path = SHIPPED / f"{name}.toml"
+    if not path.is_file():
+        known = sorted(p.stem for p in SHIPPED.glob("*.toml"))
+        raise MachineError(f"no machine file {name!r} in the package; it has {', '.join(known)}")
+    return path
+
+
+def load_machine(path: File | None = None) -> Machine:
+    """Read and check a machine file; without a path, that of the T-Flex.
+
+    Raises MachineError, which names file, field and remedy.
+
+    >>> flexhex.load_machine().n_arms
+    6
+    """
+    return files.load_machine(machine_file() if path is None else Path(path))
+
+
+def parameter_names(machine: Machine) -> list[str]:
+    """Names of the parameters p of a machine, in the order of `Fit.p`.
+
+    >>> len(flexhex.parameter_names(flexhex.load_machine()))
+    162
+    """
+    return listed_names(machine)
+
+
+def build_model(
+    path: File | None = None, out: File = "out", platforms: Sequence[str] = ()
+) -> Build:
+    """Build the FMUs and system descriptions of a machine file into the folder `out`.
+
+    path: the machine file; None is the T-Flex. platforms: `linux64`, `win64`, `aarch64-linux`,
+    `darwin64`; default is this computer. FMUs that were built before come out of a cache.
+
+    Raises MachineError (the file) and BuildError (no compiler, or it fails).
+
+    >>> built = flexhex.build_model(out="out")
+    >>> built.model.name
+    'hexapod.ssp'
+    """
+    builder = Builder(
+        machine_file() if path is None else Path(path), Path(out), platforms=tuple(platforms)
+    )
+    model, *machine = builder.systems()
+    fmus = {fmu.stem: fmu for fmu in sorted((builder.out / "fmus").glob("*.fmu"))}
+    return Build(fmus, model, machine[0] if machine else None)
+
+
+def simulate_system(
+    ssp: File,
+    seconds: float,
+    *,
+    signals: Sequence[str] = (),
+    parameters: Parameters | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Run a system description (.ssp) for `seconds`; each FMU at its own sample time.
+
+    signals: further outputs to log, such as `K.p`; all but the largest arrays are logged anyhow.
+    parameters: by component and name, `{"reference.seed": 3}`. progress(done, total) [s] is called
+    about ten times a second.
+
+    Raises UsageError (the arguments), InterfaceError (the .ssp), RunError (an FMU refuses a step).
+
+    >>> result = flexhex.simulate_system("out/hexapod.ssp", 1.0)
+    >>> result["plant.theta"].shape
+    (4001, 6)
+    """
+    listed = [DEFAULT, *signals]
+    found = run(ssp, seconds, signals=listed, parameters=parameters, progress=progress)
+    made = results.provenance(command="flexhex.simulate_system")
+    return Result(found.groups, found.times, found.duration, found.wall, {**made, **found.meta})
+
+
+def save_result(result: Result, path: File) -> Path:
+    """Write a result as HDF5, with what made it. LogError when it cannot be written.
+
+    >>> path = flexhex.save_result(result, "result.h5")
+    """
+    return results.save(result, Path(path))
+
+
+def load_result(path: File) -> Result:
+    """Read a result of `save_result` or `flexhex simulate`. LogError for anything else.
+
+    >>> result = flexhex.load_result("result.h5")
+    """
+    return results.load(Path(path))
+
+
+def read_log(
+    path: File,
+    *,
+    torque_constant: float | Sequence[float] | None = None,
+    units: Mapping[str, str] | None = None,
+    rename: Mapping[str, str] | None = None,
+) -> Log:
+    """Read a measured or simulated log: CSV, HDF5, MAT; Parquet and MDF4 with their extras.
+
+    torque_constant [N m/A]: of a log in A, one or one for each axis. units: by channel,
+    `{"theta": "deg"}`. rename: name in the file -> channel. LogError for what cannot be read.
+
+    >>> log = flexhex.read_log("result.h5")
+    >>> log.theta.shape[1]
+    6
+    """
+    if isinstance(torque_constant, Sequence):
+        torque_constant = tuple(torque_constant)
+    return read(path, Options(torque_constant, units or {}, rename or {}))
+
+
+def identify_parameters(
+    machine: Machine, logs: Sequence[Log | File], *, settle: float = 2.0
+) -> Fit:
+    """Least-squares estimate of a machine's parameters p from logs of motions.
+
+    settle [s] at the start of each log is left out. LogError for logs that do not determine p.
+
+    >>> fit = flexhex.identify_parameters(machine, ["result.h5"])
+    >>> names = flexhex.parameter_names(machine)
+    """
+    given = [log if isinstance(log, Log) else read(log, Options()) for log in logs]
+    return fit(machine, given, settle)
+
+
+def diagnose_runs(
+    runs: Sequence[File],
+    held_out: Sequence[File] = (),
+    *,
+    machine: File | None = None,
+    base: str = "hexapod",
+    progress: DiagnosisProgress = silent,
+) -> Diagnosis:
+    """Find effects that measured runs show and the model lacks.
+
+    runs: logs of one machine, several passes of several trajectories. held_out: logs of other
+    trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
+    for other bases. base: `hexapod`, `axis` (each by itself) or `schunk`.
+
+    Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
+
+    >>> diagnosis = flexhex.diagnose_runs(["a1.csv", "a2.csv", "b1.csv", "b2.csv"], base="axis")
+    >>> diagnosis.verdict
+    """
+    file = Path(machine) if machine is not None else None
+    if file is None and base == "hexapod":
+        file = machine_file()
+    known = [Path(path) for path in runs], [Path(path) for path in held_out]
+    return diagnose(*known, file, Search(base), progress)
+
+
+def compare_results(
+    first: Result | File,
+    second: Result | File,
+    *,
+    atol: float = 0.0,
+    rtol: float = 1e-9,
+    signals: Mapping[str, float] | None = None,
+    common: bool = False,
+) -> Comparison:
+    """Compare two results signal by signal; `Comparison.equal` says whether all agree.
+
+    A difference of atol + rtol times the signal's largest value is allowed. signals: absolute
+    tolerance of single signals, each in its unit. common: ignore what only one of them has.
+
+    >>> flexhex.compare_results(result, "result.h5").equal
+    True
+    """
+    a, b = (r if isinstance(r, Result) else load_result(r) for r in (first, second))
+    return compare(a, b, Tolerance(atol, rtol, signals or {}), common)

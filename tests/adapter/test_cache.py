@@ -1,0 +1,205 @@
+"""The cache of FMUs: a hit only when nothing changed, damage repaired, size bounded."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from flexhex.fmugen import cache, compile, fmu, rooms, sources
+from flexhex.fmugen.rooms import Source
+from flexhex.fmus.common.machine.machine import Machine
+from tests.conftest import MACHINE_FILE, ROOT
+
+ROOM = "feedback"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache."""
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def work(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What was done: `equations` derived, C files compiled, an `fmu` packed."""
+    done: list[str] = []
+    functions, build, run = Source.functions, rooms.build_fmu, compile._run
+
+    def watched_run(command: list[str], folder: Path | None = None) -> str:
+        done.extend(word for word in command if word.endswith(".c"))
+        return run(command, folder)
+
+    def watched_functions(source: Source) -> object:
+        done.append("equations")
+        return functions(source)
+
+    def watched_build(*arguments: object) -> Path:
+        done.append("fmu")
+        return build(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(compile, "_run", watched_run)
+    monkeypatch.setattr(Source, "functions", watched_functions)
+    monkeypatch.setattr(rooms, "build_fmu", watched_build)
+    return done
+
+
+def test_same_machine_is_built_once_and_equals_a_fresh_build(
+    folder: Path, work: list[str], machine: Machine, tmp_path: Path
+) -> None:
+    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
+    assert {"equations", "fmu", f"{ROOM}_step.c"} <= set(work)
+    work.clear()
+    assert Source(ROOM, machine).build_kept(tmp_path / "b").read_bytes() == first
+    assert work == []
+    assert Source(ROOM, machine).build(tmp_path / "c").read_bytes() == first
+
+
+def test_other_start_values_compile_one_table(
+    folder: Path, work: list[str], machine: Machine, tmp_path: Path
+) -> None:
+    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
+    work.clear()
+    starts = {"reference_delay": 7.0}
+    other = Source(ROOM, machine).build_kept(tmp_path / "b", starts).read_bytes()
+    assert work == ["fmu", f"{ROOM}_fmu.c"]
+    assert other != first
+    assert Source(ROOM, machine).build(tmp_path / "c", starts).read_bytes() == other
+
+
+def test_whatever_determines_an_fmu_makes_another_key(
+    folder: Path, machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    keys = [Source(ROOM, machine)._key()]
+    heavier = machine.model_copy(update={"name": "other"})
+    keys.append(Source(ROOM, heavier)._key())
+    keys.append(Source("filter", machine)._key())
+    truth = MACHINE_FILE.with_name("tflex-truth.toml")
+    keys.append(Source(ROOM, machine, truth)._key())
+    changed = tmp_path / "x-truth.toml"
+    changed.write_text(truth.read_text(encoding="utf-8").replace("seed = ", "seed = 1"))
+    keys.append(Source(ROOM, machine, changed)._key())
+    monkeypatch.setattr(rooms, "versions", lambda: (("casadi", "0"),))
+    keys.append(Source(ROOM, machine)._key())
+    monkeypatch.setattr(cache, "sources", lambda: "other sources")
+    keys.append(Source(ROOM, machine)._key())
+    assert len(set(keys)) == len(keys)
+
+
+def test_compiler_and_its_flags_make_another_fmu(
+    folder: Path, work: list[str], machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Source(ROOM, machine).build_kept(tmp_path / "a")
+    own = rooms.tool(rooms.host())
+    for other in (
+        dataclasses.replace(own, version="gcc 99"),
+        dataclasses.replace(own, flags=(*own.flags, "-g0")),
+    ):
+        work.clear()
+        monkeypatch.setattr(rooms, "tool", lambda name, other=other: other)
+        Source(ROOM, machine).build_kept(tmp_path / "b")
+        assert "fmu" in work
+        assert "equations" not in work, "the C is the same"
+
+
+def test_sources_are_hashed_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "flexhex"
+    for part in ("fmus/plant", "fmugen", "runtime"):
+        (package / part).mkdir(parents=True)
+    (package / "fmus" / "plant" / "step.c").write_text("int x;")
+    monkeypatch.setattr(cache, "__file__", str(package / "fmugen" / "cache.py"))
+    digest = cache.sources.__wrapped__
+    found = [digest()]
+    (package / "fmus" / "plant" / "step.c").write_text("int y;")
+    found.append(digest())
+    (package / "fmus" / "plant" / "effects.h").write_text("")
+    found.append(digest())
+    (package / "fmus" / "plant" / "effects.h").rename(package / "runtime" / "effects.h")
+    found.append(digest())
+    assert len(set(found)) == 4
+
+
+def test_damaged_files_are_made_anew(folder: Path, machine: Machine, tmp_path: Path) -> None:
+    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
+    for kind in ("fmus", "equations"):
+        for path in (folder / kind).iterdir():
+            data = path.read_bytes()
+            path.write_bytes(data[:-10] + b"0123456789")
+    for path in (folder / "objects").iterdir():
+        path.write_bytes(path.read_bytes()[:40])
+    assert Source(ROOM, machine).build_kept(tmp_path / "b").read_bytes() == first
+    (whole,) = (folder / "fmus").iterdir()
+    whole.write_bytes(b"")
+    assert Source(ROOM, machine).build_kept(tmp_path / "c").read_bytes() == first
+
+
+def test_a_cache_that_cannot_be_written_is_not_used(
+    machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "file" / "cache"))
+    assert Source(ROOM, machine).build_kept(tmp_path / "a").is_file()
+    assert (tmp_path / "a" / "cache").is_dir(), "objects are beside the FMU"
+
+
+BUILD = """
+from pathlib import Path
+from flexhex.fmugen.rooms import Source
+from flexhex.fmus.common.machine_file import load_machine
+Source({room!r}, load_machine({machine!r})).build_kept(Path({out!r}))
+"""
+
+
+def test_two_processes_build_side_by_side(folder: Path, machine: Machine, tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    running = []
+    for name in ("one", "two"):
+        code = BUILD.format(room=ROOM, machine=str(MACHINE_FILE), out=str(tmp_path / name))
+        running.append(subprocess.Popen([sys.executable, "-c", code], env=environment))
+    assert [process.wait() for process in running] == [0, 0]
+    made = [(tmp_path / name / f"{ROOM}.fmu").read_bytes() for name in ("one", "two")]
+    assert made[0] == made[1] == Source(ROOM, machine).build(tmp_path / "c").read_bytes()
+    kept = [path for path in folder.rglob("*") if path.is_file()]
+    assert [path for path in kept if path.name.startswith(".")] == [], "nothing half-written"
+
+
+def test_least_recently_used_files_go_first(folder: Path) -> None:
+    made = []
+    for age, name in ((5e4, "old"), (4e4, "used again"), (3e4, "young"), (10.0, "in use")):
+        path = folder / "fmus" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        cache._write(path, b"x" * 1000)
+        used = path.stat().st_mtime - age
+        os.utime(path, (used, used))
+        made.append(path)
+    assert cache.kept("fmus", "used again", lambda: b"") == b"x" * 1000
+    cache.trim(folder, limit=3 * 1032)
+    assert [path.name for path in made if path.exists()] == ["used again", "young", "in use"]
+    cache.trim(folder, limit=0)
+    assert [path.name for path in made if path.exists()] == ["used again", "in use"]
+    cache.trim(folder, limit=0, in_use=-1e9)
+    assert not any(path.exists() for path in made)
+
+
+def test_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
+    assert cache.root() == tmp_path
+    monkeypatch.delenv(cache.VARIABLE)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/x")
+    assert cache.root() == Path("/x/flexhex")
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", "/home/somebody")
+    assert cache.root() == Path("/home/somebody/.cache/flexhex")
+
+
+def test_generated_c_survives_its_file(machine: Machine) -> None:
+    source = Source(ROOM, machine)
+    made = sources.Generated.of(source.interface(), source.functions(), ROOM)
+    assert sources.Generated.loaded(made.dumped()) == made
+    assert made.source
+    assert fmu.RUNTIME.is_dir()
