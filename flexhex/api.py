@@ -12,9 +12,10 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
-from flexhex.diagnosis.identify import Fit, fit, listed_names
+from flexhex.diagnosis.identify import Fit, fit
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read
+from flexhex.diagnosis.plausible import listed_names
 from flexhex.diagnosis.prepare import Options as Search
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Progress as DiagnosisProgress
@@ -32,7 +33,8 @@ from flexhex.fmus.common.errors import (
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.simulation.builder import Builder
 from flexhex.ssp import results
-from flexhex.ssp.executor import Parameters, Progress, run
+from flexhex.ssp.executor import Parameters, run
+from flexhex.ssp.plan import Progress
 from flexhex.ssp.results import Result
 from flexhex.ssp.signals import DEFAULT
 

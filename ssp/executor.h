@@ -77,7 +77,8 @@ executor *executor_open(const executor_component *components, size_t n_component
                         size_t size);
 
 /* Run from the current n to n = until, which is published and logged too. May be called
-   again. Returns false when an FMU failed: executor_message names the FMU, the call and the time. */
+   again. Returns false when an FMU failed: executor_message names the FMU, the call and the time.
+ */
 bool executor_run(executor *e, int64_t until);
 
 int64_t executor_now(const executor *e);

@@ -1,9 +1,9 @@
 """`python -m studies.hidden_effects --seeds A:B [--closed A:B] [--machines] [--jobs N]
 [--dask ADDRESS] [--store FILE] [--json]`: runs in which an effect is hidden, diagnosed, judged.
 
-Each case comes from `studies/generator`, which shares no code with the library of effects, then
-diagnosed from its logs, then scored against the truth, which lies in another folder and is
-opened by the scorer alone. One JSON line a case in the store: a study goes on where it stopped,
+Each case comes from `studies/generator`, which shares no code with the library of effects. It is
+diagnosed from its logs and scored against the truth, which lies in another folder and is
+opened by the scorer alone. The store has one JSON line per case: a study goes on where it stopped,
 on the commit that it began with.
 """
 
@@ -33,14 +33,13 @@ from studies.generator.inverse import simulate
 from studies.generator.machines import COUNT, machine
 from studies.generator.write import Written, write
 from studies.score import Score, beside, score
+from studies.store import Store, Task
 
 OUT = Path("out") / "hidden"
 MACHINE_FILE = Path("machines") / "tflex.toml"
 SIDE_BY_SIDE = 8
 """Closed-loop cases integrated at one step."""
 Diagnose = Callable[[Sequence[Path], Sequence[Path], Path], dict[str, Any]]
-Task = tuple[str, int]
-"""Kind of case (seed, closed, machine) and its number."""
 
 
 def diagnose(paths: Sequence[Path], locked: Sequence[Path], machine_file: Path) -> dict[str, Any]:
@@ -115,41 +114,6 @@ def attempt(task: Task) -> Score | str:
         return judge(task)
     except Exception:
         return traceback.format_exc(limit=6)
-
-
-class Store:
-    """Finished cases, one JSON line each; a last line without its end is cut off."""
-
-    def __init__(self, path: Path) -> None:
-        """ValueError, with the line, where the file holds anything else."""
-        self.path = path
-        self.done: dict[Task, Score] = {}
-        content = path.read_bytes() if path.exists() else b""
-        whole = content.rfind(b"\n") + 1
-        for number, line in enumerate(content[:whole].splitlines(), start=1):
-            try:
-                row = json.loads(line)
-                task, found = row.pop("task"), Score(**row)
-            except (ValueError, TypeError, KeyError) as error:
-                raise ValueError(f"{path}:{number}: no case of this study ({error})") from None
-            self.done[task[0], task[1]] = _tuples(found)
-        if whole < len(content):
-            os.truncate(path, whole)
-
-    def add(self, task: Task, found: Score) -> None:
-        """Append a case; it is on the disk when this returns."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"task": task, **asdict(found)}) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        self.done[task] = found
-
-
-def _tuples(s: Score) -> Score:
-    """A score as read back, lists made tuples again."""
-    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(s).items()}
-    return Score(**values)
 
 
 def local(jobs: int) -> Callable[[Sequence[Task]], Iterator[tuple[Task, Score | str]]]:

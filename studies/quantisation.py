@@ -30,7 +30,7 @@ SYSTEMS = (Path("out") / "hexapod.ssp", Path("out") / "machine" / "hexapod.ssp")
 SETTLE = 2.0
 """Hold before the first move [s]: nothing is judged."""
 DIGITS = (3, 2, 4)
-CARRIED, LEFT = "rest carried on", "rest left out"
+CARRIED, LEFT = "remainder carried on", "remainder dropped"
 
 
 @dataclass(frozen=True)

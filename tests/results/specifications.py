@@ -25,9 +25,9 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "100 ms": "watchdog in the drive's manual",
         "20 s": "length of the simulation",
         "0.25 ms": BASE,
-        "1 mA": "step of the drive's command",
         "6.12": "version of Linux",
     },
+    "glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
     "import.md": {
         "0.25 ms": BASE,
         "0.12 s": "length of a simulation",

@@ -12,8 +12,9 @@ import pytest
 
 from studies import hidden_effects
 from studies.generator.draw import slots
-from studies.hidden_effects import Store, judge
+from studies.hidden_effects import judge
 from studies.score import Score
+from studies.store import Store
 from tests.oracles.calculus import Array
 from tests.studies.test_scoring import Found, draw_of, effect, judged, said
 
