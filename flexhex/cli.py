@@ -57,17 +57,19 @@ def options(
         os.environ["FLEXHEX_DEBUG"] = "1"
 
 
-app.command("run")(run_command)
-app.command("build")(build_command)
-app.command("simulate")(simulate_command)
-app.command("identify")(identify_command)
-app.command("diagnose", cls=Greedy)(diagnose_command)
-app.command("compare")(compare_command)
-app.command("check")(check_command)
-app.command("study")(study_command)
-app.command("export")(export_command)
-app.command("drive")(drive_command)
-app.command("report")(report_command)
+app.command("run", short_help="Simulate the paper's cases: table and report.")(run_command)
+app.command("build", short_help="Build FMUs and system descriptions.")(build_command)
+app.command("simulate", short_help="Simulate a .ssp and save its signals.")(simulate_command)
+app.command("identify", short_help="Estimate the parameters from logs.")(identify_command)
+app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
+    diagnose_command
+)
+app.command("compare", short_help="Compare two runs.")(compare_command)
+app.command("check", short_help="Check FMUs, .ssp and machine files.")(check_command)
+app.command("study", short_help="Simulate many machines drawn at random.")(study_command)
+app.command("export", short_help="Write files for other tools.")(export_command)
+app.command("drive", short_help="Run the loop on emulated EtherCAT drives.")(drive_command)
+app.command("report", short_help="Summarise a recording of the gateway.")(report_command)
 
 
 _WRONG_KIND: dict[type[OSError], str] = {

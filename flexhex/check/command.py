@@ -10,7 +10,9 @@ import typer
 
 
 def check_command(
-    files: Annotated[list[Path], typer.Argument(help="FMUs, system descriptions, machine files")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE", help="FMUs, system descriptions, machine files")
+    ],
     results: Annotated[
         bool, typer.Option("--results", help="run FMUs against the results that they carry")
     ] = False,

@@ -13,13 +13,16 @@ from flexhex.arguments import AsJson
 def compare_command(
     first: Annotated[
         Path,
-        typer.Argument(metavar="RUN", help="result (.h5, .csv), or recording of the gateway"),
+        typer.Argument(metavar="FIRST", help="result (.h5, .csv), or recording of the gateway"),
     ],
-    second: Annotated[Path, typer.Argument(metavar="RUN", help="another one")],
+    second: Annotated[Path, typer.Argument(metavar="SECOND", help="the run to compare it with")],
     atol: Annotated[float, typer.Option(help="tolerance of all signals, each in its unit")] = 0.0,
-    rtol: Annotated[float, typer.Option(help="the same, times a signal's largest value")] = 1e-9,
+    rtol: Annotated[
+        float, typer.Option(help="tolerance relative to each signal's largest value")
+    ] = 1e-9,
     tol: Annotated[
-        list[str] | None, typer.Option(help="tolerance of one signal: plant.theta=1e-6")
+        list[str] | None,
+        typer.Option(metavar="SIGNAL=VALUE", help="tolerance of one signal: plant.theta=1e-6"),
     ] = None,
     common: Annotated[
         bool, typer.Option("--common", help="judge only signals and time that both have")

@@ -19,7 +19,7 @@ def drive_command(
     out: OutFolder = Path("out"),
     json: AsJson = False,
 ) -> None:
-    """Run the adaptive loop on emulated EtherCAT drives; compare and diagnose. Wants root."""
+    """Run the adaptive loop on emulated EtherCAT drives; compare and diagnose. Needs root."""
     from flexhex.drive.cable import check_means
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show

@@ -1,4 +1,4 @@
-"""Command `export`: what other tools want of a .ssp, registered by `flexhex.cli`."""
+"""Command `export`: a .ssp for other tools."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def export_command(
         Path | None, typer.Option("--out", "-o", help="folder [default: export, beside the .ssp]")
     ] = None,
 ) -> None:
-    """Write what other tools want: their own wiring, one FMU of the controller, tables."""
+    """Write files for other tools: their own wiring formats, the controllers as one FMU, tables."""
     from flexhex.export.container import export_container
     from flexhex.export.diagram import export_diagram
     from flexhex.export.variables import export_variables

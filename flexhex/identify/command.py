@@ -13,10 +13,13 @@ from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 
 def identify_command(
-    logs: Annotated[list[Path], typer.Argument(help="logs of one machine (CSV, HDF5)")],
+    logs: Annotated[
+        list[Path], typer.Argument(metavar="LOG", help="logs of one machine (CSV, HDF5, MAT)")
+    ],
     machine: MachineFile = DEFAULT_MACHINE,
     settle: Annotated[
-        float, typer.Option(help="seconds left out at the start of each log", min=0.0, max=1e6)
+        float,
+        typer.Option(metavar="SECONDS", help="left out at the start of each log", min=0.0, max=1e6),
     ] = 2.0,
     every: Annotated[
         bool, typer.Option("--all", help="show all parameters, the cogging amplitudes as well")

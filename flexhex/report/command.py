@@ -16,7 +16,7 @@ def report_command(
     page: Annotated[Path, typer.Option(help="where the plots go")] = Path("out/recording.html"),
     json: AsJson = False,
 ) -> None:
-    """Tell how a recording of the gateway went: errors, times, states, what was missed, trip."""
+    """Summarise a recording of the gateway: errors, timing, states, skipped cycles, trip."""
     from flexhex.recording import read_recording
     from flexhex.report.page import data, show, write_recording
 

@@ -11,7 +11,7 @@ from flexhex.arguments import AsJson, command_line
 
 
 def simulate_command(
-    description: Annotated[Path, typer.Argument(help="system description (.ssp)")],
+    description: Annotated[Path, typer.Argument(metavar="SSP", help="system description (.ssp)")],
     duration: Annotated[
         float, typer.Option("--duration", "-d", help="simulated time in seconds")
     ] = 10.0,
@@ -22,7 +22,8 @@ def simulate_command(
         ),
     ] = Path("result.h5"),
     also: Annotated[
-        list[str] | None, typer.Option(help="log a further signal, e.g. N_F.x (may be repeated)")
+        list[str] | None,
+        typer.Option(metavar="SIGNAL", help="log a further signal, e.g. N_F.x (may be repeated)"),
     ] = None,
     json: AsJson = False,
 ) -> None:

@@ -42,7 +42,7 @@ def study_command(
     ),
     json: AsJson = False,
 ) -> None:
-    """Simulate many machines drawn at random (Monte Carlo); the same command goes on later."""
+    """Simulate many machines drawn at random (Monte Carlo). The same command resumes a study."""
     from flexhex.output.interrupt import STOPPED
     from flexhex.output.live import live
     from flexhex.study.draws import Plan, varied_of
