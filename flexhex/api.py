@@ -136,6 +136,8 @@ def simulate_system(
     >>> result["plant.theta"].shape
     (4001, 6)
     """
+    if not isinstance(seconds, int | float):
+        raise UsageError(f"seconds = {seconds!r}: must be a number [s]")
     listed = [DEFAULT, *signals]
     found = run(ssp, seconds, signals=listed, parameters=parameters, progress=progress)
     made = results.provenance(command="flexhex.simulate_system")
@@ -189,6 +191,8 @@ def identify_parameters(
     >>> fit = flexhex.identify_parameters(machine, ["result.h5"])
     >>> names = flexhex.parameter_names(machine)
     """
+    if isinstance(logs, str | Path | Log):
+        raise UsageError(f"logs = {logs!r}: must be a list of logs or paths, [log]")
     given = [log if isinstance(log, Log) else read(log, Options()) for log in logs]
     return fit(machine, given, settle)
 

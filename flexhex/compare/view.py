@@ -24,7 +24,7 @@ from flexhex.compare.results import (
     Difference,
 )
 from flexhex.compare.runs import Figures, Run
-from flexhex.output.tables import Column, table
+from flexhex.output.tables import Column, console, table
 
 MOST_ROWS = 20
 """Signals within tolerance that the terminal shows; the page shows all."""
@@ -54,7 +54,7 @@ def print_comparison(
     out = Console(highlight=False)
     for run in runs:
         out.print(f"{run.name}: {run.file}", markup=False, soft_wrap=True)
-    _print_tracking(out, judged, runs)
+    _print_tracking(judged, runs)
     near = [d for d in found.of(EQUAL) if d.worst > 0]
     shown = [*found.of(OUT, UNLIKE), *near[:MOST_ROWS]]
     if shown:
@@ -75,19 +75,19 @@ def print_comparison(
         out.print(f"page     {page}", markup=False, soft_wrap=True)
 
 
-def _print_tracking(out: Console, judged: Figures | None, runs: Sequence[Run]) -> None:
+def _print_tracking(judged: Figures | None, runs: Sequence[Run]) -> None:
     if judged is None:
-        out.print("No tracking figures: feedback.e is not in both runs.\n", markup=False)
+        console().print("No tracking figures: feedback.e is not in both runs.\n", markup=False)
         return
     headings = figure_headings(runs)
     columns = [Column(str(k), heading) for k, heading in enumerate(headings)]
     rows = [{str(k): cell for k, cell in enumerate(row)} for row in figure_rows(judged)]
-    out.print(table(judged_text(judged), columns, rows))
+    console().print(table(judged_text(judged), columns, rows))
 
 
 def figure_headings(runs: Sequence[Run]) -> tuple[str, str, str, str]:
     """Headings of the tracking figures."""
-    return ("", runs[0].name, runs[1].name, f"ratio {runs[1].name} / {runs[0].name}")
+    return ("", runs[0].name, runs[1].name, "ratio second / first")
 
 
 def figure_rows(judged: Figures) -> list[tuple[str, ...]]:
@@ -111,7 +111,7 @@ def judged_text(judged: Figures) -> str:
 def verdict(found: Comparison) -> str:
     """The result in one line."""
     judged, out = len(found.of(EQUAL, OUT)), len(found.of(OUT))
-    text = f"{judged - out} of {judged} signals within tolerance"
+    text = f"{judged - out} of {judged} signals within tolerance, {out} differ"
     if unlike := len(found.of(UNLIKE)):
         text += f", {unlike} could not be compared"
     if alone := len(found.of(ONLY_FIRST, ONLY_SECOND)):

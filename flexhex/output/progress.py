@@ -18,6 +18,8 @@ Advance = Callable[[float, float], None]
 """Called with what is done and the whole, in the same unit."""
 SOON = 1.0
 """Time before which nothing is estimated [s]."""
+UNEVEN = ("steps", "FMUs")
+"""Units that take very different times: how many are done says little of the time left."""
 
 
 class Planned(Protocol):
@@ -50,7 +52,7 @@ class Task:
     def left(self, now: float) -> float | None:
         """Estimate of the time left [s], as fast as it went so far."""
         spent = now - self.began
-        if not self.total or not self.done or spent < SOON:
+        if not self.total or not self.done or spent < SOON or self.unit in UNEVEN:
             return None
         return spent * max(self.total - self.done, 0.0) / self.done
 

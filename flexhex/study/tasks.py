@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import InterfaceError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, truth_file
 from flexhex.fmus.machine.truth import Truth, load_truth
@@ -72,12 +72,15 @@ Pool = Callable[[Sequence[Task]], Iterator[tuple[Task, Scored | str]]]
 
 def tasks(plan: Plan, machine_file: Path, out: Path) -> tuple[Task, ...]:
     """All runs of a plan on the systems that `flexhex run` left in `out/cases`, both cases of
-    a draw one after the other. UsageError when they are missing or of another machine."""
+    a draw one after the other. InterfaceError when one is missing, UsageError when it is of another
+    machine."""
     plan.check()
     systems = {case: out / "cases" / case / "hexapod.ssp" for case in CASES}
     for path in systems.values():
         if not path.exists():
-            raise UsageError(f"{path}: no such file: run `flexhex run` first, it fits p and builds")
+            raise InterfaceError(
+                f"{path}: no such file: run `flexhex run` first, it fits p and builds"
+            )
     machine, path = load_machine(machine_file), truth_file(machine_file)
     truth = load_truth(path) if path.exists() else None
     hashes = {case: _hash(path) for case, path in systems.items()}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import typer
 from typer.testing import CliRunner
 
@@ -45,3 +48,17 @@ def test_ctrl_c_is_one_line_and_exit_code_130() -> None:
     app.callback()(lambda: None)
     done = CliRunner().invoke(app, ["wait"])
     assert (done.exit_code, done.stderr, done.stdout) == (130, "flexhex: stopped\n", "")
+
+
+def test_closed_pipe_is_silent_and_no_failed_check() -> None:
+    """Exit code 1 would mean a failed check."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "flexhex", "check", "--help"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.stderr is not None
+        said = process.stderr.read()
+    assert (process.returncode, said) == (141, b"")

@@ -19,7 +19,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from flexhex.fmus.common.errors import RunError, UsageError
+from flexhex.fmus.common.errors import InterfaceError, RunError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import truth_file
 from flexhex.fmus.common.model.parameters import base_parameters
@@ -79,7 +79,7 @@ def test_key_depends_on_the_system(out: Path, tmp_path: Path) -> None:
 
 
 def test_missing_or_foreign_systems_are_refused(out: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="run `flexhex run` first"):
+    with pytest.raises(InterfaceError, match="run `flexhex run` first"):
         tasks(Plan(1), MACHINE_FILE, tmp_path)
     other = tmp_path / "tflex.toml"
     shutil.copyfile(MACHINE_FILE, other)

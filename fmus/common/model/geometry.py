@@ -133,7 +133,7 @@ def _arm_frame(machine: Machine, i: int, where: str) -> ArmFrame:
         raise MachineError(
             f"{where}: arm {i + 1} does not close: at the neutral pose its joints are"
             f" {length:.9g} m apart, geometry.l is {platform.l:.9g} m;"
-            " correct l, x_E0, r_EP, x_B, u_B or L"
+            f" set l = {length:.12g}, or correct x_E0, r_EP, x_B, u_B or L"
         )
     x_Q = rod / length
     y_Q = axis - (axis @ x_Q) * x_Q
