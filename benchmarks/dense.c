@@ -75,13 +75,13 @@ static void dense_step(const dense_inputs *u, dense_outputs *y, double Ts) {
   for (int k = N; k < N_X; ++k) {
     y->x[k] += Ts * (y->xd[k] + Ts / 2 * y->xdd[k]);
   }
-  dense_newton(y->x, D, A[0]);
+  dense_newton(y->x, D, (double *)A);
   factorise(A, row);
   solve(A, row, D);
   for (int k = 0; k < N_D; ++k) {
     y->x[N + k] -= D[k];
   }
-  dense_rates(y->x, D, A[0], D_theta[0]);
+  dense_rates(y->x, D, (double *)A, (double *)D_theta);
   factorise(A, row);
   memcpy(y->xd, u->thetad, sizeof u->thetad);
   gather(D_theta, u->thetad, nothing, y->xd + N);

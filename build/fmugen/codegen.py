@@ -87,5 +87,5 @@ def _wrapper(function: ca.Function, name: str) -> str:
 
 
 def _array(declared: str, size: int) -> str:
-    """A parameter that is an array; C has none of size zero."""
-    return f"{declared}[{size or 1}]"
+    """A parameter that is an array; of nothing, which C has no array of, a pointer."""
+    return f"{declared}[{size}]" if size else " *".join(declared.rsplit(" ", 1))

@@ -58,7 +58,7 @@ def said(folder: Path, *words: str) -> str:
     ("words", "says"),
     [
         ("check cut.fmu", "cut.fmu: not a zip archive, or a truncated one"),
-        ("check folder.fmu", "folder.fmu: a folder, not a file"),
+        ("check folder.fmu", "folder.fmu: is a folder"),
         ("check nowhere.fmu", "nowhere.fmu: no such file"),
         ("check toy.txt", "toy.txt: nothing to check in '.txt', wants .fmu, .ssp, .toml"),
         ("check --results folder.fmu", "folder.fmu: cannot be read (Is a directory)"),
@@ -68,7 +68,7 @@ def said(folder: Path, *words: str) -> str:
         ("simulate toy.fmu", "toy.fmu: an FMU, not a system description (.ssp)"),
         ("export toy.fmu --container", "toy.fmu: an FMU, not a system description (.ssp)"),
         ("export some.ssp --variables -o toy.txt", "toy.txt: is a file, must be a folder"),
-        ("export some.ssp --variables -o toy.txt/in", "a part of this path is a file"),
+        ("export some.ssp --variables -o toy.txt/in", "part of this path is a file"),
         ("export some.ssp --for maestro -d inf", "--duration inf: must be a number of seconds"),
         ("export some.ssp --variables --platform win64", "--platform is for --container"),
         ("export some.ssp --for Simulink", "no wiring for 'Simulink', there is one for: cofmupy"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from lxml import etree
 
+import flexhex
 from flexhex.fmugen import VERSION
 from flexhex.fmugen.rooms import ROOMS
 from tests.adapter.slave import ERROR, OK, Binary, Slave
@@ -21,7 +22,8 @@ NAMES = (*ROOMS, "machine")
 
 def test_version_is_that_of_the_package() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["version"] == VERSION
+    assert project["dynamic"] == ["version"]
+    assert flexhex.__version__ == VERSION
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -52,7 +52,7 @@ def test_effect_that_harms_goes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     left = {"ab": (1.5, 1.0), "a": (1.0, 1.0), "b": (5.0, 1.0), "": (4.0, 1.0)}
     kept, notes = withdrawn(monkeypatch, {"a": 0, "b": 0}, left)
     assert kept == "a"
-    assert notes == ["b on axis 1 was withdrawn: it makes the locked runs worse"]
+    assert notes == ["b on axis 1 was withdrawn: it increases the residual of the held-out runs"]
 
 
 def test_effect_is_judged_on_its_own_axis(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,7 +79,10 @@ def test_friction_that_the_locked_runs_have_not_is_withdrawn(tmp_path: Path) -> 
     assert said[0.12].effects != ()
     assert not any("withdrawn" in note for note in said[0.12].notes)
     assert said[0.0].effects == ()
-    assert any("was withdrawn: it makes the locked runs worse" in n for n in said[0.0].notes)
+    assert any(
+        "was withdrawn: it increases the residual of the held-out runs" in n
+        for n in said[0.0].notes
+    )
     # what was found before is still there, so that nothing is no answer
     assert said[0.0].verdict == "unknown"
     np.testing.assert_array_equal(said[0.0].gap.locked["after"], said[0.0].gap.locked["before"])

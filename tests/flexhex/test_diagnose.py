@@ -92,7 +92,7 @@ def test_json_is_all_that_stands_on_stdout(
     assert [e["id"] for e in found["effects"]] == [e.id for e in EXAMPLES[name].effects]
     assert found["gap"]["unit"] == "N m"
     assert Path(found["report"]).is_file()
-    assert "fitting" in done.stderr
+    assert "diagnosing" in done.stderr
 
 
 def test_locked_takes_all_words_to_the_next_option(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,8 +66,8 @@ def test_trip_keeps_the_rows_before_it(hexapod_ssp: Path, tmp_path: Path) -> Non
     options = faults('kind = "drive_fault"')
     ran = Bench(hexapod_ssp, tmp_path).run(options=options)
     kept = Path(ran.one("summary")["before_trip"])
-    trip = "# trip: drive_fault: axis 1: fault 0x7305 of the drive (cycle 9000)"
-    assert any(line.startswith(trip) for line in kept.read_text().splitlines())
+    trip = re.compile(r"# trip: drive_fault: axis 1: .*0x7305.*\(cycle 9000\)")
+    assert any(trip.match(line) for line in kept.read_text().splitlines())
     rows = len(ran.table["time"])
     assert np.array_equal(columns(kept)["theta"][:rows], ran.table["theta"])
     assert len(columns(kept)["time"]) == rows + ran.one("trip")["cycles_to_disabled"]

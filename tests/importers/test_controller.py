@@ -203,4 +203,4 @@ def test_inputs_are_described_as_their_sources(controller_ssp: Path) -> None:
     description = fmpy.read_model_description(str(controller_ssp.parent / "controller.fmu"))
     texts = {v.name: v.description for v in description.modelVariables if v.causality == "input"}
     assert texts["r[1]"] == "reference angles"
-    assert texts["theta[6]"] == "actuator angles as the encoders read them"
+    assert texts["theta[6]"] == "actuator angles, encoder reading"

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from flexhex.fmus.common.model.model import Model
+from tests.common.dense_form import DenseForm
 from tests.compare import assert_close
 from tests.oracles import geometry
 from tests.oracles.bridge import Paths, compiled, same_quaternions
 from tests.oracles.calculus import taylor
-from tests.oracles.dense_form import DenseForm
 from tests.oracles.machine import Machine
 from tests.oracles.motions import random_motion
 

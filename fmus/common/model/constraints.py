@@ -1,7 +1,7 @@
 """The constraint set D(x~) in the paper's own form.
 
 x~ (37) = theta (6), lam_Q1 ... lam_Q6 (4 each), x_E (3), lam_E (4); d is all but theta.
-`tests/oracles/dense_form.py` solves it densely; `linkage.py` must equal that to rounding.
+`tests/common/dense_form.py` solves it densely; `linkage.py` must equal that to rounding.
 """
 
 from __future__ import annotations
