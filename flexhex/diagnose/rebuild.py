@@ -104,7 +104,7 @@ def rebuild(
         made = extend(machine_file, diagnosis, target)
         say("building the extended model")
         after = _side(target, out, ours, notes, say)
-        say("replaying the locked runs")
+        say("simulating the held-out runs")
         gaps = {log.name: _gaps(log, *_alike(before, after)) for log in theirs}
         worst = _culprit(machine_file, diagnosis, gaps, theirs, ours, out, say)
         if worst is None:
