@@ -10,12 +10,9 @@ import pytest
 from flexhex.experiments import EXPERIMENTS
 
 MINUTES = "missing"
-"""The experiment that diagnoses a hexapod and builds it anew: drawn with the other diagnoses."""
+"""The experiment that diagnoses a hexapod and builds it anew: minutes."""
 NAMES = [
-    pytest.param(name, marks=pytest.mark.sample(1, of="diagnoses of hidden effects"))
-    if name == MINUTES
-    else name
-    for name in EXPERIMENTS
+    pytest.param(name, marks=pytest.mark.slow) if name == MINUTES else name for name in EXPERIMENTS
 ]
 """All experiments, as cases of a test."""
 

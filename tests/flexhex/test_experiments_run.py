@@ -96,7 +96,7 @@ def test_share_within_two_deviations_counts_parameters(results: dict[str, Any]) 
     assert off.within()[0] == 0.0
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_rows_fit_the_columns_of_the_table(name: str, results: dict[str, Any]) -> None:
     """Every value is text, a number or nothing: anything else is a TypeError."""
     chosen = experiment(name)
