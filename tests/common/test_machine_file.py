@@ -61,7 +61,7 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "does not close": (
         replace("l = { value = 0.3856425829219862", "l = { value = 0.3"),
-        r"arm 1 does not close: .* 0\.385642583 m apart, geometry\.l is 0\.3 m; set l = 0\.385642582922,",
+        r"arm 1 does not close: .* 0\.385642583 m apart, geometry\.l is 0\.3 m; set l = 0\.3856425",
     ),
     "axis not a unit vector": (
         replace("axis = { value = [0.0, -1.0, 0.0]", "axis = { value = [0.0, -2.0, 0.0]"),
