@@ -1,4 +1,4 @@
-"""`python -m results.render [--check]`: figures of README.md and docs/*.md from results/*.json.
+"""`python -m results.render [--check]`: figures of the texts from results/*.json.
 
     <!-- table: NAME -->        a table of `figures.TABLES`; lines up to <!-- /table -->
     <!--= NAME -->7.8<!--/-->   a figure of `figures.FIGURES`
@@ -24,7 +24,7 @@ FIGURE = re.compile(r"(<!--= (.+?) -->)(.*?)(<!--/-->)", re.DOTALL)
 
 def texts() -> list[Path]:
     """The texts whose figures come from results files."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return [ROOT / "README.md", FOLDER / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 @cache

@@ -163,7 +163,7 @@ def made(files: Found) -> str:
         if "processor_minutes" in m:
             took += f", {m['processor_minutes']:g} of a core"
         commit = m["commit"][:7] + (" with changes" if m["dirty"] else "")
-        link = f"[{name}.json](../results/{name}.json)"
+        link = f"[{name}.json]({name}.json)"
         rows.append(
             [link, f"`{m['command']}`", commit, m["date"][:10], took, place, computer["compiler"]]
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import TracebackType
 from typing import Self
 
 from rich.console import Console, Group
@@ -38,14 +37,8 @@ class Bars(Progress):
         self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        super().__exit__(kind, error, trace)
-        if error is None and self._stage is not None:
+    def _closed(self, well: bool) -> None:
+        if well and self._stage is not None:
             self._ended(self._stage)
         self._stage, self._tasks = None, []
         self._live.stop()

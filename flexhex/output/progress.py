@@ -103,6 +103,7 @@ class Progress:
     ) -> None:
         if error is not None:
             self.cancel()
+        self._closed(error is None)
 
     def stage(self, text: str, total: float = 0.0, unit: str = "s simulated") -> None:
         """A new stage begins, the one before is done. total: of the simulations within it."""
@@ -170,6 +171,9 @@ class Progress:
         """The title of a stage with its number among all, of a simulation as it is."""
         numbered = task is self._stage and self.stages
         return f"[{self._number}/{self.stages}] {task.text}" if numbered else task.text
+
+    def _closed(self, well: bool) -> None:
+        """The command is over. well: without an error."""
 
     def _begun(self, task: Task) -> None:
         """A stage begins."""

@@ -9,7 +9,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "2.0": "FMI 2.0",
         "3.11": "version of Python",
     },
-    "diagnose.md": {
+    "docs/diagnose.md": {
         "95 %": "level of the intervals",
         "12 s": "length of a logged run",
         "0.3": "size of a hidden effect",
@@ -19,7 +19,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "15 %": "error of the Dahl width in the generator",
         "10 %": "error of masses that was not tried",
     },
-    "gateway.md": {
+    "docs/gateway.md": {
         "10 s": "length of a run of `flexhex drive`",
         "100 us": "limit for cyclictest",
         "100 ms": "watchdog in the drive's manual",
@@ -27,8 +27,8 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.25 ms": BASE,
         "6.12": "version of Linux",
     },
-    "glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
-    "import.md": {
+    "docs/glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
+    "docs/import.md": {
         "0.25 ms": BASE,
         "0.12 s": "length of a simulation",
         "2 s": "length of a simulation",
@@ -37,11 +37,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "2.0": "FMI 2.0",
         "1.0": "SSP 1.0",
     },
-    "machines.md": {
+    "docs/machines.md": {
         "12 s": "length of a logged run",
         "10 µrad": "limit below which machines are counted",
     },
-    "performance.md": {
+    "docs/performance.md": {
         "2 ms": "length of a burst",
         "6 ×": "size of the platform's system",
         "0.25 ms": BASE,

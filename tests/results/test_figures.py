@@ -11,7 +11,7 @@ import pytest
 
 from results import record, render
 from results.figures import FIGURES, TABLES
-from results.record import FOLDER
+from results.record import FOLDER, ROOT
 from tests.results.specifications import SPECIFICATIONS
 
 TEXTS = render.texts()
@@ -32,17 +32,17 @@ def figures_in(text: str) -> set[str]:
     return {found.strip() for found in FIGURE.findall(text)}
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_text_says_what_the_results_files_say(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert render.rendered(text) == text, "`python -m results.render` writes it"
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_text_has_no_figure_of_its_own(path: Path) -> None:
     """Both ways: what is allowed and stands there no more is taken off the list."""
     found = figures_in(path.read_text(encoding="utf-8"))
-    assert found == set(SPECIFICATIONS.get(path.name, {}))
+    assert found == set(SPECIFICATIONS.get(path.relative_to(ROOT).as_posix(), {}))
 
 
 def test_every_figure_and_table_stands_in_a_text() -> None:
