@@ -23,7 +23,7 @@ from tests.studies.test_hidden import seed_of
 
 EFFECT = "cogging_harmonic"
 OPTIONS = Options(confidence=0)
-pytestmark = pytest.mark.sample(1, of="diagnoses of hidden effects", together=True)
+pytestmark = pytest.mark.slow
 
 
 class Sealed:

@@ -69,6 +69,7 @@ def test_effects_that_harm_go_one_by_one(monkeypatch: pytest.MonkeyPatch) -> Non
     assert withdrawn(monkeypatch, {"a": 0, "b": 0}, left)[0] == "a"
 
 
+@pytest.mark.slow
 def test_friction_that_the_locked_runs_have_not_is_withdrawn(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{s}_{k}.csv", s, k, 0.12) for s, k in TWICE]
     options = Options(base="axis", confidence=0)

@@ -33,6 +33,7 @@ def hunting(path: Path, motion: int, number: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_fast_torque_that_the_model_lacks_does_not_decide_its_inertia(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -115,6 +115,7 @@ def known_state(point: Point) -> Array:
     return point.state
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("id", COMPENSATED)
 def test_plant_and_regressor_agree(id: str) -> None:
     """Phi p = tau at random states of the plant, with and without the effect."""
@@ -135,6 +136,7 @@ def test_plant_and_regressor_agree(id: str) -> None:
     assert noticed > 1e-4, "the effect is not there"
 
 
+@pytest.mark.sample(6)
 @pytest.mark.parametrize("id", COMPENSATED)
 def test_feedforward_and_regressor_agree(id: str) -> None:
     """F's torque is Phi p at that torque.

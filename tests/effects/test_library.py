@@ -129,6 +129,7 @@ def test_effect_accepts_shapes_that_are_searched(effect: Effect) -> None:
     assert_close(symbolic(row, z, start), numeric(row, z), rtol=1e-14, what=effect.id)
 
 
+@pytest.mark.sample(3)
 @each_with_states
 def test_effect_advances_as_its_rate_says(effect: Effect) -> None:
     """One second of samples at 2 kHz against Runge-Kutta steps of a tenth.

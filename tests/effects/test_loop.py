@@ -78,7 +78,7 @@ DRY = {"coulomb_friction": 1.2e-6, "stribeck_friction": 1.8e-6}
 Stribeck's two parts are together, 1.4 urad."""
 
 
-@pytest.mark.sample(4)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("id", IDS)
 def test_loop_with_the_effect_in_p_is_as_good_as_without_it(id: str, builder: Builder) -> None:
     """0.04 urad is what the sampled feedforward leaves on the nominal plant, 0.29 mN m the

@@ -137,6 +137,7 @@ def test_plant_values_move_like_the_machine_file(builder: Builder, log: Path) ->
     }
 
 
+@pytest.mark.slow
 def test_rebuild_withdraws_what_makes_a_locked_run_worse(rebuilt: Rebuilt) -> None:
     assert rebuilt.withdrawn == ("gravity_tilt",)
     uses = load_machine(rebuilt.machine_file).effects
@@ -168,6 +169,7 @@ def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
     assert np.array_equal(gaps.after, expected.after)
 
 
+@pytest.mark.slow
 def test_rebuild_predicts_the_loop(rebuilt: Rebuilt) -> None:
     before, after = rebuilt.loops["model"]
     # an exact plant under its own model: 1 urad and below 3; without the effect several times that

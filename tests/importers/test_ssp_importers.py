@@ -33,6 +33,7 @@ def test_fmpy_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
     assert_same_bits({name: rows[name] for name in expected}, expected, "FMPy")
 
 
+@pytest.mark.sample(2, of="importers of the loop")
 def test_libcosim_gives_the_same_bits(loop_ssp: Path, expected: Rows, tmp_path: Path) -> None:
     """The step size comes from the .ssp's own annotation, osp:FixedStepAlgorithm."""
     with zipfile.ZipFile(loop_ssp) as archive:
@@ -41,6 +42,7 @@ def test_libcosim_gives_the_same_bits(loop_ssp: Path, expected: Rows, tmp_path: 
     assert_same_bits(found, expected, "libcosim")
 
 
+@pytest.mark.sample(2, of="importers of the loop")
 def test_ecos_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
     """Every 60th base step: ecos hands out one value a call, by name. A difference anywhere
     would stay, since all goes round the loop."""
@@ -58,6 +60,7 @@ def test_ecos_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
     assert_same_bits(rows_of(rows, list(expected)), shown, "ecos")
 
 
+@pytest.mark.sample(2, of="importers of the loop")
 def test_toolbox_container_gives_the_same_bits(
     loop_ssp: Path, expected: Rows, tmp_path: Path
 ) -> None:

@@ -40,6 +40,7 @@ MAESTRO = (
 )
 
 
+@pytest.mark.sample(2, of="importers of the loop")
 def test_libcosim_gives_the_same_bits_from_its_own_format(
     loop_ssp: Path, expected: Rows, tmp_path: Path
 ) -> None:

@@ -41,6 +41,7 @@ def test_nominal_parameters_are_the_oracles(machine: Machine, model: Model) -> N
     assert_close(p, parameters.base_parameters(machine), atol=1e-15, what="p")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_inverse_dynamics_agrees_with_mujoco(
     machine: Machine, model: Model, path: Paths, torque: Numeric, seed: int
@@ -57,6 +58,7 @@ def test_inverse_dynamics_agrees_with_mujoco(
     assert_close(mine, tau, atol=1e-12, what="tau")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", range(20, 23))
 def test_inverse_dynamics_agrees_with_lagrange_for_any_bodies(
     machine: Machine, path: Paths, torque: Numeric, seed: int
@@ -70,6 +72,7 @@ def test_inverse_dynamics_agrees_with_lagrange_for_any_bodies(
     assert_close(torque(*motion, np.zeros(114), p), expected, atol=2e-12, what="tau")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", range(30, 32))
 def test_full_mechanism_agrees_with_lagrange(
     machine: Machine, model: Model, path: Paths, seed: int
@@ -87,6 +90,7 @@ def test_full_mechanism_agrees_with_lagrange(
     assert_close(mine, lagrange.torque(subject, *random_motion(seed)), atol=2e-12, what="tau")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_flexures_hold_with_the_gradient_of_their_energy(
     machine: Machine, path: Paths, torque: Numeric, seed: int
@@ -104,6 +108,7 @@ def test_flexures_hold_with_the_gradient_of_their_energy(
         assert_close(mine, expected, atol=1e-13, what=f"torque of stiffness {k}")
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_regressor_times_parameters_is_the_torque(
     machine: Machine, path: Paths, torque: Numeric, regressor: Numeric, seed: int

@@ -82,6 +82,7 @@ def compare(slave: Any, room: str, ticks: int) -> None:
     assert not np.array_equal(pending, first), "nothing happened"
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("room", ROOMS)
 def test_fmu_equals_its_room_also_after_reset(room: str, tmp_path: Path) -> None:
     fmu = build_room(room, machine(), tmp_path / "fmu", STARTS.get(room, {}), cache=CACHE)

@@ -44,6 +44,7 @@ def test_forward_dynamics_undo_the_inverse() -> None:
         assert_close(total, (i - w)[:, part], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_steps_are_short_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     """A hundredth of the tolerance takes more steps and moves the angles by under a hundredth of
     the tracking error (50e-6 rad), though the arm starts at rest, where hysteresis turns."""

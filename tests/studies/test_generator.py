@@ -60,6 +60,7 @@ def test_generator_imports_nothing_of_ours() -> None:
     assert seen > 50
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", range(4))
 def test_mechanism_agrees_with_lagrange(seed: int) -> None:
     """Newton-Euler by virtual power against energies: torques to 60 N m, rounding 1e-13."""
@@ -98,6 +99,7 @@ def test_trajectory_stays_within_stroke_and_knows_its_derivatives(kind: str) -> 
     assert_close(np.gradient(v, t, axis=1)[:, inner], a[:, inner], atol=0.05)
 
 
+@pytest.mark.sample(8)
 @pytest.mark.parametrize("id", ALL)
 def test_effect_reaches_the_torque_at_its_size(id: str) -> None:
     """What is logged, less the base model at the logged motion and the disturbance, is the gap,

@@ -1,7 +1,8 @@
 """A sample of the study: effects hidden by the foreign generator, diagnosed from the logs.
 
-Minutes, not hours: a few cases of each category, so only gross failures show. The figures with
-their intervals come from `python -m studies.hidden_effects` over some hundred seeds.
+A few cases of each category, minutes each, so only gross failures show; tests/diagnosis has small
+ones. The figures with their intervals come from `python -m studies.hidden_effects` over some
+hundred seeds.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from studies.score import Score
 from studies.tables import SEEN
 from tests.conftest import MACHINE_FILE
 
-pytestmark = pytest.mark.sample(1, of="diagnoses of hidden effects")
+pytestmark = pytest.mark.slow
 SAMPLE_FROM = 3 * ROUND
 """First seed of the round that the sample is taken from."""
 
