@@ -17,7 +17,7 @@ AFTER = 100
 
 @pytest.mark.parametrize(
     ("moments", "end"),
-    [(2, 1200), pytest.param(20, 6000, marks=pytest.mark.slow)],
+    [(2, 1300), pytest.param(20, 6000, marks=pytest.mark.slow)],
 )
 def test_states_are_exact_at_random_times(
     hexapod_ssp: Path, tmp_path: Path, moments: int, end: int
