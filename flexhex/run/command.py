@@ -12,10 +12,13 @@ from flexhex.arguments import (
     DEFAULT_MACHINE,
     AsJson,
     MachineFile,
-    OutFolder,
     command_line,
     found_machine,
 )
+
+
+FULL, QUICK = Path("out"), Path("out/quick")
+"""Where a full run and a quick one write: a quick one replaces no figures of a full one."""
 
 
 class Part(StrEnum):
@@ -38,8 +41,17 @@ class Keep(StrEnum):
 
 def run_command(
     machine: MachineFile = DEFAULT_MACHINE,
-    out: OutFolder = Path("out"),
-    quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="folder for everything generated [default: out; with --quick out/quick]",
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="short trajectory; leaves the files of a full run alone")
+    ] = False,
     only: Annotated[Part | None, typer.Option(help="one part of the report only")] = None,
     keep: Annotated[
         Keep,
@@ -54,12 +66,13 @@ def run_command(
     from flexhex.run.view import print_run, run_json
     from flexhex.simulation.builder import Builder
 
+    folder = out or (QUICK if quick else FULL)
     with live() as progress:
-        builder = Builder(found_machine(machine), out, progress.building)
+        builder = Builder(found_machine(machine), folder, progress.building)
         part = only.value if only else None
         done = paper_run(builder, command_line(), quick, progress, part, keep is Keep.ALL)
         progress.stage("writing the report")
-        report = write_report(done, out / "report.html")
+        report = write_report(done, folder / "report.html")
     if json:
         print(run_json(done, report))
     else:
