@@ -16,7 +16,6 @@ from flexhex.arguments import (
     found_machine,
 )
 
-
 FULL, QUICK = Path("out"), Path("out/quick")
 """Where a full run and a quick one write: a quick one replaces no figures of a full one."""
 

@@ -38,11 +38,22 @@ class InterfaceError(FlexhexError):
 
 
 class StartValueError(InterfaceError):
-    """A start value outside its variable's range; `variable` is the variable's name."""
+    """A start value outside its variable's range.
 
-    def __init__(self, variable: str, text: str) -> None:
-        super().__init__(text)
-        self.variable = variable
+    name: `mechanism[103]`; element: what it is in an array of unlike things, `end_effector.m`;
+    value and limits (least, largest) in `unit`.
+    """
+
+    def __init__(
+        self, name: str, element: str, value: float, limits: tuple[float, float], unit: str
+    ) -> None:
+        written = f" {unit}".removesuffix(" 1")
+        super().__init__(
+            f"{name}{f' ({element})' if element else ''} starts at {value:.9g}{written},"
+            f" allowed {limits[0]:.9g} to {limits[1]:.9g}{written}"
+        )
+        self.name, self.element = name, element
+        self.value, self.limits, self.unit = value, limits, unit
 
 
 class BuildError(FlexhexError):
