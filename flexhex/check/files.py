@@ -25,6 +25,16 @@ def check_file(path: Path) -> list[str]:
         return str(error).splitlines()
 
 
+def warnings_of(path: Path) -> list[str]:
+    """What is allowed in a file without complaints, and yet may be a mistake."""
+    from flexhex.fmus.common.machine_file import is_truth, load_machine, read_toml
+    from flexhex.simulation.machine_check import doubts
+
+    if path.suffix != ".toml" or path.stem.endswith("-published") or is_truth(read_toml(path)):
+        return []
+    return [f"{path}: warning: {text}" for text in doubts(load_machine(path))]
+
+
 def _fmu(path: Path) -> list[str]:
     from flexhex.check.fmu import check_fmu
 

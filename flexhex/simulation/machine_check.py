@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from flexhex.fmus.common.errors import FlexhexError, MachineError, StartValueError
 from flexhex.fmus.common.interface import Interface
+from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.fields import refused
 
@@ -38,3 +39,15 @@ def named(path: Path, make: Callable[[], Made], where: str = "") -> Made:
         elif not isinstance(error, MachineError):
             text = f"timing: {text}"
         raise MachineError(f"{path}: {text}") from None
+
+
+def doubts(machine: Machine) -> list[str]:
+    """What is allowed in a machine file, and yet may be a mistake."""
+    g = machine.gravity.g
+    if g[2] <= 0:
+        return []
+    return [
+        f"gravity.g = [{', '.join(f'{v:g}' for v in g)}] m/s2 points upward (z is up): the"
+        " end-effector hangs below the motors. If the machine stands, change the sign of the"
+        " third component"
+    ]

@@ -7,8 +7,10 @@ from functools import reduce
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from flexhex.check.files import check_file
+from flexhex.cli import app
 from flexhex.fmugen.rooms import ROOMS, room_interface
 from flexhex.fmus.common.errors import MachineError, StartValueError
 from flexhex.fmus.common.machine.machine import Machine
@@ -155,6 +157,23 @@ def test_every_start_value_of_a_machine_has_its_keys(machine: Machine) -> None:
 @pytest.mark.parametrize("name", ["tflex.toml", "tflex-actuators.toml", "tflex-truth.toml"])
 def test_check_accepts_the_shipped_files(name: str) -> None:
     assert check_file(MACHINE_FILE.with_name(name)) == []
+
+
+@pytest.mark.parametrize(
+    ("g", "warned"), [("0.0, 0.0, 9.81", True), ("0.0, 0.0, -9.81", False), ("9.81, 0, 0", False)]
+)
+def test_check_warns_of_gravity_that_points_upward(g: str, warned: bool, tmp_path: Path) -> None:
+    """A machine may hang, so the file is good; a wrong sign is not silent."""
+    path = written(tmp_path, replace("g = { value = [0.0, 0.0, -9.81]", f"g = {{ value = [{g}]"))
+    done = CliRunner().invoke(app, ["check", str(path)])
+    assert done.exit_code == 0
+    said = done.stdout.splitlines()
+    assert said[-1] == f"{path}: ok"
+    assert len(said) == 1 + warned
+    if warned:
+        assert re.search(
+            r"mine\.toml: warning: gravity\.g = \[0, 0, 9\.81\] m/s2 points up", said[0]
+        )
 
 
 def test_check_of_a_truth_file_looks_at_its_machine_too(tmp_path: Path) -> None:
