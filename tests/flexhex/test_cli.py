@@ -48,7 +48,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
         3,
         r"theta\[1\] is in 'inc', wanted 'rad' .*: convert",
     ),
-    "no such command": (["frobnicate"], 2, r"No such command 'frobnicate'"),
+    "no such command": (["frobnicate"], 2, r"no such command 'frobnicate'"),
     "truth for a machine": (["build", "-m", "x-truth.toml"], 3, r"x-truth\.toml: a truth file: "),
     "too long for the memory": (
         ["simulate", "loop.ssp", "-d", "1e9"],
