@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flexhex.fmus.common.errors import FlexhexError, InterfaceError
+from flexhex.fmus.common.errors import FlexhexError, InterfaceError, unreadable
 
 
 def check_file(path: Path) -> list[str]:
     """Complaints, none when all is well. InterfaceError for no file, or one of another kind."""
     if not path.is_file():
-        what = "is a folder: name the files in it" if path.is_dir() else "no such file"
-        raise InterfaceError(f"{path}: {what}")
+        missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
+        raise InterfaceError(unreadable(path, missing))
     if path.suffix not in _CHECKS:
         raise InterfaceError(
             f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}"

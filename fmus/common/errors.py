@@ -1,5 +1,10 @@
 """The few errors that flexhex raises for a user's mistake: what, where, how to mend it."""
 
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
 
 class FlexhexError(Exception):
     """A mistake that the user can mend; `exit_code` is what the command line ends with."""
@@ -66,3 +71,12 @@ class RunError(FlexhexError):
     """An FMU refused a call while the system was running."""
 
     exit_code = 1
+
+
+def unreadable(path: str | Path, error: OSError) -> str:
+    """Why a file cannot be read, in the same words everywhere: `log.csv: no such file`."""
+    if isinstance(error, FileNotFoundError):
+        return f"{path}: no such file"
+    if isinstance(error, IsADirectoryError):
+        return f"{path}: is a folder: name a file in it"
+    return f"{path}: cannot be read: {os.strerror(error.errno) if error.errno else error}"
