@@ -15,7 +15,7 @@ SIDE_BY_SIDE := -n 2 --dist loadfile
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
-	@echo "make quick     the same on a short trajectory"
+	@echo "make quick     the same on a short trajectory, into out/quick"
 	@echo "make missing   what the model lacks: found from logs, added, shown (minutes)"
 	@echo "make platforms FMUs for Linux, Windows, macOS and ARM at once (400 MB of compiler)"
 	@echo "make gateway   build the drive gateway (Rust)"

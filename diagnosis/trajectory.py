@@ -18,7 +18,7 @@ from flexhex.diagnosis.logs.clock import clock_of
 from flexhex.diagnosis.logs.raw import Raw, Table
 from flexhex.diagnosis.logs.read import READERS
 from flexhex.diagnosis.logs.units import factor
-from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError, unreadable
 
 Array = NDArray[np.float64]
 
@@ -55,10 +55,9 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> Path:
 def read_trajectory(path: str | Path, options: Options | None = None) -> Trajectory:
     """Read r, or the angles where no r was logged, from a trajectory or a log of any kind."""
     path, options = Path(path), options or Options()
-    if path.is_dir():
-        raise LogError(f"{path}: is a folder: name the files in it")
     if not path.is_file():
-        raise LogError(f"{path}: no such file")
+        missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
+        raise LogError(unreadable(path, missing))
     if path.suffix.lower() not in READERS:
         raise LogError(f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5)")
     module, function = READERS[path.suffix.lower()]
@@ -66,7 +65,7 @@ def read_trajectory(path: str | Path, options: Options | None = None) -> Traject
     try:
         raw: Raw = reader(path, options)
     except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error})") from None
+        raise LogError(unreadable(path, error)) from None
     table, name = _source(path, raw)
     units = options.units
     time = table.time * factor(table.where, "time", units.get("time", table.unit))

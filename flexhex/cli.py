@@ -74,6 +74,7 @@ app.command("report", short_help="Summarise a recording of the gateway.")(report
 
 _WRONG_KIND: dict[type[OSError], str] = {
     FileExistsError: "is a file, must be a folder",
+    FileNotFoundError: "no such file",
     NotADirectoryError: "part of this path is a file, must be a folder",
 }
 

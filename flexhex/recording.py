@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError, unreadable
 from flexhex.ssp.result import FORMAT
 from flexhex.ssp.results import Array, Group, Result, load, rate_name
 
@@ -50,7 +50,7 @@ def read_recording(path: str | Path) -> Recording:
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror})") from None
+        raise LogError(unreadable(path, error)) from None
     except UnicodeDecodeError:
         raise LogError(f"{path}: no recording of the gateway: it is not CSV text") from None
     head = [line[1:].partition(":") for line in lines if line.startswith("#")]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.errors import InterfaceError, unreadable
 from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
@@ -129,7 +129,7 @@ def read_bytes(path: str | Path) -> bytes:
     try:
         return Path(path).read_bytes()
     except OSError as error:
-        raise InterfaceError(f"{path}: cannot be read ({error.strerror})") from None
+        raise InterfaceError(unreadable(path, error)) from None
 
 
 def _variable(element: Any, file: str) -> FmuVariable:

@@ -17,7 +17,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.errors import LogError, UsageError, unreadable
 from flexhex.ssp.result import FORMAT, VERSION, Array, FmuTime, Group, Meta, Result, rate_name
 
 __all__ = [
@@ -36,6 +36,8 @@ __all__ = [
 ]
 FORMATS = {".h5": "hdf5", ".hdf5": "hdf5", ".csv": "csv", ".mat": "mat", ".parquet": "parquet"}
 """Module of `flexhex.ssp.formats` by the ending of a file."""
+READ = ".h5, .hdf5 and .csv"
+"""Endings of the files that are read."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -103,15 +105,14 @@ def load(path: str | Path) -> Result:
     try:
         with source.open("rb") as file:
             begin = file.read(len(HDF5_SIGNATURE))
-    except FileNotFoundError:
-        raise LogError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise LogError(f"{path}: is a folder: name a result in it") from None
     except OSError as error:
-        raise LogError(f"{path}: cannot be read: {_reason(error)}") from None
+        raise LogError(unreadable(path, error)) from None
     suffix = source.suffix.lower()
     if suffix in (".mat", ".parquet"):
-        raise LogError(f"{path}: is for other programs: results are read from .h5, .hdf5 and .csv")
+        raise LogError(f"{path}: is for other programs: results are read from {READ}")
+    if suffix not in (".h5", ".hdf5", ".csv") and begin != HDF5_SIGNATURE:
+        ending = f"unknown ending {suffix!r}" if suffix else "has no ending"
+        raise LogError(f"{path}: {ending}: results are read from {READ}")
     name = "csv" if suffix == ".csv" and begin != HDF5_SIGNATURE else "hdf5"
     result: Result = importlib.import_module(f"flexhex.ssp.formats.{name}").read(source)
     return result

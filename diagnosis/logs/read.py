@@ -15,7 +15,7 @@ from flexhex.diagnosis.logs.raw import Raw, Table, texts
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
 from flexhex.diagnosis.logs.values import clipped, filled, judged, jumps
-from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.errors import LogError, unreadable
 
 READERS = {
     ".csv": ("csv", "read_csv"),
@@ -33,10 +33,9 @@ NEEDED = ("theta", "tau_meas")
 def read_log(path: str | Path, options: Options | None = None) -> Log:
     """Read one run; LogError tells file, channel and remedy for whatever is wrong."""
     path, options = Path(path), options or Options()
-    if path.is_dir():
-        raise LogError(f"{path}: is a folder: name the files in it, one for each run")
     if not path.is_file():
-        raise LogError(f"{path}: no such file")
+        missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
+        raise LogError(unreadable(path, missing))
     if path.suffix.lower() not in READERS:
         raise LogError(
             f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5), or .mat,"
@@ -47,7 +46,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
     try:
         raw: Raw = reader(path, options)
     except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error})") from None
+        raise LogError(unreadable(path, error)) from None
     return _made(str(path), raw, options)
 
 

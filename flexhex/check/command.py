@@ -17,14 +17,18 @@ def check_command(
         bool, typer.Option("--results", help="run FMUs against the results that they carry")
     ] = False,
 ) -> None:
-    """Check FMUs (FMI rules, binary), .ssp (wiring, units, sample times) and machine files."""
-    from flexhex.check.files import check_file
+    """Check FMUs (FMI rules, binary), .ssp (wiring, units, sample times) and machine files.
+
+    Exit code 0: no complaints, maybe warnings of what is allowed but unusual. 1: complaints.
+    """
+    from flexhex.check.files import check_file, warnings_of
 
     if results:
         compare_with_carried_results(files)
         return
     findings = {path: check_file(path) for path in files}
-    print_findings(findings)
+    warnings = {path: [] if found else warnings_of(path) for path, found in findings.items()}
+    print_findings(findings, warnings)
     if any(findings.values()):
         raise typer.Exit(1)
 
@@ -39,10 +43,12 @@ def compare_with_carried_results(files: list[Path]) -> None:
         raise typer.Exit(1)
 
 
-def print_findings(findings: Mapping[Path, Sequence[str]]) -> None:
-    """One line for each file that is well, the complaints of the others."""
+def print_findings(
+    findings: Mapping[Path, Sequence[str]], warnings: Mapping[Path, Sequence[str]]
+) -> None:
+    """One line for each file that is well, after its warnings; the complaints of the others."""
     for path, complaints in findings.items():
-        for text in complaints:
+        for text in (*complaints, *warnings[path]):
             print(text)
         if not complaints:
             print(f"{path}: ok")

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flexhex.fmus.common.errors import FlexhexError, InterfaceError
+from flexhex.fmus.common.errors import FlexhexError, InterfaceError, unreadable
 
 
 def check_file(path: Path) -> list[str]:
     """Complaints, none when all is well. InterfaceError for no file, or one of another kind."""
     if not path.is_file():
-        what = "is a folder: name the files in it" if path.is_dir() else "no such file"
-        raise InterfaceError(f"{path}: {what}")
+        missing = IsADirectoryError() if path.is_dir() else FileNotFoundError()
+        raise InterfaceError(unreadable(path, missing))
     if path.suffix not in _CHECKS:
         raise InterfaceError(
             f"{path}: nothing to check in {path.suffix!r}, wants {', '.join(_CHECKS)}"
@@ -23,6 +23,16 @@ def check_file(path: Path) -> list[str]:
         return _CHECKS[path.suffix](path)
     except FlexhexError as error:
         return str(error).splitlines()
+
+
+def warnings_of(path: Path) -> list[str]:
+    """What is allowed in a file without complaints, and yet may be a mistake."""
+    from flexhex.fmus.common.machine_file import is_truth, load_machine, read_toml
+    from flexhex.simulation.machine_check import doubts
+
+    if path.suffix != ".toml" or path.stem.endswith("-published") or is_truth(read_toml(path)):
+        return []
+    return [f"{path}: warning: {text}" for text in doubts(load_machine(path))]
 
 
 def _fmu(path: Path) -> list[str]:

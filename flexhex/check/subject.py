@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lxml import etree
 
-from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.errors import InterfaceError, unreadable
 
 
 def parsed(text: str | None, otherwise: float = math.nan) -> float:
@@ -74,7 +74,7 @@ class Subject:
         except (zipfile.BadZipFile, zlib.error, ValueError):
             raise InterfaceError(f"{path}: not a zip archive, or a truncated one") from None
         except OSError as error:
-            raise InterfaceError(f"{path}: cannot be read ({error.strerror})") from None
+            raise InterfaceError(unreadable(path, error)) from None
         return Subject(path, names, root)
 
     def read(self, name: str) -> bytes:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import PLATFORMS, listed_values
+from flexhex.arguments import PLATFORMS, OutFolder, listed_values
 from flexhex.fmus.common.errors import UsageError
 
 TOOLS = ("cofmupy", "maestro", "osp")
@@ -43,9 +43,7 @@ def export_command(
     duration: Annotated[
         float, typer.Option("--duration", "-d", min=0.0, help="end time in Maestro's files [s]")
     ] = 10.0,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="folder [default: export, beside the .ssp]")
-    ] = None,
+    out: OutFolder = Path("out/export"),
 ) -> None:
     """Write files for other tools: their own wiring formats, the controllers as one FMU, tables."""
     from flexhex.export.container import export_container
@@ -58,17 +56,16 @@ def export_command(
         raise UsageError(f"--duration {duration:g}: must be a number of seconds")
     if platform is not None and not container:
         raise UsageError("--platform is for --container: the other files fit every computer")
-    folder = description.parent / "export" if out is None else out
     written: list[Path] = []
     if tool:
-        files = export_wiring(description, folder / tool, tool, duration)
+        files = export_wiring(description, out / tool, tool, duration)
         written += [path for path in files if path.suffix != ".fmu"]
     if container:
-        written += export_container(description, folder, wanted(platform) if platform else ())
+        written += export_container(description, out, wanted(platform) if platform else ())
     if variables:
-        written.append(export_variables([description], folder / "variables.csv"))
+        written.append(export_variables([description], out / "variables.csv"))
     if diagram:
-        written.append(export_diagram(description, folder / f"{description.stem}.svg"))
+        written.append(export_diagram(description, out / f"{description.stem}.svg"))
     if not written:
         raise UsageError("nothing to export: add --for TOOL, --container, --variables or --diagram")
     for path in written:

@@ -1,12 +1,15 @@
-"""Ctrl-C and closed pipes: how any command ends when nobody waits for it any more."""
+"""How any command ends that was stopped (Ctrl-C, a closed pipe) or called wrongly."""
 
 from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 import typer
 from typer.core import TyperGroup
+
+from flexhex.output.usage import wrong_usage
 
 STOPPED = 130
 """Exit code of a command that was stopped: 128 + SIGINT."""
@@ -16,12 +19,19 @@ BROKEN_PIPE = 141
 
 
 class Interruptible(TyperGroup):
-    """The commands of `flexhex`; Ctrl-C or a closed pipe ends any of them cleanly."""
+    """The commands of `flexhex`; Ctrl-C or a closed pipe ends any of them cleanly, and a wrong
+    option is two lines."""
+
+    def make_context(self, info_name: str | None, *args: Any, **more: Any) -> Any:
+        """Read the options before the command."""
+        with wrong_usage(info_name or "flexhex"):
+            return super().make_context(info_name, *args, **more)
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
         """Run the command."""
         try:
-            found = super().invoke(ctx)
+            with wrong_usage(context=ctx):
+                found = super().invoke(ctx)
             sys.stdout.flush()
             return found
         except KeyboardInterrupt:

@@ -1,4 +1,5 @@
-"""Progress where nobody can draw: a line for each stage, and one every few seconds."""
+"""Progress where nobody can draw: a line for each stage, and one every few seconds
+in which something went on."""
 
 from __future__ import annotations
 
@@ -21,6 +22,7 @@ class Lines(Progress):
         super().__init__(clock)
         self.stream = stream
         self._last = clock()
+        self._said: tuple[Task, float, str] | None = None
         self._quiet = False
         self._over = threading.Event()
         self._ticker = threading.Thread(target=self._run, daemon=True)
@@ -39,7 +41,9 @@ class Lines(Progress):
             task = self._stage or (self._tasks[0] if self._tasks else None)
             if task is None or self._quiet or now - self._last < EVERY:
                 return
-            self._write(f"{self.titled(task)}: {task.state(now)}", now)
+            if (task, task.done, task.note) != self._said:
+                self._said = task, task.done, task.note
+                self._write(f"{self.titled(task)}: {task.state(now)}", now)
 
     @contextmanager
     def paused(self) -> Iterator[None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -12,10 +13,12 @@ from flexhex.arguments import (
     DEFAULT_MACHINE,
     AsJson,
     MachineFile,
-    OutFolder,
     command_line,
     found_machine,
 )
+
+FULL, QUICK = Path("out"), Path("out/quick")
+"""Where a full run and a quick one write: a quick one replaces no figures of a full one."""
 
 
 class Part(StrEnum):
@@ -36,10 +39,29 @@ class Keep(StrEnum):
     ALL = "all"
 
 
+def one_blas_thread() -> None:
+    """One thread for NumPy's linear algebra, unless the user wants more.
+
+    The fit's matrices are small: several threads take three times the processor time, most of it
+    waiting for one another. It counts only before NumPy is imported.
+    """
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
 def run_command(
     machine: MachineFile = DEFAULT_MACHINE,
-    out: OutFolder = Path("out"),
-    quick: Annotated[bool, typer.Option("--quick", help="short trajectory")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            help="folder for everything generated [default: out; with --quick out/quick]",
+        ),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="short trajectory; leaves the files of a full run alone")
+    ] = False,
     only: Annotated[Part | None, typer.Option(help="one part of the report only")] = None,
     keep: Annotated[
         Keep,
@@ -48,18 +70,21 @@ def run_command(
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
+    if quick:
+        one_blas_thread()
     from flexhex.output.live import live
     from flexhex.run.paper import paper_run
     from flexhex.run.report import write_report
     from flexhex.run.view import print_run, run_json
     from flexhex.simulation.builder import Builder
 
+    folder = out or (QUICK if quick else FULL)
     with live() as progress:
-        builder = Builder(found_machine(machine), out, progress.building)
+        builder = Builder(found_machine(machine), folder, progress.building)
         part = only.value if only else None
         done = paper_run(builder, command_line(), quick, progress, part, keep is Keep.ALL)
         progress.stage("writing the report")
-        report = write_report(done, out / "report.html")
+        report = write_report(done, folder / "report.html")
     if json:
         print(run_json(done, report))
     else:

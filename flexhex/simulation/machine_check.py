@@ -13,39 +13,11 @@ from typing import TypeVar
 
 from flexhex.fmus.common.errors import FlexhexError, MachineError, StartValueError
 from flexhex.fmus.common.interface import Interface
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.simulation.fields import refused
 
 Made = TypeVar("Made")
-FIELDS = {
-    "Ts": "timing",
-    "R1": "control.R1",
-    "R2": "control.R2",
-    "P0": "control.P0",
-    "actuator": "actuator",
-    "alignment": "timing.feedforward",
-    "amplitude": "reference.amplitude",
-    "command_delay": "drive.t_command",
-    "duration": "reference.duration",
-    "effect": "effects",
-    "f_current": "drive.f_current",
-    "kp": "control",
-    "measurement_delay": "drive.t_measurement",
-    "mechanism": "bodies, flexures",
-    "move": "reference.move",
-    "p": "actuator, bodies, flexures",
-    "p0": "actuator, bodies, flexures",
-    "period": "reference.period",
-    "reference_delay": "timing.feedforward, drive",
-    "scale": "actuator, bodies, flexures",
-    "stroke": "geometry.stroke",
-    "t_d": "control",
-    "t_f": "control",
-    "t_i": "control",
-    "tau_max": "drive.K_t, drive.I_peak",
-    "tau_step": "drive.K_t, drive.I_step",
-    "theta_step": "encoder.step",
-    "x": "geometry.x_E0",
-}
-"""FMU variable -> the field of the machine file that its start value comes from."""
 
 
 def named(path: Path, make: Callable[[], Made], where: str = "") -> Made:
@@ -60,7 +32,22 @@ def named(path: Path, make: Callable[[], Made], where: str = "") -> Made:
         if text.startswith(str(path)):
             raise
         if isinstance(error, StartValueError):
-            text = f"{FIELDS.get(error.variable, 'machine')}: in {where}.fmu {text}"
+            is_truth = where == "machine"
+            text = (
+                f"in machine.fmu {text}" if is_truth else refused(load_machine(path), error, where)
+            )
         elif not isinstance(error, MachineError):
             text = f"timing: {text}"
         raise MachineError(f"{path}: {text}") from None
+
+
+def doubts(machine: Machine) -> list[str]:
+    """What is allowed in a machine file, and yet may be a mistake."""
+    g = machine.gravity.g
+    if g[2] <= 0:
+        return []
+    return [
+        f"gravity.g = [{', '.join(f'{v:g}' for v in g)}] m/s2 points upward (z is up): the"
+        " end-effector hangs below the motors. If the machine stands, change the sign of the"
+        " third component"
+    ]

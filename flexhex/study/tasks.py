@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexhex.fmus.common.errors import InterfaceError, UsageError
+from flexhex.fmus.common.errors import InterfaceError, UsageError, unreadable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, truth_file
 from flexhex.fmus.machine.truth import Truth, load_truth
@@ -78,9 +78,8 @@ def tasks(plan: Plan, machine_file: Path, out: Path) -> tuple[Task, ...]:
     systems = {case: out / "cases" / case / "hexapod.ssp" for case in CASES}
     for path in systems.values():
         if not path.exists():
-            raise InterfaceError(
-                f"{path}: no such file: run `flexhex run` first, it fits p and builds"
-            )
+            missing = unreadable(path, FileNotFoundError())
+            raise InterfaceError(f"{missing}: run `flexhex run` first, it fits p and builds")
     machine, path = load_machine(machine_file), truth_file(machine_file)
     truth = load_truth(path) if path.exists() else None
     hashes = {case: _hash(path) for case, path in systems.items()}

@@ -1,5 +1,10 @@
 """The few errors that flexhex raises for a user's mistake: what, where, how to mend it."""
 
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
 
 class FlexhexError(Exception):
     """A mistake that the user can mend; `exit_code` is what the command line ends with."""
@@ -38,11 +43,22 @@ class InterfaceError(FlexhexError):
 
 
 class StartValueError(InterfaceError):
-    """A start value outside its variable's range; `variable` is the variable's name."""
+    """A start value outside its variable's range.
 
-    def __init__(self, variable: str, text: str) -> None:
-        super().__init__(text)
-        self.variable = variable
+    name: `mechanism[103]`; element: what it is in an array of unlike things, `end_effector.m`;
+    value and limits (least, largest) in `unit`.
+    """
+
+    def __init__(
+        self, name: str, element: str, value: float, limits: tuple[float, float], unit: str
+    ) -> None:
+        written = f" {unit}".removesuffix(" 1")
+        super().__init__(
+            f"{name}{f' ({element})' if element else ''} starts at {value:.9g}{written},"
+            f" allowed {limits[0]:.9g} to {limits[1]:.9g}{written}"
+        )
+        self.name, self.element = name, element
+        self.value, self.limits, self.unit = value, limits, unit
 
 
 class BuildError(FlexhexError):
@@ -55,3 +71,12 @@ class RunError(FlexhexError):
     """An FMU refused a call while the system was running."""
 
     exit_code = 1
+
+
+def unreadable(path: str | Path, error: OSError) -> str:
+    """Why a file cannot be read, in the same words everywhere: `log.csv: no such file`."""
+    if isinstance(error, FileNotFoundError):
+        return f"{path}: no such file"
+    if isinstance(error, IsADirectoryError):
+        return f"{path}: is a folder: name a file in it"
+    return f"{path}: cannot be read: {os.strerror(error.errno) if error.errno else error}"

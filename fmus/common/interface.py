@@ -61,13 +61,10 @@ class Variable:
             object.__setattr__(self, "variability", "fixed")
         for k, value in enumerate(self.starts):
             if not self.min <= value <= self.max:
-                name = f"{self.scalar_names[k]}{f' ({self.elements[k]})' if self.elements else ''}"
-                unit = f" {self.units[k] if self.units else self.unit}".removesuffix(" 1")
-                raise StartValueError(
-                    self.name,
-                    f"{name} starts at {value:.9g}{unit},"
-                    f" allowed {self.min:.9g} to {self.max:.9g}{unit}",
-                )
+                element = self.elements[k] if self.elements else ""
+                unit = self.units[k] if self.units else self.unit
+                limits = (self.min, self.max)
+                raise StartValueError(self.scalar_names[k], element, value, limits, unit)
         for what, texts in (("names", self.elements), ("units", self.units)):
             if texts and len(texts) != self.count:
                 raise InterfaceError(

@@ -14,7 +14,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.errors import MachineError, unreadable
 from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.geometry import Frames
@@ -94,8 +94,9 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """Plain data of a TOML file; MachineError when it is missing or no TOML."""
     try:
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not a UTF-8 text"
-        raise MachineError(f"{path}: cannot be read ({reason})") from None
+    except OSError as error:
+        raise MachineError(unreadable(path, error)) from None
+    except UnicodeDecodeError:
+        raise MachineError(f"{path}: cannot be read: not a UTF-8 text") from None
     except tomllib.TOMLDecodeError as error:
         raise MachineError(f"{path}: not valid TOML: {error}") from None

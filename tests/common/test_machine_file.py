@@ -148,7 +148,7 @@ def test_default_machine_file_is_accepted() -> None:
 
 
 def test_missing_machine_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(MachineError, match=r"nowhere\.toml: cannot be read"):
+    with pytest.raises(MachineError, match=r"nowhere\.toml: no such file"):
         load_machine(tmp_path / "nowhere.toml")
 
 

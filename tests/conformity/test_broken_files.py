@@ -61,7 +61,7 @@ def said(folder: Path, *words: str) -> str:
         ("check folder.fmu", "folder.fmu: is a folder"),
         ("check nowhere.fmu", "nowhere.fmu: no such file"),
         ("check toy.txt", "toy.txt: nothing to check in '.txt', wants .fmu, .ssp, .toml"),
-        ("check --results folder.fmu", "folder.fmu: cannot be read (Is a directory)"),
+        ("check --results folder.fmu", "folder.fmu: is a folder"),
         ("check --results some.ssp", "is missing (a system description? an FMU is wanted)"),
         ("check without.ssp", "resources/plant.fmu is missing in the archive"),
         ("simulate without.ssp", "resources/plant.fmu is missing in the archive"),

@@ -27,7 +27,7 @@ def flexhex(*words: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 
 MISTAKES: dict[str, tuple[list[str], int, str]] = {
-    "no such machine": (["run", "-m", "x.toml"], 3, r"x\.toml: cannot be read"),
+    "no such machine": (["run", "-m", "x.toml"], 3, r"x\.toml: no such file"),
     "not a machine": (["build", "-m", "log.csv"], 3, r"log\.csv: not valid TOML"),
     "no such part": (
         ["run", "--only", "fig2"],
@@ -39,7 +39,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
         2,
         r"--vary noise: other\.toml has no truth file other-truth\.toml, .* trajectory can vary",
     ),
-    "no such ssp": (["simulate", "x.ssp"], 3, r"x\.ssp: cannot be read"),
+    "no such ssp": (["simulate", "x.ssp"], 3, r"x\.ssp: no such file"),
     "not an ssp": (["simulate", "log.csv"], 3, r"log\.csv: not a zip archive"),
     "no such log": (["identify", "x.csv"], 3, r"x\.csv: no such file"),
     "kind of log": (["identify", "other.toml"], 3, r"unknown kind '\.toml'; write CSV or HDF5"),
@@ -48,7 +48,7 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
         3,
         r"theta\[1\] is in 'inc', wanted 'rad' .*: convert",
     ),
-    "no such command": (["frobnicate"], 2, r"No such command 'frobnicate'"),
+    "no such command": (["frobnicate"], 2, r"no such command 'frobnicate'"),
     "truth for a machine": (["build", "-m", "x-truth.toml"], 3, r"x-truth\.toml: a truth file: "),
     "too long for the memory": (
         ["simulate", "loop.ssp", "-d", "1e9"],

@@ -186,12 +186,18 @@ def test_ratio_of_nothing_is_no_number(app: typer.Typer, tmp_path: Path) -> None
 def test_file_that_is_no_run_is_refused(app: typer.Typer, tmp_path: Path) -> None:
     good = save(tracked(1e-6, 0.1), tmp_path / "good.h5")
     (tmp_path / "log.csv").write_text("time,theta[1]\ns,rad\n0,1\n")
-    (tmp_path / "empty.csv").write_text("")
+    for empty in ("empty.csv", "my.toml", "run"):
+        (tmp_path / empty).write_text("")
     for name, reason in (
         ("log.csv", "neither a result of flexhex simulate.*nor a recording of the gateway"),
         ("empty.csv", "not a result"),
         ("", "is a folder"),
         ("none.csv", "no such file"),
+        (
+            "my.toml",
+            r"my\.toml: unknown ending '\.toml': results are read from \.h5, ",
+        ),
+        ("run", "run: has no ending: results are read from"),
     ):
         words = ["compare", str(good), str(tmp_path / name)]
         error = CliRunner().invoke(app, words).exception

@@ -128,7 +128,7 @@ FILES: dict[str, tuple[Callable[[User], Path], str]] = {
         lambda u: u.file("a.csv", [r[:2] for r in u.rows()], ["time,theta[1]", "s,rad"]),
         "no channels tau_meas[1]",
     ),
-    "folder": (lambda u: u.folder, "is a folder: name the files in it"),
+    "folder": (lambda u: u.folder, "is a folder: name a file in it"),
     "missing": (lambda u: u.folder / "none.csv", "no such file"),
     "another number of axes": (
         lambda u: plain_csv(u.folder / "a.csv", motion(4.0)),
@@ -196,7 +196,7 @@ def test_folder_that_cannot_be_written_is_told_before_any_work(user: User) -> No
 def test_machine_file_that_is_missing_is_named(user: User) -> None:
     done = user.call(*user.good, "--machine", user.folder / "none.toml", base="hexapod")
     assert done.code == 3
-    assert "none.toml: cannot be read" in done.err
+    assert "none.toml: no such file" in done.err
 
 
 def test_other_machine_is_refused(user: User) -> None:

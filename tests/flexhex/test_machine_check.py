@@ -7,13 +7,17 @@ from functools import reduce
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from flexhex.check.files import check_file
-from flexhex.fmus.common.errors import MachineError
+from flexhex.cli import app
+from flexhex.fmugen.rooms import ROOMS, room_interface
+from flexhex.fmus.common.errors import MachineError, StartValueError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.run.actuators import actuators_builder
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import whole_moves
+from flexhex.simulation.fields import keys_of, shown
 from tests.common.test_machine_file import Edit, replace
 from tests.conftest import MACHINE_FILE
 
@@ -61,7 +65,7 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "slow feedforward": (
         replace("feedforward = { value = 0.0005", "feedforward = { value = 0.0075"),
-        r"timing\.feedforward, drive: in feedback\.fmu reference_delay starts at 76\.6",
+        r"timing\.feedforward = 0\.0075 s, .*: reference_delay is 76\.6\d+, must be 0 to 64 ",
     ),
     "sample times that do not meet": (
         replace("feedforward = { value = 0.0005", "feedforward = { value = 0.00175"),
@@ -69,19 +73,28 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "adaptation": (
         replace("adaptation = { value = 0.03", "adaptation = { value = 30.0"),
-        r"timing: in estimator\.fmu Ts starts at 30 s, allowed 1e-06 to 10 s",
+        r"timing\.adaptation = 30 s: must be 1e-06 to 10 s \(range of Ts in estimator\.fmu\)",
     ),
     "encoder step": (
         replace("step = { value = 1e-08", "step = { value = 1.0"),
-        r"encoder\.step: in plant\.fmu theta_step starts at 1 rad, allowed 0 to 0\.1 rad",
+        r"encoder\.step = 1 rad: must be 0 to 0\.1 rad \(range of theta_step in plant\.fmu\)",
     ),
     "current": (
         replace("I_peak = { value = 9.0", "I_peak = { value = 9e9"),
-        r"drive\.K_t, drive\.I_peak: in feedback\.fmu tau_max starts at 2\.7e\+10 N m",
+        r"drive\.K_t = 3 N m/A, drive\.I_peak = 9e\+09 A: tau_max is 2\.7e\+10 N m, .* of them$",
     ),
     "cogging": (
         replace("[0.01383, 0.01674", "[1383.0, 0.01674"),
-        r"actuator: in plant\.fmu actuator\[5\] \(a\[1,1\]\) starts at 1383 N m, allowed",
+        r"actuator\.a\[1,1\] = 1383 N m: must be -100 to 100 N m \(range of actuator\[5\] in plant",
+    ),
+    "mass in grams": (
+        replace("m = { value = 2.2,", "m = { value = 2200.0,"),
+        r"bodies\.end_effector\.m = 2200 kg: must be -100 to 100 kg .* meant in another unit\?$",
+    ),
+    "first moment": (
+        replace('m = { value = 0.5, unit = "kg"', 'm = { value = 2200.0, unit = "kg"'),
+        r"bodies\.upper\.m = 2200 kg, bodies\.upper\.c = \[0\.13, 0, -0\.004\] m: upper\[1\]\.mc_x"
+        r" is 286 kg m, must be -100 to 100 kg m",
     ),
     "hysteresis too sharp for the plant's step": (
         replace("sigma = { value = 0.015", "sigma = { value = 1e-9"),
@@ -96,6 +109,13 @@ CASES: dict[str, tuple[Edit, str]] = {
         r"actuator\.n_harmonics: wants a whole number without point or quotes, is '9'",
     ),
 }
+
+SET_BY_NO_FILE = {
+    *("kind", "seed", "t_start", "passes", "speed", "rounding", "fade", "f_base", "n_sines"),
+    *("f0", "f1", "payload_count", "payload_time", "payload_mass", "corrections", "tolerance"),
+    *("basis", "play", "substeps", "ff_gain", "e_max", "adapt"),
+}
+"""Parameters whose start values are the same for all machines."""
 
 
 def written(folder: Path, edit: Edit) -> Path:
@@ -119,9 +139,41 @@ def test_check_refuses_what_no_room_takes(case: str, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists(), "nothing is compiled before"
 
 
+def test_every_start_value_of_a_machine_has_its_keys(machine: Machine) -> None:
+    """All parameters but those that no machine file sets; each of the keys is in the file."""
+    without = set()
+    for room in ROOMS:
+        for variable in room_interface(room, machine).parameters:
+            for k, name in enumerate(variable.scalar_names):
+                element = variable.elements[k] if variable.elements else ""
+                error = StartValueError(name, element, 0.0, (1.0, 2.0), variable.unit)
+                keys = keys_of(error, room)
+                assert all(" = " in shown(machine, key) for key in keys)
+                if not keys:
+                    without.add(variable.name)
+    assert without <= SET_BY_NO_FILE, without - SET_BY_NO_FILE
+
+
 @pytest.mark.parametrize("name", ["tflex.toml", "tflex-actuators.toml", "tflex-truth.toml"])
 def test_check_accepts_the_shipped_files(name: str) -> None:
     assert check_file(MACHINE_FILE.with_name(name)) == []
+
+
+@pytest.mark.parametrize(
+    ("g", "warned"), [("0.0, 0.0, 9.81", True), ("0.0, 0.0, -9.81", False), ("9.81, 0, 0", False)]
+)
+def test_check_warns_of_gravity_that_points_upward(g: str, warned: bool, tmp_path: Path) -> None:
+    """A machine may hang, so the file is good; a wrong sign is not silent."""
+    path = written(tmp_path, replace("g = { value = [0.0, 0.0, -9.81]", f"g = {{ value = [{g}]"))
+    done = CliRunner().invoke(app, ["check", str(path)])
+    assert done.exit_code == 0
+    said = done.stdout.splitlines()
+    assert said[-1] == f"{path}: ok"
+    assert len(said) == 1 + warned
+    if warned:
+        assert re.search(
+            r"mine\.toml: warning: gravity\.g = \[0, 0, 9\.81\] m/s2 points up", said[0]
+        )
 
 
 def test_check_of_a_truth_file_looks_at_its_machine_too(tmp_path: Path) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 import typer
 from typer.testing import CliRunner
 
 from flexhex import arguments
+from flexhex.cli import app
 from flexhex.diagnose.command import KINDS as BASE_KINDS
 from flexhex.diagnosis.bases import BASES
 from flexhex.experiments import EXPERIMENTS
@@ -38,15 +40,42 @@ def test_list_is_completed_after_its_last_comma() -> None:
     assert arguments.listed_values("noise,d", values) == ["noise,drift"]
 
 
-def test_ctrl_c_is_one_line_and_exit_code_130() -> None:
-    app = typer.Typer(cls=Interruptible)
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("run --qick", "run: no such option: --qick"),
+        ("run --only fig2", "run: invalid value for '--only': 'fig2' is not one of 'table', "),
+        ("compare a.h5", "compare: missing argument 'SECOND'"),
+        ("study -n 1.5", "study: invalid value for '--runs' / '-n': "),
+        ("diagnose --held-out", "diagnose: option '--held-out' requires an argument"),
+        ("frobnicate", "no such command 'frobnicate'"),
+        ("--nope", "no such option: --nope"),
+    ],
+)
+def test_wrong_option_is_two_plain_lines(words: str, message: str) -> None:
+    done = CliRunner().invoke(app, words.split(), prog_name="flexhex")
+    assert (done.exit_code, done.stdout) == (2, "")
+    said, where = done.stderr.splitlines()
+    assert said.startswith((f"flexhex {message}", f"flexhex: {message}"))
+    command = f"{words.split()[0]} " if said.startswith("flexhex ") else ""
+    assert where == f"`flexhex {command}--help` lists what there is"
 
-    @app.command("wait")
+
+def test_flexhex_alone_shows_its_help() -> None:
+    done = CliRunner().invoke(app, [], prog_name="flexhex")
+    assert "Usage: flexhex" in done.output
+    assert "simulate" in done.output
+
+
+def test_ctrl_c_is_one_line_and_exit_code_130() -> None:
+    waiting = typer.Typer(cls=Interruptible)
+
+    @waiting.command("wait")
     def wait() -> None:
         raise KeyboardInterrupt
 
-    app.callback()(lambda: None)
-    done = CliRunner().invoke(app, ["wait"])
+    waiting.callback()(lambda: None)
+    done = CliRunner().invoke(waiting, ["wait"])
     assert (done.exit_code, done.stderr, done.stdout) == (130, "flexhex: stopped\n", "")
 
 

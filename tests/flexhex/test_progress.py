@@ -51,6 +51,23 @@ def test_pipe_gets_a_line_for_a_stage_and_one_every_few_seconds() -> None:
     assert len(lines) == 1 + 4
 
 
+def test_pipe_gets_no_line_where_nothing_went_on() -> None:
+    """Else a log fills with lines that differ in their time alone."""
+    stream, clock = io.StringIO(), Clock()
+    progress = Lines(stream, clock)
+    progress.stage("fitting")
+    for _ in range(10):
+        clock.now += EVERY
+        progress.tick()
+    assert len(stream.getvalue().splitlines()) == 2, "the stage, and that it is under way"
+    progress.building("plant")
+    for _ in range(3):
+        clock.now += EVERY
+        progress.tick()
+    said = stream.getvalue().splitlines()
+    assert said[2:] == ["flexhex: fitting: building plant, 55 s so far"]
+
+
 def test_simulations_side_by_side_add_up_to_their_stage() -> None:
     progress = Progress(Clock())
     progress.stage("simulating", 100.0)

@@ -103,8 +103,8 @@ def test_simulation_is_saved_as_csv_and_told_as_json(
 
 
 MISTAKES = {
-    "missing file": (["none.ssp"], 3, "none.ssp: cannot be read"),
-    "folder": (["folder"], 3, "folder: cannot be read"),
+    "missing file": (["none.ssp"], 3, "none.ssp: no such file"),
+    "folder": (["folder"], 3, "folder: is a folder: name a file in it"),
     "no archive": (["file"], 3, "file: not a zip archive.*: copy or build it anew"),
     "negative duration": (["loop.ssp", "-d", "-1"], 2, "duration -1 s: must be .* above 0"),
     "no duration": (["loop.ssp", "-d", "0"], 2, "duration 0 s: must be .* above 0"),

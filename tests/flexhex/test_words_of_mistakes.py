@@ -8,13 +8,15 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from flexhex.check import fmu as check_fmu
 from flexhex.check.files import check_file
+from flexhex.cli import app
 from flexhex.diagnose.options import writable
 from flexhex.diagnosis.identify import fit
 from flexhex.diagnosis.logs import Options, read_log
-from flexhex.fmus.common.errors import InterfaceError, LogError, OutputError
+from flexhex.fmus.common.errors import FlexhexError, InterfaceError, LogError, OutputError
 from flexhex.fmus.common.machine.machine import Machine
 from tests.conftest import ROOT
 
@@ -26,6 +28,26 @@ def log_file(folder: Path, *header: str) -> Path:
     path = folder / "a.csv"
     path.write_text("\n".join([*header, *ROWS]) + "\n", encoding="utf-8")
     return path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *("run -m no.toml", "build -m no.toml", "study -m no.toml", "check no.toml"),
+        *("simulate no.ssp", "export no.ssp --variables", "check no.fmu", "check --results no.fmu"),
+        *("identify no.csv", "diagnose no.csv", "compare no.csv no.h5", "report no.csv"),
+        *("identify good.csv -m no.toml", "diagnose good.csv -m no.toml"),
+    ],
+)
+def test_missing_file_has_the_same_words_everywhere(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log_file(tmp_path, "time,theta[1],tau_meas[1]", "s,rad,N m").rename(tmp_path / "good.csv")
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, words.split())
+    assert isinstance(done.exception, FlexhexError), done.exception
+    assert done.exception.exit_code == 3
+    assert re.match(r"no\.\w+: no such file", str(done.exception)), done.exception
 
 
 def test_column_is_renamed_by_its_whole_header(tmp_path: Path) -> None:

@@ -96,6 +96,16 @@ def test_command_writes_what_is_asked_for(hexapod_ssp: Path, tmp_path: Path) -> 
     assert all((tmp_path / name).stat().st_size for name in names)
 
 
+def test_command_writes_into_the_current_folder_by_default(
+    hexapod_ssp: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As all commands do: the .ssp may lie where nobody but its owner writes."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["export", str(hexapod_ssp), "--variables"])
+    assert done.output.split() == ["out/export/variables.csv"]
+    assert (tmp_path / "out/export/variables.csv").stat().st_size
+
+
 def test_command_without_a_wish_says_what_there_is(hexapod_ssp: Path) -> None:
     done = CliRunner().invoke(app, ["export", str(hexapod_ssp)])
     assert isinstance(done.exception, UsageError)

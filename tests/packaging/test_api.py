@@ -44,7 +44,9 @@ def python(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.usefixtures("builder")
-def test_examples_of_the_page_run_in_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_of_the_page_run_in_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The FMUs come out of the cache that the other tests of this session fill."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
@@ -55,6 +57,11 @@ def test_examples_of_the_page_run_in_order(tmp_path: Path, monkeypatch: pytest.M
     assert flexhex.compare_results(names["result"], names["again"]).equal
     assert not names["comparison"].equal, "another plant"
     assert [effect.id for effect in names["diagnosis"].effects] == ["coulomb_friction"]
+    printed = capsys.readouterr().out
+    for k, name in enumerate(names["names"][:3]):
+        loose = name in names["fit"].undetermined
+        shown = "not determined" if loose else f"{names['fit'].p[k]:.4f} +- "
+        assert f"\n{name} {shown}" in printed, "an estimate without its deviation says nothing"
 
 
 def test_page_names_every_public_name() -> None:

@@ -79,5 +79,5 @@ def test_installed_wheel_runs_in_an_empty_folder(installed: Installed, tmp_path:
     printed = installed.run("flexhex", "run", "--quick", cwd=tmp_path)
     for row in ("feedback only", "fixed feedforward", "adaptive feedforward"):
         assert row in printed
-    assert "</html>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert (tmp_path / "out" / "runs" / "adaptive.h5").is_file()
+    assert "</html>" in (tmp_path / "out" / "quick" / "report.html").read_text(encoding="utf-8")
+    assert (tmp_path / "out" / "quick" / "runs" / "adaptive.h5").is_file()
