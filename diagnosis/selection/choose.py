@@ -1,0 +1,168 @@
+"""The search: the simplest hypothesis that predicts best is accepted, until nothing gains.
+
+    y = B q + accepted terms + what is asked for + noise
+
+Every hypothesis answers the same question: how much of what repeats on left-out trajectories it
+explains, in squares of RMS torque, and how surely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis, Hypotheses
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import (
+    Score,
+    change_falls,
+    change_score,
+    effect_score,
+    summed,
+    tried,
+    with_form,
+)
+
+Array = NDArray[np.float64]
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A hypothesis that was chosen, and those that predict equally well."""
+
+    score: Score
+    rivals: tuple[Score, ...]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
+    standard errors it stands above zero."""
+
+    size: float
+    deviations: float
+
+    def matters(self, criteria: Criteria) -> bool:
+        """Whether it is large and sure enough."""
+        return self.size > criteria.smallest_rest and self.deviations > criteria.deviations
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was chosen, in its order; what is left on each axis, before and after; all scores of
+    every round."""
+
+    accepted: tuple[Accepted, ...]
+    before: tuple[Rest, ...]
+    rest: tuple[Rest, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+
+
+def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
+    """Accept hypotheses until none gains enough on left-out trajectories."""
+    rows = Rows.of(bench.made)
+    hypotheses, moments = Hypotheses(bench, rows), Moments(rows)
+    before = rest_of(moments)
+    accepted, rounds = list[Accepted](), list[tuple[Score, ...]]()
+    while len(accepted) < criteria.most:
+        say(f"effects, round {len(rounds) + 1}")
+        scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
+        rounds.append(tuple(scores))
+        passed = [score for score in scores if score.passes(criteria)]
+        if not passed:
+            break
+        found = simplest(passed[0], scores, criteria)
+        accepted.append(found)
+        moments = with_accepted(moments, hypotheses, found.score, criteria)
+    return Selection(tuple(accepted), before, rest_of(moments), tuple(rounds))
+
+
+def one_round(
+    moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
+) -> list[Score]:
+    """Scores of the most promising hypotheses of each axis, best first."""
+    found = list[Score]()
+    for axis in (*range(moments.rows.n), None):
+        listed = []
+        for effect in hypotheses.effects(axis):
+            if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
+                fits = tried(moments, effect)
+                listed.append((float(fits[None].falls.max()), effect, fits))
+        listed.sort(key=lambda item: -item[0])
+        for fall, effect, fits in listed[: criteria.shortlist]:
+            if fall > criteria.promising:
+                found.append(effect_score(moments, hypotheses, effect, fits, criteria))
+    changes = [c for c in hypotheses.changes if c.place not in moments.freed]
+    falls = change_falls(moments, changes)
+    for k in np.argsort(-falls)[: criteria.shortlist]:
+        if falls[k] > criteria.promising:
+            found.append(change_score(moments, changes[k], float(falls[k])))
+    return sorted(found, key=lambda score: -score.gain)
+
+
+def _place(score: Score) -> tuple[str, int | None]:
+    return score.hypothesis.id, score.hypothesis.axis
+
+
+def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accepted:
+    """The hypothesis with the fewest free numbers of those that predict as well as the best one on
+    its axis; the others are its rivals, but for those that only extend it."""
+    axis = best.hypothesis.axis
+    near = [
+        score
+        for score in scores
+        if score is best
+        or (
+            score.gain > 0
+            and (score.hypothesis.axis == axis or isinstance(score.hypothesis, ChangedParameter))
+            and as_good(score, best, criteria)
+        )
+    ]
+    chosen = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
+    rivals = [
+        score
+        for score in near
+        if score is not chosen and score.hypothesis.extends != chosen.hypothesis.id
+    ]
+    return Accepted(chosen, tuple(rivals))
+
+
+def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
+    """Whether a hypothesis leaves no more than the best one, but for chance."""
+    more, deviation = summed(score.energy - best.energy)
+    return more <= criteria.alike * deviation
+
+
+def with_accepted(
+    moments: Moments, hypotheses: Hypotheses, score: Score, criteria: Criteria
+) -> Moments:
+    """The model with a hypothesis accepted."""
+    hypothesis = score.hypothesis
+    if isinstance(hypothesis, ChangedParameter):
+        return moments.without_prior(hypothesis.place)
+    assert isinstance(hypothesis, EffectHypothesis)
+    gains = tried(moments, hypothesis)[None].gains[score.shape]
+    return moments.extended(with_form(hypotheses, hypothesis, score.shape, gains, criteria))
+
+
+def rest_of(moments: Moments) -> tuple[Rest, ...]:
+    """What repeats of each axis in the fit to all folds and is explained by nothing."""
+    rows, q = moments.rows, moments.fit(None).q
+    found = []
+    for i in range(rows.n):
+        left = rows.y[i] - moments.X[i] @ q
+        white = rows.white_y[i] - moments.white_X[i] @ q
+        size = np.sqrt(max(float((left * left[rows.partner]).mean()), 0.0)) / rows.torque_rms[i]
+        products = white * white[rows.partner]
+        pairs = 2.0 if rows.mutual else 1.0
+        chance = np.sqrt(pairs * float((products**2).sum()))
+        sure = float(products.sum()) / max(chance, 1e-300) if rows.repeats else 0.0
+        found.append(Rest(float(size), sure))
+    return tuple(found)

@@ -1,0 +1,148 @@
+"""Products between passes of the base model's columns and of accepted terms, for each fold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from flexhex.diagnosis.selection.rows import Rows
+
+Array = NDArray[np.float64]
+Left = int | None
+"""Fold that is left out of a fit; None: none is."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """Columns (R, k) beside the base model on each axis that feels them, with the inverse
+    variance (k,) of their coefficients: zero for free ones."""
+
+    raw: dict[int, Array]
+    white: dict[int, Array]
+    prior: Array
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A fit: coefficients q (m,), and (G + prior)^-1 applied to right-hand sides."""
+
+    q: Array
+    solve: Callable[[Array], Array]
+
+
+class Moments:
+    """The base model with accepted terms: y = X c, c (m,) the base's and the terms' columns.
+
+    freed: places of base parameters whose prior does not count.
+    """
+
+    def __init__(
+        self, rows: Rows, terms: Sequence[Term] = (), freed: frozenset[int] = frozenset()
+    ) -> None:
+        self.rows, self.terms, self.freed = rows, tuple(terms), freed
+        widths = [len(term.prior) for term in terms]
+        self.m = rows.nb + sum(widths)
+        self.X = [self._beside(i, rows.B[i], [t.raw for t in terms]) for i in range(rows.n)]
+        self.white_X = [
+            self._beside(i, rows.white_B[i], [t.white for t in terms]) for i in range(rows.n)
+        ]
+        prior = rows.prior.copy()
+        prior[list(freed)] = 0.0
+        self.prior = np.concatenate([prior, *(t.prior for t in terms)])
+        self.fits: dict[Left, Solved] = {}
+        self._grams: dict[int, tuple[Array, Array]] = {}
+
+    def _beside(self, axis: int, base: Array, columns: Sequence[dict[int, Array]]) -> Array:
+        if not columns:
+            return base
+        widths = [len(term.prior) for term in self.terms]
+        empty = [np.zeros((len(base), w)) for w in widths]
+        pairs = zip(columns, empty, strict=True)
+        return np.hstack([base, *(own.get(axis, zero) for own, zero in pairs)])
+
+    def extended(self, term: Term) -> Moments:
+        """With one more term; products that are known already are kept."""
+        longer = Moments(self.rows, (*self.terms, term), self.freed)
+        for fold, (G, b) in self._grams.items():
+            where, m = self.rows.fold == fold, self.m
+            whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
+            whole[:m, :m], right[:m] = G, b
+            for i, own in term.white.items():
+                cross = self.rows.between(longer.white_X[i], own, where)
+                whole[:, m:] += cross
+                right[m:] += self.rows.between(own, self.rows.white_y[i], where)
+            whole[m:, :m] = whole[:m, m:].T
+            whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
+            longer._grams[fold] = whole, right
+        return longer
+
+    def without_prior(self, place: int) -> Moments:
+        """With a base parameter that may have any value."""
+        looser = Moments(self.rows, self.terms, self.freed | {place})
+        looser._grams = self._grams
+        return looser
+
+    def grams(self, fold: int) -> tuple[Array, Array]:
+        """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes."""
+        if fold not in self._grams:
+            where = self.rows.fold == fold
+            G, b = np.zeros((self.m, self.m)), np.zeros(self.m)
+            for X, y in zip(self.white_X, self.rows.white_y, strict=True):
+                G += self.rows.between(X, X, where)
+                b += self.rows.between(X, y, where)
+            self._grams[fold] = (G + G.T) / 2, b
+        return self._grams[fold]
+
+    def gram(self, left: Left) -> tuple[Array, Array]:
+        """The same of all folds but one."""
+        listed = [self.grams(fold) for fold in self.rows.folds if fold != left]
+        return sum(G for G, _ in listed), sum(b for _, b in listed)  # type: ignore[return-value]
+
+    def fit(self, left: Left) -> Solved:
+        """The fit to all folds but one."""
+        if left not in self.fits:
+            G, b = self.gram(left)
+            solve = _solver(G, self.prior)
+            self.fits[left] = Solved(solve(b), solve)
+        return self.fits[left]
+
+    @cached_property
+    def left_out(self) -> list[Array]:
+        """Residuals (R,) [N m] of each axis, every fold predicted by the others."""
+        found = []
+        for X, y in zip(self.X, self.rows.y, strict=True):
+            residual = np.empty(len(y))
+            for fold in self.rows.folds:
+                where = self.rows.fold == fold
+                residual[where] = y[where] - X[where] @ self.fit(fold).q
+            found.append(residual)
+        return found
+
+    @cached_property
+    def energy(self) -> Array:
+        """Repeatable energy (clusters,) of `left_out`."""
+        return self.rows.energy(self.left_out)
+
+
+def _solver(G: Array, prior: Array) -> Callable[[Array], Array]:
+    """(G + prior)^-1 as a function; directions that nothing determines stay where they are."""
+    size = np.sqrt(np.maximum(np.diag(G) + prior, 1e-12))
+    scaled = (G + np.diag(prior)) / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += 1e-8
+    try:
+        factor = cho_factor(scaled)
+    except LinAlgError:
+        # products between passes of what hardly repeats may be negative
+        values, vectors = np.linalg.eigh(scaled)
+        factor = cho_factor((vectors * np.maximum(values, 1e-6)) @ vectors.T)
+
+    def solve(right: Array) -> Array:
+        across = size if right.ndim == 1 else size[:, None]
+        return np.asarray(cho_solve(factor, right / across) / across)
+
+    return solve
