@@ -1,0 +1,141 @@
+"""How much of an effect a fit of the base model's own parameters leaves, with MuJoCo's columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from studies.mujoco.draw import Case
+from studies.mujoco.effect import Effect
+from studies.mujoco.machine import Array
+from studies.mujoco.native import Motor
+from studies.mujoco.simulate import Record, compiled, inverse, places
+
+ROWS = 1200
+"""Instants of a run that are used."""
+NUDGE = 1e-4
+
+
+def gap(case: Case, effects: Sequence[Effect], k: int, record: Record) -> Array:
+    """Torque (samples, n) that is reported on account of effect k and of nothing else."""
+    effect, n = effects[k], case.machine.n
+    out = np.zeros((len(record.q), n))
+    part = record.parts[k]
+    rest = [e for j, e in enumerate(effects) if j != k]
+    if effect.place in ("force", "drive"):
+        out[:, list(effect.axes)] = part
+    elif effect.place == "reading":
+        assert part is not None
+        out = _misread(case, record, part)
+    elif isinstance(effect, Motor):
+        out[:, list(effect.axes)] = (record.ctrl - record.force)[:, list(effect.axes)]
+    else:
+        # what moves the joints, less what the same motion takes without the effect
+        with_it = compiled(case.machine, case.step, effects)
+        model = compiled(case.machine, case.step, rest)
+        pick = [_dof(with_it, model.joint(j).name) for j in range(model.njnt)]
+        wanted = inverse(model, *(x[:, pick] for x in (record.q, record.v, record.a)))
+        out = record.force + record.applied - wanted[:, places(model, n)]
+    return out
+
+
+def _dof(model: mujoco.MjModel, name: str) -> int:
+    return int(model.joint(name).dofadr[0])
+
+
+def _misread(case: Case, record: Record, part: Array) -> Array:
+    """Rigid torque along the true motion less that along the motion that is read."""
+    model = compiled(case.machine, case.step, ())
+    q, v, a = (x[:, record.at] for x in (record.q, record.v, record.a))
+    step = 1 / case.rate
+    rate = np.gradient(part, step, axis=0)
+    bent = inverse(model, q + part, v + rate, a + np.gradient(rate, step, axis=0))
+    return np.asarray(inverse(model, q, v, a) - bent)
+
+
+def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str]]:
+    """Columns (samples, n, columns) of the base model along a run, and what they stand for.
+
+    Ten parameters of each body (tangents: mass, centre, inertia), rotors, offsets, a common
+    delay; rates and positions for machines whose base model has damping and springs;
+    `friction`: signs of the rates, and the rates, for all.
+    """
+    model, n = compiled(case.machine, case.step, ()), case.machine.n
+    q, v, a = (x[:, record.at] for x in (record.q, record.v, record.a))
+    rigid = inverse(model, q, v, a)
+    found, names = _bodies(model, q, v, a, rigid)
+    one = np.eye(n)
+    names.append("delay")
+    found.append(np.gradient(record.u, 1 / case.rate, axis=0))
+    signals = {"rotor": a, "offset": np.ones_like(a)}
+    if case.machine.kind != "arm":
+        signals |= {"damping": v, "spring": q}
+    if friction:
+        sharp = 0.01 * np.sqrt(np.mean(v**2, axis=0))
+        signals |= {"viscous": v, "coulomb": np.tanh(v / sharp)}
+    for name, values in signals.items():
+        for k in range(n):
+            found.append(values * one[k])
+            names.append(f"{name}[{k + 1}]")
+    return np.stack(found, axis=2), names
+
+
+def _bodies(
+    model: mujoco.MjModel, q: Array, v: Array, a: Array, rigid: Array
+) -> tuple[list[Array], list[str]]:
+    """Differences of the torque by each body's mass, centre and inertia."""
+    found, names = [], []
+    for body in range(1, model.nbody):
+        size = np.sqrt(model.body_inertia[body].max() / model.body_mass[body])
+        rows: list[tuple[str, Array, float]] = [
+            ("m", model.body_mass[body : body + 1], float(model.body_mass[body]))
+        ]
+        rows += [(f"c{k}", model.body_ipos[body, k : k + 1], float(size)) for k in range(3)]
+        rows += [
+            (f"I{k}", model.body_inertia[body, k : k + 1], float(model.body_inertia[body].max()))
+            for k in range(3)
+        ]
+        for name, entry, unit in rows:
+            before = entry.copy()
+            entry += NUDGE * unit
+            found.append((inverse(model, q, v, a) - rigid) / NUDGE)
+            entry[:] = before
+            names.append(f"body[{body}].{name}")
+        for k in range(3):
+            before = model.body_iquat[body].copy()
+            turn = np.zeros(3)
+            turn[k] = NUDGE
+            mujoco.mju_quatIntegrate(model.body_iquat[body], turn, 1.0)
+            found.append((inverse(model, q, v, a) - rigid) / NUDGE)
+            model.body_iquat[body] = before
+            names.append(f"body[{body}].R{k}")
+    return found, names
+
+
+def observable(
+    case: Case, gaps: Sequence[Array], records: Sequence[Record], friction: bool = False
+) -> Array:
+    """RMS (n,) of the gap that no base parameter can take up, one set for all records; both
+    thinned. Weighted by each axis' torque RMS."""
+    thin = [slice(None, None, max(1, len(r.q) // ROWS)) for r in records]
+    scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
+    A = np.concatenate(
+        [_thinned(case, r, s, friction) / scale[:, None] for r, s in zip(records, thin, strict=True)]
+    )
+    y = np.concatenate([g[s] / scale for g, s in zip(gaps, thin, strict=True)])
+    flat = A.reshape(-1, A.shape[2])
+    flat = flat / np.maximum(np.linalg.norm(flat, axis=0), 1e-300)
+    solved = np.linalg.lstsq(flat, y.ravel(), rcond=1e-8)[0]
+    left = (y.ravel() - flat @ solved).reshape(y.shape)
+    return np.asarray(np.sqrt(np.mean(left**2, axis=0)) * scale)
+
+
+def _thinned(case: Case, r: Record, s: slice, friction: bool) -> Array:
+    """Columns at some instants; the delay's is differentiated before it is thinned."""
+    few = replace(r, q=r.q[s], v=r.v[s], a=r.a[s], u=r.u[s])
+    found, names = columns(case, few, friction)
+    found[:, :, names.index("delay")] = np.gradient(r.u, 1 / case.rate, axis=0)[s]
+    return found

@@ -1,0 +1,211 @@
+"""The closed loop: MuJoCo's machine under a PD or PID controller, recorded at the log's rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.signal import lfilter
+
+from studies.mujoco.draw import Case
+from studies.mujoco.effect import Effect
+from studies.mujoco.machine import Array, Machine, Parts, mjcf
+from studies.mujoco.motion import Reference, reference
+
+STEADY = 0.1
+"""Largest bandwidth times step of the loop."""
+
+
+class UnstableLoop(ValueError):
+    """The loop did not follow its reference."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run at the log's rate: time (samples,) [s]; q, v, a of all joints of the model (samples,
+    n_v); r, u (motor torque that is reported), force (of MuJoCo's actuators), disturbance (samples,
+    n); parts: what each formula asked for (samples, axes), None where it is in the model."""
+
+    t: Array
+    r: Array
+    q: Array
+    v: Array
+    a: Array
+    u: Array
+    ctrl: Array
+    force: Array
+    applied: Array
+    disturbance: Array
+    parts: tuple[Array | None, ...]
+    at: Array
+    """Where the axes stand among the n_v."""
+
+    def misread(self, effects: Sequence[Effect]) -> Array:
+        """What the encoders read beside the positions (samples, n)."""
+        out = np.zeros_like(self.u)
+        for effect, part in zip(effects, self.parts, strict=True):
+            if effect.place == "reading" and part is not None:
+                out += part
+        return out
+
+
+def compiled(machine: Machine, step: float, effects: Sequence[Effect]) -> mujoco.MjModel:
+    """MuJoCo's model with what the effects change in it."""
+    parts = Parts()
+    for effect in effects:
+        effect.change(parts, machine)
+    return mujoco.MjModel.from_xml_string(mjcf(machine, step, parts))
+
+
+def places(model: mujoco.MjModel, n: int) -> Array:
+    """Where the n axes stand among the model's degrees of freedom."""
+    return np.array([model.joint(f"j{k + 1}").dofadr[0] for k in range(n)])
+
+
+@dataclass(frozen=True)
+class Plant:
+    """What is common to the runs of a case: model with its effects, feedback gains (n,)."""
+
+    case: Case
+    model: mujoco.MjModel
+    effects: tuple[Effect, ...]
+    gains: tuple[Array, Array, Array]
+    scale: Array
+    """Torque RMS (n,) that disturbances are relative to."""
+
+
+def gains_of(case: Case) -> tuple[Array, Array, Array]:
+    """Proportional, derivative and integral gains (n,) from the diagonal of the mass matrix."""
+    model = compiled(case.machine, case.step, ())
+    data = mujoco.MjData(model)
+    data.qpos[:] = case.machine.middle
+    mujoco.mj_forward(model, data)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    w = min(case.loop.bandwidth * 2 * np.pi * case.machine.frequency, STEADY / case.step)
+    kp = np.diag(M) * w * w
+    return kp, np.diag(M) * 1.6 * w, kp * 0.15 * w * float(case.loop.integral)
+
+
+def feedforward(case: Case, ref: Reference) -> Array:
+    """Torque (samples, n) that the machine file's model wants along the reference."""
+    n, kind = case.machine.n, case.loop.feedforward
+    if kind == "none":
+        return np.zeros((len(ref.r), n))
+    model = compiled(case.written, case.step, ())
+    thin = max(1, len(ref.r) // 4000)
+    some = np.arange(0, len(ref.r), thin)
+    still = kind == "gravity"
+    v, a = (0 * x[some] if still else x[some] for x in (ref.rd, ref.rdd))
+    tau = inverse(model, ref.r[some], v, a)
+    at = np.arange(len(ref.r))
+    return np.stack([np.interp(at, some, tau[:, k]) for k in range(n)], axis=1)
+
+
+def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
+    """Torques (samples, n_v) of MuJoCo's inverse dynamics."""
+    data, out = mujoco.MjData(model), np.empty((len(q), model.nv))
+    for k in range(len(q)):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], v[k], a[k]
+        mujoco.mj_inverse(model, data)
+        out[k] = data.qfrc_inverse
+    return out
+
+
+def coloured(rng: np.random.Generator, shape: tuple[int, int], corner: float) -> Array:
+    """Noise of RMS 1 below a corner, relative to the sample rate."""
+    pole = np.exp(-2 * np.pi * corner)
+    raw = rng.standard_normal((shape[0] + round(min(3 / corner, 20000)), shape[1]))
+    found = lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], raw, axis=0)
+    return np.asarray(found[-shape[0] :])
+
+
+def run(plant: Plant, trajectory: tuple[str, int], seed: int) -> Record:
+    """One run; `seed` is that of its disturbance. UnstableLoop when it runs away."""
+    case, n = plant.case, plant.case.machine.n
+    ref = reference(*trajectory, case.machine, case.seconds, case.step)
+    count = len(ref.r)
+    rng = np.random.default_rng([case.noise.seed, seed, 3])
+    noise = coloured(rng, (count, n), case.noise.corner * case.step)
+    noise *= case.noise.disturbance * plant.scale
+    return _integrate(plant, ref, feedforward(case, ref), noise)
+
+
+def _integrate(plant: Plant, ref: Reference, ff: Array, noise: Array) -> Record:
+    case, model, n = plant.case, plant.model, plant.case.machine.n
+    data, at = mujoco.MjData(model), places(model, plant.case.machine.n)
+    kp, kd, ki = plant.gains
+    _begin(model, data, ref, n)
+    for effect in plant.effects:
+        effect.reset(case.step)
+    formulas = [(e, list(e.axes)) for e in plant.effects if e.place != "model"]
+    log: dict[str, list[Array]] = {name: [] for name in ("q", "v", "a", "u", "ctrl", "f", "x")}
+    shown: list[list[Array]] = [[] for _ in formulas]
+    total, every = np.zeros(n), case.substeps
+    limit = 3 * np.max(case.machine.reach) + 1e-9
+    for k in range(len(ref.r)):
+        q, v, t = data.qpos[at], data.qvel[at], k * case.step
+        seen = q
+        for effect, axes in formulas:
+            if effect.place == "reading":
+                seen = seen.copy()
+                seen[axes] += effect.gain * effect.at(t, q[axes], v[axes], v[axes])
+        error = ref.r[k] - seen
+        total = total + error * case.step
+        u = ff[k] + kp * error + kd * (ref.rd[k] - v) + ki * total
+        ctrl, applied = u.copy(), noise[k].copy()
+        for number, (effect, axes) in enumerate(formulas):
+            own = (q, v, u) if effect.whole else (q[axes], v[axes], u[axes])
+            part = effect.gain * effect.at(t, *own) if effect.place != "reading" else seen - q
+            if effect.place == "drive":
+                ctrl[axes] -= part
+            elif effect.place == "force":
+                applied[axes] -= part
+            if k % every == 0:
+                shown[number].append(part)
+        data.ctrl[:], data.qfrc_applied[at] = ctrl, applied
+        before = data.qpos.copy(), data.qvel.copy()
+        mujoco.mj_step(model, data)
+        if k % every == 0:
+            for name, value in zip(
+                log,
+                (*before, data.qacc.copy(), u, ctrl, data.actuator_force.copy(), applied),
+                strict=True,
+            ):
+                log[name].append(value)
+            if not np.abs(error).max() < limit:
+                raise UnstableLoop(f"seed {case.seed}: error {error} at {t:.3f} s")
+    filled = iter(shown)
+    parts = tuple(
+        np.array(next(filled)) if e.place != "model" else None for e in plant.effects
+    )
+    arrays = {name: np.array(values) for name, values in log.items()}
+    keep = slice(None, None, every)
+    return Record(
+        np.arange(len(arrays["q"])) / case.rate,
+        ref.r[keep],
+        arrays["q"],
+        arrays["v"],
+        arrays["a"],
+        arrays["u"],
+        arrays["ctrl"],
+        arrays["f"],
+        arrays["x"],
+        noise[keep],
+        parts,
+        at,
+    )
+
+
+def _begin(model: mujoco.MjModel, data: mujoco.MjData, ref: Reference, n: int) -> None:
+    for k in range(n):
+        data.qpos[model.joint(f"j{k + 1}").qposadr[0]] = ref.r[0, k]
+        data.qvel[model.joint(f"j{k + 1}").dofadr[0]] = ref.rd[0, k]
+    for number in range(model.njnt):
+        name = model.joint(number).name
+        body = model.body(model.jnt_bodyid[number])
+        if name.startswith("x") and model.body_parentid[body.id] == 0:
+            # a rotor beside the arm starts where its joint does
+            data.qpos[model.jnt_qposadr[number]] = ref.r[0, int(name[1:]) - 1]
