@@ -21,8 +21,10 @@ SHARES = {
     "payload": 0.04,
     "plain": 0.06,
 }
-MOST_STEPS = 200_000
+MOST_STEPS = 120_000
 """Simulated instants of a case, about."""
+FINEST = 2000
+"""Simulated instants in a period of the slowest motion, at least."""
 ALONE = {"gravity_tilt", "cross_coupling"}
 """Not in pairs."""
 
@@ -118,18 +120,21 @@ def draw(seed: int, category: str | None = None, kind: str | None = None, attemp
 
 
 def _runs(rng: Rng, seed: int, category: str, machine: Machine, written: Machine) -> Case:
-    rate = float(round(10 ** rng.uniform(np.log10(60), 4)))
     count = int(rng.choice([1, 2, 3, 4], p=[0.08, 0.22, 0.4, 0.3]))
     passes = int(rng.choice([1, 2, 3, 4], p=[0.1, 0.45, 0.3, 0.15]))
     if category == "payload":
         passes = 2 * int(rng.integers(1, 3))
-    substeps = max(1, int(np.ceil(1000 / rate)))
-    longest = MOST_STEPS / (rate * substeps * count * passes)
-    wanted = max(rng.uniform(3.0, 12.0), 2.5 / machine.frequency)
-    seconds = float(min(wanted, max(longest, 1.5 / machine.frequency)))
+    seconds = max(float(rng.uniform(3.0, 10.0)), 1.8 / machine.frequency)
+    fastest = max(MOST_STEPS / (count * passes * seconds), 200.0)
+    rate = float(round(min(10 ** rng.uniform(np.log10(60), 4), fastest)))
+    if rate == round(fastest):
+        # fast logs are short where the machine is quick enough
+        seconds = max(3.0, 1.8 / machine.frequency)
+        rate = float(round(min(1e4, MOST_STEPS / (count * passes * seconds))))
+    finest = float(np.clip(FINEST * machine.frequency, 250, 2000))
+    substeps = max(1, int(np.ceil(finest / rate)))
     kinds = [str(rng.choice(motion.KINDS)) for _ in range(count)]
-    half = min(machine.reach)
-    finest = float(10 ** rng.uniform(-8, -3))
+    encoder = min(float(10 ** rng.uniform(-8, -3)), 1e-3 * min(machine.reach))
     noise = Noise(
         float(10 ** rng.uniform(-3, -1.7)),
         float(10 ** rng.uniform(-3.5, -2)),
@@ -161,7 +166,7 @@ def _runs(rng: Rng, seed: int, category: str, machine: Machine, written: Machine
         passes,
         loop,
         noise,
-        min(finest, 1e-3 * half),
+        encoder,
         0 if plain or rng.random() < 0.5 else int(rng.integers(1, 6)),
         bool(rng.random() < 0.7),
         bool(rng.random() < 0.5),

@@ -63,8 +63,12 @@ def runs_of(case: Case, effects: tuple[Effect, ...] | None = None) -> Simulated:
     """All runs of a case; `effects`: instead of those that it would make."""
     gains, zero = gains_of(case), np.zeros(case.machine.n)
     quiet = Plant(case, compiled(case.machine, case.step, ()), (), gains, zero)
-    first = run(quiet, case.trajectories[0], 0)
-    motion = Motion(first.t, first.q, first.v, first.a, first.u)
+    # a limit is met where the torque is largest, wherever that is
+    every = any(wanted.id == "torque_saturation" for wanted in case.hidden)
+    firsts = [run(quiet, t, 0) for t in case.trajectories[: None if every else 1]]
+    motion = Motion(
+        firsts[0].t, *(np.concatenate([getattr(r, x) for r in firsts]) for x in ("q", "v", "a", "u"))
+    )
     scale = np.maximum(motion.rms(), 1e-3 * motion.rms().max())
     if effects is None:
         effects = tuple(_effect(case, k, motion) for k in range(len(case.hidden)))

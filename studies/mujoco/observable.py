@@ -14,7 +14,7 @@ from studies.mujoco.machine import Array
 from studies.mujoco.native import Motor
 from studies.mujoco.simulate import Record, compiled, inverse, places
 
-ROWS = 1200
+ROWS = 600
 """Instants of a run that are used."""
 NUDGE = 1e-4
 

@@ -142,7 +142,7 @@ class Elastic(Effect):
             parts.world += (
                 f'<body name="x{axis + 1}"><joint name="x{axis + 1}" type="{link.joint}"'
                 f' axis="0 0 1" armature="{J:.12g}"/><inertial mass="{1e-6 * link.mass:.9g}"'
-                f' pos="0 0 0" diaginertia="{numbers(np.ones(3) * 1e-9 * J)}"/></body>'
+                f' pos="0 0 0" diaginertia="{numbers(np.ones(3) * 1e-4 * J)}"/></body>'
             )
             parts.tendons += (
                 f'<fixed stiffness="{J * w * w:.12g}" damping="{2 * self.zeta * w * J:.12g}"'

@@ -107,10 +107,11 @@ def feedforward(case: Case, ref: Reference) -> Array:
 def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
     """Torques (samples, n_v) of MuJoCo's inverse dynamics."""
     data, out = mujoco.MjData(model), np.empty((len(q), model.nv))
+    qpos, qvel, qacc, found = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
     for k in range(len(q)):
-        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], v[k], a[k]
+        qpos[:], qvel[:], qacc[:] = q[k], v[k], a[k]
         mujoco.mj_inverse(model, data)
-        out[k] = data.qfrc_inverse
+        out[k] = found
     return out
 
 
@@ -134,69 +135,79 @@ def run(plant: Plant, trajectory: tuple[str, int], seed: int) -> Record:
 
 
 def _integrate(plant: Plant, ref: Reference, ff: Array, noise: Array) -> Record:
-    case, model, n = plant.case, plant.model, plant.case.machine.n
-    data, at = mujoco.MjData(model), places(model, plant.case.machine.n)
-    kp, kd, ki = plant.gains
+    case, model, step = plant.case, plant.model, plant.case.step
+    n, every = case.machine.n, case.substeps
+    data, at = mujoco.MjData(model), places(model, n)
     _begin(model, data, ref, n)
-    for effect in plant.effects:
-        effect.reset(case.step)
-    formulas = [(e, list(e.axes)) for e in plant.effects if e.place != "model"]
-    log: dict[str, list[Array]] = {name: [] for name in ("q", "v", "a", "u", "ctrl", "f", "x")}
-    shown: list[list[Array]] = [[] for _ in formulas]
-    total, every = np.zeros(n), case.substeps
+    law = _Law(plant)
+    qpos, qvel, qacc = data.qpos, data.qvel, data.qacc
+    ctrl, applied, force = data.ctrl, data.qfrc_applied, data.actuator_force
+    rows: list[tuple[Array, ...]] = []
     limit = 3 * np.max(case.machine.reach) + 1e-9
     for k in range(len(ref.r)):
-        q, v, t = data.qpos[at], data.qvel[at], k * case.step
-        seen = q
-        for effect, axes in formulas:
-            if effect.place == "reading":
-                seen = seen.copy()
-                seen[axes] += effect.gain * effect.at(t, q[axes], v[axes], v[axes])
-        error = ref.r[k] - seen
-        total = total + error * case.step
-        u = ff[k] + kp * error + kd * (ref.rd[k] - v) + ki * total
-        ctrl, applied = u.copy(), noise[k].copy()
-        for number, (effect, axes) in enumerate(formulas):
-            own = (q, v, u) if effect.whole else (q[axes], v[axes], u[axes])
-            part = effect.gain * effect.at(t, *own) if effect.place != "reading" else seen - q
-            if effect.place == "drive":
-                ctrl[axes] -= part
-            elif effect.place == "force":
-                applied[axes] -= part
-            if k % every == 0:
-                shown[number].append(part)
-        data.ctrl[:], data.qfrc_applied[at] = ctrl, applied
-        before = data.qpos.copy(), data.qvel.copy()
+        q, v = qpos[at], qvel[at]
+        u, ctrl[:], more = law.torque(k * step, q, v, (ref.r[k], ref.rd[k], ff[k]))
+        more += noise[k]
+        applied[at] = more
+        if k % every:
+            mujoco.mj_step(model, data)
+            continue
+        before = qpos.copy(), qvel.copy()
         mujoco.mj_step(model, data)
-        if k % every == 0:
-            for name, value in zip(
-                log,
-                (*before, data.qacc.copy(), u, ctrl, data.actuator_force.copy(), applied),
-                strict=True,
-            ):
-                log[name].append(value)
-            if not np.abs(error).max() < limit:
-                raise UnstableLoop(f"seed {case.seed}: error {error} at {t:.3f} s")
-    filled = iter(shown)
-    parts = tuple(
-        np.array(next(filled)) if e.place != "model" else None for e in plant.effects
-    )
-    arrays = {name: np.array(values) for name, values in log.items()}
-    keep = slice(None, None, every)
-    return Record(
-        np.arange(len(arrays["q"])) / case.rate,
-        ref.r[keep],
-        arrays["q"],
-        arrays["v"],
-        arrays["a"],
-        arrays["u"],
-        arrays["ctrl"],
-        arrays["f"],
-        arrays["x"],
-        noise[keep],
-        parts,
-        at,
-    )
+        rows.append((*before, qacc.copy(), u, ctrl.copy(), force.copy(), more))
+        law.keep()
+        if not np.abs(ref.r[k] - q).max() < limit:
+            raise UnstableLoop(f"seed {case.seed}: at {q}, not {ref.r[k]}, after {k * step:.3f} s")
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    some = slice(None, None, every)
+    time = np.arange(len(rows)) / case.rate
+    return Record(time, ref.r[some], *columns, noise[some], law.parts(), at)
+
+
+class _Law:
+    """Controller and formulas of the effects, step by step."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant, self.n, self.step = plant, plant.case.machine.n, plant.case.step
+        self.total = np.zeros(self.n)
+        for effect in plant.effects:
+            effect.reset(self.step)
+        formulas = [(e, list(e.axes)) for e in plant.effects if e.place != "model"]
+        self.readings = [pair for pair in formulas if pair[0].place == "reading"]
+        self.losses = [pair for pair in formulas if pair[0].place != "reading"]
+        self.now: dict[int, Array] = {}
+        self.kept: dict[int, list[Array]] = {id(e): [] for e, _ in formulas}
+
+    def torque(
+        self, t: float, q: Array, v: Array, goal: tuple[Array, Array, Array]
+    ) -> tuple[Array, Array, Array]:
+        """Reported torque, what reaches the actuator, what acts on the joints beside it (n,)."""
+        seen, (kp, kd, ki) = q, self.plant.gains
+        for effect, axes in self.readings:
+            wrong = np.zeros(self.n)
+            wrong[axes] = effect.gain * effect.at(t, q[axes], v[axes], v[axes])
+            seen, self.now[id(effect)] = seen + wrong, wrong
+        error = goal[0] - seen
+        self.total += error * self.step
+        u = goal[2] + kp * error + kd * (goal[1] - v) + ki * self.total
+        ctrl, more = u.copy(), np.zeros(self.n)
+        for effect, axes in self.losses:
+            own = (q, v, u) if effect.whole else (q[axes], v[axes], u[axes])
+            part = effect.gain * effect.at(t, *own)
+            (ctrl if effect.place == "drive" else more)[axes] -= part
+            self.now[id(effect)] = part
+        return u, ctrl, more
+
+    def keep(self) -> None:
+        """Record the parts of this instant."""
+        for number, part in self.now.items():
+            self.kept[number].append(part)
+
+    def parts(self) -> tuple[Array | None, ...]:
+        """What each effect asked for (samples, axes), a reading's (samples, n)."""
+        return tuple(
+            np.array(self.kept[id(e)]) if e.place != "model" else None for e in self.plant.effects
+        )
 
 
 def _begin(model: mujoco.MjModel, data: mujoco.MjData, ref: Reference, n: int) -> None:
