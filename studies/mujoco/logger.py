@@ -56,7 +56,9 @@ def logged(
                 "temperature": f"{degrees:.1f}",
             }
             test = len(records) > 1 and letter == len(records) - 1
-            logs.append(_log(case, record, record.misread(effects), slow * scale, scale, meta, test, rng))
+            logs.append(
+                _log(case, record, record.misread(effects), slow * scale, scale, meta, test, rng)
+            )
     return logs
 
 

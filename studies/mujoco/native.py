@@ -175,7 +175,8 @@ class Limit(Motor):
 
     def size(self, motion: Motion, share: float) -> None:
         tau = np.abs(motion.tau[:, list(self.axes)])
-        top, lost = tau.max(axis=0), share * motion.rms()[list(self.axes)]
+        # the feedback asks for more as soon as the joint gets less
+        top, lost = tau.max(axis=0), 0.3 * share * motion.rms()[list(self.axes)]
         grid = np.linspace(0.999, 0.4, 300)[:, None] * top
         over = [np.sqrt(np.mean(np.maximum(0, tau - g) ** 2, axis=0)) for g in grid]
         best = np.argmin(np.abs(np.array(over) - lost), axis=0)

@@ -123,7 +123,10 @@ def observable(
     thin = [slice(None, None, max(1, len(r.q) // ROWS)) for r in records]
     scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
     A = np.concatenate(
-        [_thinned(case, r, s, friction) / scale[:, None] for r, s in zip(records, thin, strict=True)]
+        [
+            _thinned(case, r, s, friction) / scale[:, None]
+            for r, s in zip(records, thin, strict=True)
+        ]
     )
     y = np.concatenate([g[s] / scale for g, s in zip(gaps, thin, strict=True)])
     flat = A.reshape(-1, A.shape[2])

@@ -156,7 +156,7 @@ def noncollocated(rng: Rng, place: Place) -> Effect:
     """A rotor behind a spring."""
     f = float(min(15 * place.machine.frequency, 0.15 * place.rate))
     rotor = np.array([0.5 * place.machine.links[k].armature for k in place.axes])
-    return Elastic(place.axes, f, float(rng.uniform(0.05, 0.2)), rotor)
+    return Elastic(place.axes, f, float(rng.uniform(0.15, 0.3)), rotor)
 
 
 MAKERS: Mapping[str, Callable[[Rng, Place], Effect]] = {
