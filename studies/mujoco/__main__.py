@@ -1,5 +1,5 @@
-"""`python -m studies.mujoco --seed N --out FOLDER [--category C] [--kind K] [--effect ID] [--test]`:
-a case's logs and machine file in FOLDER/logs, its truth in FOLDER/sealed."""
+"""`python -m studies.mujoco --seed N --out FOLDER [--category C] [--kind K] [--effect ID]
+[--test]`: a case's logs and machine file in FOLDER/logs, its truth in FOLDER/sealed."""
 
 from __future__ import annotations
 

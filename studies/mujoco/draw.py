@@ -186,7 +186,7 @@ def _hide(rng: Rng, case: Case) -> Case:
         one, two = (str(id) for id in rng.choice(names, 2, replace=False))
         return replace(case, hidden=(_wanted(rng, machine, [one]), _wanted(rng, machine, [two])))
     if case.category == "plain":
-        names = ["coulomb_friction", "cogging_harmonic"]
+        names = ["coulomb_friction", "cogging_harmonic", "viscous_friction"]
         every = tuple(range(machine.n))
         size = [float(10 ** rng.uniform(-1.5, -0.5)) for _ in names]
         hidden = [Wanted(id, every, s, _seed(rng)) for id, s in zip(names, size, strict=True)]

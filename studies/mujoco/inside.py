@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from studies.mujoco import native
+from studies.mujoco import native, swinging
 from studies.mujoco.effect import Algebraic, Dahl, Effect, Late, Motion, Plain
 from studies.mujoco.machine import Array
 from studies.mujoco.place import Place
@@ -171,7 +171,7 @@ def late(rng: Rng, place: Place) -> Effect:
 MAKERS: Mapping[str, Maker] = {
     "coulomb_friction": native.coulomb,
     "viscous_friction": native.viscous,
-    "flexible_mode": native.mode,
+    "flexible_mode": swinging.mode,
     "drive_lag": native.lag,
     "drive_gain": native.gain,
     "torque_saturation": native.limit,

@@ -92,7 +92,7 @@ def _log(
 ) -> Log:
     noise = case.noise.white * rng.standard_normal(record.u.shape)
     corner = min(case.noise.corner / case.rate, 0.2)
-    noise += case.noise.coloured * coloured(rng, record.u.shape, corner)  # type: ignore[arg-type]
+    noise += case.noise.coloured * coloured(rng, record.u.shape, corner)
     step = case.noise.torque_step * scale
     late = np.concatenate([np.repeat(record.u[:1], case.delay, axis=0), record.u])[: len(record.u)]
     read = record.q[:, record.at] + misread

@@ -26,14 +26,14 @@ class Reference:
 def reference(kind: str, seed: int, machine: Machine, seconds: float, step: float) -> Reference:
     """A trajectory about the middle pose that begins and ends at rest. ValueError for a kind."""
     rng = np.random.default_rng([seed, 7])
-    t = np.arange(round(seconds / step)) * step
+    t: Array = np.arange(round(seconds / step)) * float(step)
     made = {"multisine": _multisine, "points": _points, "triangle": _triangle}
     if kind not in made:
         raise ValueError(f"motion {kind!r}: one of {', '.join(KINDS)}")
     columns = []
     for k in range(machine.n):
         wave = made[kind](t, machine.frequency * rng.uniform(0.7, 1.3), rng)
-        wave = wave / max(float(np.abs(wave).max()), 1e-9) * _fade(t, seconds)
+        wave = np.asarray(wave / max(float(np.abs(wave).max()), 1e-9) * _fade(t, seconds))
         columns.append(machine.middle[k] + machine.reach[k] * rng.uniform(0.7, 1.0) * wave)
     r = np.stack(columns, axis=1)
     rd = np.gradient(r, step, axis=0)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.mujoco import native
+from studies.mujoco import swinging
 from studies.mujoco.effect import Algebraic, Effect, Motion, Plain
 from studies.mujoco.machine import Array, Machine, Parts, numbers
 from studies.mujoco.place import Place
@@ -168,5 +168,5 @@ MAKERS: Mapping[str, Callable[[Rng, Place], Effect]] = {
     "dead_zone": dead_zone,
     "pose_damping": pose_damping,
     "noncollocated_mode": noncollocated,
-    "backlash": native.backlash,
+    "backlash": swinging.backlash,
 }

@@ -14,7 +14,7 @@ Axes = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Place:
-    """Where an effect is to be: machine, axes from 0, a run without it, sample rate [Hz] of logs."""
+    """Where an effect is to be: machine, axes from 0, a run without it, rate [Hz] of logs."""
 
     machine: Machine
     axes: Axes

@@ -18,7 +18,7 @@ STEADY = 0.1
 """Largest bandwidth times step of the loop."""
 
 
-class UnstableLoop(ValueError):
+class UnstableLoopError(ValueError):
     """The loop did not follow its reference."""
 
 
@@ -124,7 +124,7 @@ def coloured(rng: np.random.Generator, shape: tuple[int, int], corner: float) ->
 
 
 def run(plant: Plant, trajectory: tuple[str, int], seed: int) -> Record:
-    """One run; `seed` is that of its disturbance. UnstableLoop when it runs away."""
+    """One run; `seed` is that of its disturbance. UnstableLoopError when it runs away."""
     case, n = plant.case, plant.case.machine.n
     ref = reference(*trajectory, case.machine, case.seconds, case.step)
     count = len(ref.r)
@@ -157,11 +157,13 @@ def _integrate(plant: Plant, ref: Reference, ff: Array, noise: Array) -> Record:
         rows.append((*before, qacc.copy(), u, ctrl.copy(), force.copy(), more))
         law.keep()
         if not np.abs(ref.r[k] - q).max() < limit:
-            raise UnstableLoop(f"seed {case.seed}: at {q}, not {ref.r[k]}, after {k * step:.3f} s")
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
+            where = f"at {q}, not {ref.r[k]}, after {k * step:.3f} s"
+            raise UnstableLoopError(f"seed {case.seed}: {where}")
+    names = ("q", "v", "a", "u", "ctrl", "force", "applied")
+    columns = {x: np.array(c) for x, c in zip(names, zip(*rows, strict=True), strict=True)}
     some = slice(None, None, every)
     time = np.arange(len(rows)) / case.rate
-    return Record(time, ref.r[some], *columns, noise[some], law.parts(), at)
+    return Record(time, ref.r[some], **columns, disturbance=noise[some], parts=law.parts(), at=at)
 
 
 class _Law:

@@ -61,7 +61,8 @@ def _apart(engine: str, wanted: Mapping[str, Any], seconds: float) -> dict[str, 
     with tempfile.TemporaryDirectory(prefix="answer-") as name:
         request, target = Path(name) / "request.json", Path(name) / "answer.json"
         request.write_text(json.dumps(wanted), encoding="utf-8")
-        command = [sys.executable, "-m", "studies.mujoco.engines", engine, request, target]
+        command = [sys.executable, "-m", "studies.mujoco.engines", engine]
+        command += [str(request), str(target)]
         try:
             done = subprocess.run(command, timeout=seconds, capture_output=True, text=True)
             if target.exists():
@@ -101,7 +102,7 @@ def read(store: Path) -> list[dict[str, Any]]:
 
 def outcome_of(row: Mapping[str, Any]) -> Outcome:
     """The outcome of a line."""
-    values = {
+    values: dict[str, Any] = {
         key: tuple(tuple(v) if isinstance(v, list) else v for v in value)
         if isinstance(value, list)
         else value
