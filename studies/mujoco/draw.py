@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from studies.mujoco import inside, machines, motion, outside
+from studies.mujoco import hexapod, inside, machines, motion, outside
 from studies.mujoco.machine import Machine, mistaken
 
 Rng = np.random.Generator
@@ -27,6 +27,8 @@ FINEST = 2000
 """Simulated instants in a period of the slowest motion, at least."""
 ALONE = {"gravity_tilt", "cross_coupling"}
 """Not in pairs."""
+OPEN_CHAIN = ("flexible_mode", "backlash", "noncollocated_mode", "encoder_eccentricity")
+"""Not in closed chains: bodies of their own, and readings that do not close."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,15 @@ def draw(seed: int, category: str | None = None, kind: str | None = None, attemp
     machine = machines.KINDS[kind or chosen](rng)
     mass = float(10 ** rng.uniform(-2, -1))
     geometry = float(10 ** rng.uniform(np.log10(0.001), np.log10(0.005)))
-    case = _runs(rng, seed, category, machine, mistaken(machine, mass, geometry, rng))
+    if machine.chain is None:
+        written = mistaken(machine, mass, geometry, rng)
+    else:
+        chain = hexapod.mistaken(machine.chain, mass, geometry, rng)
+        written = replace(machine, chain=chain)
+    case = _runs(rng, seed, category, machine, written)
+    if machine.chain is not None:
+        # its feedforward needs the closure, which only the simulation solves
+        case = replace(case, loop=replace(case.loop, feedforward="none"))
     case = replace(case, mass_error=mass, geometry_error=geometry)
     return _hide(rng, case)
 
@@ -180,7 +190,7 @@ def _hide(rng: Rng, case: Case) -> Case:
     if case.category == "single":
         return replace(case, hidden=(_wanted(rng, machine, _ids(machine)),))
     if case.category == "outside":
-        return replace(case, hidden=(_wanted(rng, machine, list(outside.MAKERS)),))
+        return replace(case, hidden=(_wanted(rng, machine, _outside(machine)),))
     if case.category == "pair":
         names = [id for id in _ids(machine) if id not in ALONE]
         one, two = (str(id) for id in rng.choice(names, 2, replace=False))
@@ -192,7 +202,7 @@ def _hide(rng: Rng, case: Case) -> Case:
         hidden = [Wanted(id, every, s, _seed(rng)) for id, s in zip(names, size, strict=True)]
         return replace(case, hidden=tuple(hidden))
     if case.category == "payload":
-        last = machine.links[-1].mass
+        last = machine.links[-1].mass if machine.links else machine.chain.platform.m
         mass, announced = float(last * rng.uniform(0.1, 0.6)), bool(rng.random() < 0.5)
         return replace(case, payload=mass, announced=announced)
     if case.category == "changed":
@@ -203,7 +213,9 @@ def _hide(rng: Rng, case: Case) -> Case:
 def _ids(machine: Machine) -> list[str]:
     """Effects of the library that a machine can have and its base model does not."""
     left = set[str]()
-    if machine.kind != "arm":
+    if machine.chain is not None:
+        left |= set(OPEN_CHAIN) | {"viscous_friction"}
+    elif machine.kind != "arm":
         # their base model has a viscous term, and free gravity and inertia
         left |= {"viscous_friction", "gravity_tilt", "drive_gain"}
     if machine.units[0] != "rad":
@@ -211,6 +223,11 @@ def _ids(machine: Machine) -> list[str]:
     if machine.n == 1:
         left |= {"cross_coupling"}
     return [id for id in inside.MAKERS if id not in left]
+
+
+def _outside(machine: Machine) -> list[str]:
+    left = OPEN_CHAIN if machine.chain is not None else ()
+    return [id for id in outside.MAKERS if id not in left]
 
 
 def _wanted(rng: Rng, machine: Machine, ids: list[str]) -> Wanted:

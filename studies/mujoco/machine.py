@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,8 @@ class Link:
 @dataclass(frozen=True)
 class Machine:
     """kind: axis, gantry, arm or hexapod. gravity (3,) [m/s2]; middle (n,): pose that it moves
-    about; reach (n,): half of the stroke; frequency [Hz]: of its slowest motion."""
+    about; reach (n,): half of the stroke; frequency [Hz]: of its slowest motion. chain: the
+    hexapod.Hexapod of a closed chain, which has no links."""
 
     kind: str
     links: tuple[Link, ...]
@@ -44,16 +46,17 @@ class Machine:
     middle: tuple[float, ...]
     reach: tuple[float, ...]
     frequency: float
+    chain: Any = None
 
     @property
     def n(self) -> int:
         """Axes."""
-        return len(self.links)
+        return len(self.middle)
 
     @property
     def units(self) -> tuple[str, str]:
         """Of position and torque."""
-        return UNITS[self.links[0].joint]
+        return UNITS[self.links[0].joint if self.links else "hinge"]
 
 
 @dataclass

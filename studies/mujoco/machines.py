@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from studies.mujoco import hexapod
 from studies.mujoco.machine import G, Link, Machine, Six, Three, six, triple
 
 Rng = np.random.Generator
@@ -107,4 +108,12 @@ def _inertia(rng: Rng, mass: float, size: float) -> Six:
     return six(np.asarray(J) * mass / 6)
 
 
-KINDS = {"axis": axis, "gantry": gantry, "arm": arm}
+def closed(rng: Rng) -> Machine:
+    """A hexapod with cranks."""
+    chain = hexapod.drawn(rng)
+    reach = tuple(0.19 * float(rng.uniform(0.6, 1.0)) for _ in range(6))
+    frequency = float(rng.uniform(0.25, 0.6) / np.sqrt(chain.L))
+    return Machine("hexapod", (), DOWN, (0.0,) * 6, reach, min(frequency, 2.0), chain)
+
+
+KINDS = {"axis": axis, "gantry": gantry, "arm": arm, "hexapod": closed}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.mujoco import inside, outside
+from studies.mujoco import hexapod, inside, outside
 from studies.mujoco.draw import FIRST_TEST, Case, Loop, draw
 from studies.mujoco.effect import Effect, Motion
 from studies.mujoco.logger import heavy, logged, write
@@ -103,6 +103,8 @@ def _heavier(case: Case) -> Machine:
     """The machine with its payload, at a place that nobody is told."""
     if case.payload == 0:
         return case.machine
+    if case.machine.chain is not None:
+        return replace(case.machine, chain=hexapod.loaded(case.machine.chain, case.payload))
     rng = np.random.default_rng([case.noise.seed, 17])
     last = case.machine.links[-1]
     reach = max(float(np.linalg.norm(last.centre)), 1e-3)
@@ -149,7 +151,9 @@ def make(
         write(log, path, case.machine.units)
         (kept if log.test else fit).append(path)
     machine_file = logs / "machine.toml"
-    machine_file.write_text(toml(case.written, case.mass_error, case.geometry_error))
+    chain, reach = case.written.chain, max(case.machine.reach)
+    text = toml(case.written, case.mass_error, case.geometry_error)
+    machine_file.write_text(hexapod.toml(chain, reach) if chain is not None else text)
     truth = sealed / f"{FAMILY}-{seed}.json"
     truth.write_text(json.dumps(truth_of(found), indent=1) + "\n", encoding="utf-8")
     return Written(tuple(fit), tuple(kept), machine_file, truth)
@@ -170,8 +174,8 @@ def truth_of(found: Simulated) -> dict[str, Any]:
     fitted = [passes[0] for passes in (found.records[:-1] if count > 1 else found.records)]
     rms = np.sqrt(np.mean(np.concatenate([r.u for r in fitted]) ** 2, axis=0))
     told = [_told(found, k, fitted, rms) for k in range(len(found.effects))]
-    # damping is a parameter of the base model of axes and gantries, and no effect to be named
-    own = {"viscous_friction"} if case.machine.kind in ("axis", "gantry") else set[str]()
+    # damping is a parameter of all base models but the arm's, and no effect to be named
+    own = set[str]() if case.machine.kind == "arm" else {"viscous_friction"}
     return {
         "family": FAMILY,
         "seed": case.seed,
@@ -228,14 +232,14 @@ def _payload(case: Case, fitted: list[Record], rms: Array) -> list[dict[str, Any
         return []
     bare, heavier = (compiled(m, case.step, ()) for m in (case.machine, _heavier(case)))
     thin = [replace(r, q=r.q[::7], v=r.v[::7], a=r.a[::7]) for r in fitted]
-    gaps = [inverse(heavier, r.q, r.v, r.a) - inverse(bare, r.q, r.v, r.a) for r in thin]
+    gaps = [(inverse(heavier, r.q, r.v, r.a) - inverse(bare, r.q, r.v, r.a))[:, r.at] for r in thin]
     own = np.sqrt(np.mean(np.concatenate(gaps) ** 2, axis=0))
     last = case.machine.n
     return [
         {
             "kind": "payload",
             "parameter": "payload",
-            "accept": ["payload", f"link[{last}]."],
+            "accept": ["payload", f"link[{last}].", "end_effector"],
             "before": 0.0,
             "after": case.payload,
             "announced": case.announced,

@@ -10,6 +10,7 @@ import numpy as np
 
 from studies.mujoco.draw import Case
 from studies.mujoco.effect import Effect
+from studies.mujoco.hexapod import projections
 from studies.mujoco.machine import Array
 from studies.mujoco.native import Motor
 from studies.mujoco.simulate import Record, compiled, inverse, places
@@ -36,7 +37,9 @@ def gap(case: Case, effects: Sequence[Effect], k: int, record: Record) -> Array:
         # what moves the joints, less what the same motion takes without the effect
         with_it = compiled(case.machine, case.step, effects)
         model = compiled(case.machine, case.step, rest)
-        pick = [_dof(with_it, model.joint(j).name) for j in range(model.njnt)]
+        pick: list[int] | slice = slice(None)
+        if model.nv < record.v.shape[1]:
+            pick = [_dof(with_it, model.joint(j).name) for j in range(model.njnt)]
         wanted = inverse(model, *(x[:, pick] for x in (record.q, record.v, record.a)))
         out = record.force + record.applied - wanted[:, places(model, n)]
     return out
@@ -65,8 +68,12 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
     """
     model, n = compiled(case.machine, case.step, ()), case.machine.n
     q, v, a = (x[:, record.at] for x in (record.q, record.v, record.a))
-    rigid = inverse(model, q, v, a)
-    found, names = _bodies(model, q, v, a, rigid)
+    if model.neq:
+        V = projections(model, record.q, record.at)
+        state = (record.q, record.v, record.a, V)
+    else:
+        state = (q, v, a, None)
+    found, names = _bodies(model, state, record.at if model.neq else np.arange(n))
     one = np.eye(n)
     names.append("delay")
     found.append(np.gradient(record.u, 1 / case.rate, axis=0))
@@ -84,10 +91,21 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
 
 
 def _bodies(
-    model: mujoco.MjModel, q: Array, v: Array, a: Array, rigid: Array
+    model: mujoco.MjModel, state: tuple[Array, Array, Array, Array | None], at: Array
 ) -> tuple[list[Array], list[str]]:
-    """Differences of the torque by each body's mass, centre and inertia."""
-    found, names = [], []
+    """Differences of the torque by each body's mass, centre and inertia, and by each stiffness."""
+    found, names = list[Array](), list[str]()
+    rigid = inverse(model, *state)
+
+    def difference(name: str) -> None:
+        found.append((inverse(model, *state) - rigid)[:, at] / NUDGE)
+        names.append(name)
+
+    for k in np.flatnonzero(model.jnt_stiffness):
+        before = float(model.jnt_stiffness[k])
+        model.jnt_stiffness[k] = before * (1 + NUDGE)
+        difference(f"stiffness[{k}]")
+        model.jnt_stiffness[k] = before
     for body in range(1, model.nbody):
         size = np.sqrt(model.body_inertia[body].max() / model.body_mass[body])
         rows: list[tuple[str, Array, float]] = [
@@ -101,17 +119,15 @@ def _bodies(
         for name, entry, unit in rows:
             before = entry.copy()
             entry += NUDGE * unit
-            found.append((inverse(model, q, v, a) - rigid) / NUDGE)
+            difference(f"body[{body}].{name}")
             entry[:] = before
-            names.append(f"body[{body}].{name}")
         for k in range(3):
             before = model.body_iquat[body].copy()
             turn = np.zeros(3)
             turn[k] = NUDGE
             mujoco.mju_quatIntegrate(model.body_iquat[body], turn, 1.0)
-            found.append((inverse(model, q, v, a) - rigid) / NUDGE)
+            difference(f"body[{body}].R{k}")
             model.body_iquat[body] = before
-            names.append(f"body[{body}].R{k}")
     return found, names
 
 
@@ -120,7 +136,8 @@ def observable(
 ) -> Array:
     """RMS (n,) of the gap that no base parameter can take up, one set for all records; both
     thinned. Weighted by each axis' torque RMS."""
-    thin = [slice(None, None, max(1, len(r.q) // ROWS)) for r in records]
+    few = ROWS // (1 + 2 * (case.machine.chain is not None))
+    thin = [slice(None, None, max(1, len(r.q) // few)) for r in records]
     scale = np.sqrt(np.mean(np.concatenate([r.u for r in records]) ** 2, axis=0))
     A = np.concatenate(
         [

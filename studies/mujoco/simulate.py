@@ -9,11 +9,13 @@ import mujoco
 import numpy as np
 from scipy.signal import lfilter
 
+from studies.mujoco import hexapod
 from studies.mujoco.draw import Case
 from studies.mujoco.effect import Effect
 from studies.mujoco.machine import Array, Machine, Parts, mjcf
 from studies.mujoco.motion import Reference, reference
 
+CRANKS = 6
 STEADY = 0.1
 """Largest bandwidth times step of the loop."""
 
@@ -56,7 +58,10 @@ def compiled(machine: Machine, step: float, effects: Sequence[Effect]) -> mujoco
     parts = Parts()
     for effect in effects:
         effect.change(parts, machine)
-    return mujoco.MjModel.from_xml_string(mjcf(machine, step, parts))
+    if machine.chain is None:
+        return mujoco.MjModel.from_xml_string(mjcf(machine, step, parts))
+    text = hexapod.mjcf(machine.chain, machine.gravity, step, parts)
+    return mujoco.MjModel.from_xml_string(text)
 
 
 def places(model: mujoco.MjModel, n: int) -> Array:
@@ -80,10 +85,14 @@ def gains_of(case: Case) -> tuple[Array, Array, Array]:
     """Proportional, derivative and integral gains (n,) from the diagonal of the mass matrix."""
     model = compiled(case.machine, case.step, ())
     data = mujoco.MjData(model)
-    data.qpos[:] = case.machine.middle
+    if case.machine.chain is None:
+        data.qpos[:] = case.machine.middle
     mujoco.mj_forward(model, data)
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
+    if model.neq:
+        (V,) = hexapod.projections(model, data.qpos[None], places(model, case.machine.n))
+        M = V.T @ M @ V
     w = min(case.loop.bandwidth * 2 * np.pi * case.machine.frequency, STEADY / case.step)
     kp = np.diag(M) * w * w
     return kp, np.diag(M) * 1.6 * w, kp * 0.15 * w * float(case.loop.integral)
@@ -104,8 +113,28 @@ def feedforward(case: Case, ref: Reference) -> Array:
     return np.stack([np.interp(at, some, tau[:, k]) for k in range(n)], axis=1)
 
 
-def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
-    """Torques (samples, n_v) of MuJoCo's inverse dynamics."""
+def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array, V: Array | None = None) -> Array:
+    """Torques (samples, n_v) of MuJoCo's inverse dynamics.
+
+    Of a closed chain those of the cut tree, projected on its cranks by V (samples, n_v, 6), see
+    `hexapod.projections`; zero at the other joints.
+    """
+    if model.neq and V is None:
+        V = hexapod.projections(model, q, places(model, CRANKS))
+    usual = model.opt.disableflags
+    model.opt.disableflags = usual | mujoco.mjtDisableBit.mjDSBL_EQUALITY.value
+    try:
+        out = _tree(model, q, v, a)
+    finally:
+        model.opt.disableflags = usual
+    if V is not None:
+        at = places(model, CRANKS)
+        out[:, at], tree = np.einsum("sij,si->sj", V, out), out.copy()
+        out[:, np.setdiff1d(np.arange(tree.shape[1]), at)] = 0.0
+    return out
+
+
+def _tree(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
     data, out = mujoco.MjData(model), np.empty((len(q), model.nv))
     qpos, qvel, qacc, found = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
     for k in range(len(q)):

@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import h5py
+import mujoco
 import numpy as np
 import pytest
 
+from flexhex.fmus.common.machine_file import load_machine
 from studies.mujoco import draw as drawing
-from studies.mujoco import inside, outside
+from studies.mujoco import hexapod, inside, outside
 from studies.mujoco.draw import Case, Wanted, draw
 from studies.mujoco.machine import Array
 from studies.mujoco.make import Simulated, make, runs_of, truth_of
@@ -44,7 +46,10 @@ def unexplained(case: Case, record: Record) -> Array:
     """Share of each axis' torque that MuJoCo's rigid machine does not ask for."""
     model = compiled(case.machine, case.step, ())
     at = record.at
-    rigid = inverse(model, record.q[:, at], record.v[:, at], record.a[:, at])
+    if model.neq:
+        rigid = inverse(model, record.q, record.v, record.a)[:, at]
+    else:
+        rigid = inverse(model, record.q[:, at], record.v[:, at], record.a[:, at])
     left = record.u + record.disturbance - rigid
     return np.asarray(np.sqrt(np.mean(left**2, axis=0) / np.mean(record.u**2, axis=0)))
 
@@ -85,7 +90,7 @@ def _numbers(path: Path) -> list[bytes]:
         return [np.asarray(file[name]).tobytes() for name in sorted(file)]
 
 
-@pytest.mark.parametrize("kind", ["axis", "gantry", "arm"])
+@pytest.mark.parametrize("kind", ["axis", "gantry", "arm", "hexapod"])
 def test_without_an_effect_nothing_is_unexplained(kind: str) -> None:
     case = draw(SEED, "nothing", kind)
     (passes, *_) = runs_of(replace(case, trajectories=case.trajectories[:1], passes=1)).records
@@ -107,6 +112,8 @@ def test_without_an_effect_nothing_is_unexplained(kind: str) -> None:
         ("arm", "second_hysteresis"),
         ("axis", "bump"),
         ("gantry", "dead_zone"),
+        ("hexapod", "coulomb_friction"),
+        ("hexapod", "torque_ripple"),
     ],
 )
 def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id: str) -> None:
@@ -165,7 +172,32 @@ def test_every_effect_has_a_name_of_its_own_and_outside_none_is_right() -> None:
 def test_seeds_draw_a_wide_world() -> None:
     cases = [draw(seed) for seed in range(200)]
     assert {c.category for c in cases} == set(drawing.SHARES)
-    assert {c.machine.kind for c in cases} == {"axis", "gantry", "arm"}
+    assert {c.machine.kind for c in cases} == {"axis", "gantry", "arm", "hexapod"}
     assert min(c.encoder for c in cases) < 1e-7
     assert {c.delay for c in cases} >= set(range(6))
     assert {c.passes for c in cases} == {1, 2, 3, 4}
+
+
+def test_the_loops_of_the_hexapod_close_and_its_file_is_one_of_the_library(tmp_path: Path) -> None:
+    case = draw(SEED, "nothing", "hexapod")
+    record = runs_of(quiet(case)).records[0][0]
+    model = compiled(case.machine, case.step, ())
+    data = mujoco.MjData(model)
+    for q in record.q[:: len(record.q) // 10]:
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        ends = data.site_xpos[model.eq_obj1id] - data.site_xpos[model.eq_obj2id]
+        # MuJoCo's constraints are a little soft
+        assert np.linalg.norm(ends, axis=1).max() < 1e-5 * case.machine.chain.L
+    path = tmp_path / "machine.toml"
+    path.write_text(hexapod.toml(case.written.chain, 0.19))
+    machine = load_machine(path)
+    assert pytest.approx(case.machine.chain.L, rel=0.03) == machine.geometry.L
+    assert machine.geometry.L != case.machine.chain.L
+
+
+def test_a_payload_on_the_platform_is_felt_by_the_cranks() -> None:
+    case = replace(draw(SEED, "payload", "hexapod"), passes=2)
+    one, two = runs_of(replace(case, trajectories=case.trajectories[:1])).records[0]
+    assert unexplained(case, one).max() < 1e-6
+    assert unexplained(case, two).min() > 1e-3
