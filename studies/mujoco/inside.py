@@ -4,6 +4,7 @@ own means where there are any (native.py), or by a formula."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,19 @@ def cogging(rng: Rng, place: Place, id: str = "cogging_harmonic") -> Effect:
     }
     unit = "1" if ripple else place.unit
     plain = Plain(id, form, "amplitude", unit, "drive" if ripple else "force", None, shapes)
-    return Algebraic(plain, place.axes)
+    return Wave(plain, place.axes)
+
+
+class Wave(Algebraic):
+    """A single harmonic has the library's cosine and sine amplitudes as well."""
+
+    def told(self) -> dict[str, Any]:
+        rows = super().told()
+        if len(self.shapes["harmonics"][0]) == 1:
+            phase = np.array(self.shapes["phase"][0])[:, 0]
+            for name, wave in (("a", np.cos(phase)), ("b", -np.sin(phase))):
+                rows[name] = {"value": (self.gain * wave).tolist(), "unit": self.unit}
+        return rows
 
 
 def stribeck(rng: Rng, place: Place) -> Effect:

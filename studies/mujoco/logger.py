@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from studies.mujoco.draw import Case
+from studies.mujoco.case import Case
 from studies.mujoco.effect import Effect
 from studies.mujoco.machine import Array
 from studies.mujoco.simulate import Record, coloured

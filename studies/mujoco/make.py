@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from studies.mujoco import hexapod, inside, outside
-from studies.mujoco.draw import FIRST_TEST, Case, Loop, draw
+from studies.mujoco.case import Case, Loop
+from studies.mujoco.draw import FIRST_TEST, draw
 from studies.mujoco.effect import Effect, Motion
 from studies.mujoco.logger import heavy, logged, write
 from studies.mujoco.machine import Array, Machine, loaded, toml, triple

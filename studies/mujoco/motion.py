@@ -26,7 +26,7 @@ class Reference:
 def reference(kind: str, seed: int, machine: Machine, seconds: float, step: float) -> Reference:
     """A trajectory about the middle pose that begins and ends at rest. ValueError for a kind."""
     rng = np.random.default_rng([seed, 7])
-    t: Array = np.arange(round(seconds / step)) * float(step)
+    t: Array = np.arange(round(seconds / step), dtype=np.float64) * np.float64(step)
     made = {"multisine": _multisine, "points": _points, "triangle": _triangle}
     if kind not in made:
         raise ValueError(f"motion {kind!r}: one of {', '.join(KINDS)}")

@@ -8,16 +8,18 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from studies.mujoco.draw import Case
+from studies.mujoco.case import Case
 from studies.mujoco.effect import Effect
 from studies.mujoco.hexapod import projections
 from studies.mujoco.machine import Array
+from studies.mujoco.model import compiled, inverse, places
 from studies.mujoco.native import Motor
-from studies.mujoco.simulate import Record, compiled, inverse, places
+from studies.mujoco.simulate import Record
 
 ROWS = 600
 """Instants of a run that are used."""
 NUDGE = 1e-4
+State = tuple[Array, Array, Array, Array | None]
 
 
 def gap(case: Case, effects: Sequence[Effect], k: int, record: Record) -> Array:
@@ -68,12 +70,10 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
     """
     model, n = compiled(case.machine, case.step, ()), case.machine.n
     q, v, a = (x[:, record.at] for x in (record.q, record.v, record.a))
+    state: State = (q, v, a, None)
     if model.neq:
-        V = projections(model, record.q, record.at)
-        state = (record.q, record.v, record.a, V)
-    else:
-        state = (q, v, a, None)
-    found, names = _bodies(model, state, record.at if model.neq else np.arange(n))
+        state = (record.q, record.v, record.a, projections(model, record.q, record.at))
+    found, names = _bodies(model, state, places(model, n))
     one = np.eye(n)
     names.append("delay")
     found.append(np.gradient(record.u, 1 / case.rate, axis=0))
@@ -90,9 +90,7 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
     return np.stack(found, axis=2), names
 
 
-def _bodies(
-    model: mujoco.MjModel, state: tuple[Array, Array, Array, Array | None], at: Array
-) -> tuple[list[Array], list[str]]:
+def _bodies(model: mujoco.MjModel, state: State, at: Array) -> tuple[list[Array], list[str]]:
     """Differences of the torque by each body's mass, centre and inertia, and by each stiffness."""
     found, names = list[Array](), list[str]()
     rigid = inverse(model, *state)
@@ -101,11 +99,11 @@ def _bodies(
         found.append((inverse(model, *state) - rigid)[:, at] / NUDGE)
         names.append(name)
 
-    for k in np.flatnonzero(model.jnt_stiffness):
-        before = float(model.jnt_stiffness[k])
-        model.jnt_stiffness[k] = before * (1 + NUDGE)
-        difference(f"stiffness[{k}]")
-        model.jnt_stiffness[k] = before
+    for joint in np.flatnonzero(model.jnt_stiffness):
+        stiffness = float(model.jnt_stiffness[joint])
+        model.jnt_stiffness[joint] = stiffness * (1 + NUDGE)
+        difference(f"stiffness[{joint}]")
+        model.jnt_stiffness[joint] = stiffness
     for body in range(1, model.nbody):
         size = np.sqrt(model.body_inertia[body].max() / model.body_mass[body])
         rows: list[tuple[str, Array, float]] = [

@@ -14,11 +14,13 @@ import pytest
 from flexhex.fmus.common.machine_file import load_machine
 from studies.mujoco import draw as drawing
 from studies.mujoco import hexapod, inside, outside
-from studies.mujoco.draw import Case, Wanted, draw
+from studies.mujoco.case import Case, Wanted
+from studies.mujoco.draw import draw
 from studies.mujoco.machine import Array
 from studies.mujoco.make import Simulated, make, runs_of, truth_of
+from studies.mujoco.model import compiled, inverse
 from studies.mujoco.observable import gap, observable
-from studies.mujoco.simulate import Record, compiled, inverse
+from studies.mujoco.simulate import Record
 
 SEED = 5
 FEW = 6000
