@@ -15,17 +15,10 @@ from studies.mujoco.draw import FIRST_TEST, draw
 from studies.mujoco.effect import Effect, Motion
 from studies.mujoco.logger import heavy, logged, write
 from studies.mujoco.machine import Array, Machine, loaded, toml, triple
+from studies.mujoco.model import compiled, inverse
 from studies.mujoco.observable import gap, observable
 from studies.mujoco.place import Place
-from studies.mujoco.simulate import (
-    Plant,
-    Record,
-    UnstableLoopError,
-    compiled,
-    gains_of,
-    inverse,
-    run,
-)
+from studies.mujoco.simulate import Plant, Record, UnstableLoopError, gains_of, run
 
 FAMILY = "mujoco"
 ATTEMPTS = 12
