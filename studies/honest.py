@@ -1,0 +1,220 @@
+"""An answer of `flexhex diagnose --json` against a sealed truth, one outcome a case.
+
+- `nothing`, and a payload that is announced: `silent`, `unknown`, `false_alarm`
+- one effect of the library: `right` (an accepted name alone, on exactly its axes),
+  `right_name_wrong_axes`, `in_set` (its axes right, a set of several holds it), `wrong` (another
+  name), `missed` (nothing named; observable), `silent` (nothing named; too faint to be seen),
+  `unknown` (a gap is told, without a name)
+- outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
+  cannot tell; observable), `silent` (the same; too faint)
+- two effects: `both`, `one`, `none`, with `+wrong` where another name stands beside them
+- changed parameters, an unannounced payload: `right`, `wrong`, `unknown`, `missed`
+- `cannot_tell` where that is the verdict and something is hidden that could be seen, `refused`
+  where the engine raised an error of its own, `failed` any other error or no time left
+
+Names beside the right one count as `extra`, and make a `right` a `wrong`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+OBSERVABLE, FAINT = 0.01, 0.004
+"""Shares of torque RMS: something outside the library that must not be missed; the limit between
+the classes of size, below which silence about an effect of the library is no miss."""
+LARGEST_SET = 3
+CATEGORIES = ("nothing", "single", "plain", "pair", "outside", "changed", "payload")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case. Sizes as shares of torque RMS. covered: for every parameter that can
+    be compared whether its interval holds the truth; confidence: as the answer gives it."""
+
+    seed: int
+    family: str
+    machine: str
+    category: str
+    hidden: tuple[str, ...]
+    axes: tuple[tuple[int, ...], ...]
+    sizes: tuple[float, ...]
+    observable: tuple[float, ...]
+    outcome: str
+    verdict: str
+    named: tuple[tuple[str, ...], ...] = ()
+    extra: int = 0
+    covered: Mapping[str, bool] = field(default_factory=dict)
+    confidence: float | None = None
+
+    @property
+    def visible(self) -> bool:
+        """Whether everything that is hidden is of the larger class."""
+        return bool(self.observable) and min(self.observable) >= FAINT
+
+
+def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str = "") -> Outcome:
+    """Judge an answer; None with an `error`, `refused` or `failed`, where there is none.
+
+    ValueError when the answer has not the agreed form.
+    """
+    if answer is None and error not in ("refused", "failed"):
+        raise ValueError(f"error {error!r}: refused or failed where there is no answer")
+    found: Mapping[str, Any] = answer or {"verdict": error, "effects": [], "changed": []}
+    _check(found)
+    hidden, effects = truth["hidden"], found["effects"]
+    outcome = error if answer is None else _outcome(truth, found)
+    spare = [e for e in effects if not any(_met(h, e) for h in hidden)]
+    changed = tuple(str(c["kind"]) for c in truth["changed"])
+    return Outcome(
+        truth["seed"],
+        truth["family"],
+        truth["machine"],
+        truth["category"],
+        tuple(h["id"] for h in hidden) or changed,
+        tuple(tuple(h["axes"]) for h in hidden),
+        tuple(h["size"] for h in hidden),
+        tuple(h["observable"] for h in hidden),
+        outcome,
+        found["verdict"],
+        tuple(_set(e) for e in effects),
+        len(spare),
+        _covered(hidden, effects),
+        found.get("confidence"),
+    )
+
+
+def _check(found: Mapping[str, Any]) -> None:
+    for key, kind in (("verdict", str), ("effects", list), ("changed", list)):
+        if not isinstance(found.get(key), kind):
+            raise ValueError(f"answer: {key} is {found.get(key)!r}, wanted a {kind.__name__}")
+    for effect in found["effects"]:
+        if "id" not in effect:
+            raise ValueError(f"answer: effects: {effect!r} has no id")
+
+
+def _set(effect: Mapping[str, Any]) -> tuple[str, ...]:
+    """Ids of an effect and of those that the data cannot tell from it."""
+    rivals = effect.get("rivals") or []
+    return (str(effect["id"]), *(r if isinstance(r, str) else str(r["id"]) for r in rivals))
+
+
+def _met(hidden: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether a named effect or one of its set is the hidden one, on one of its axes at least."""
+    where = set(effect.get("axes") or hidden["axes"])
+    return bool(set(_set(effect)) & set(hidden["accept"]) and where & set(hidden["axes"]))
+
+
+def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str:
+    """How a hidden effect of the library is named: right, in_set, right_name_wrong_axes or ''.
+
+    Several entries of one id count as one effect on all their axes.
+    """
+    accept, axes = set(hidden["accept"]), set(hidden["axes"])
+    alone = [e for e in effects if set(_set(e)) <= accept]
+    several = [e for e in effects if set(_set(e)) & accept and len(set(_set(e))) <= LARGEST_SET]
+    for listed, word in ((alone, "right"), (several, "in_set")):
+        where = set[int]().union(*(e.get("axes") or axes for e in listed))
+        if listed and where == axes:
+            return word
+    return "right_name_wrong_axes" if alone or several else ""
+
+
+def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+    hidden, effects = truth["hidden"], found["effects"]
+    if truth["changed"] and not all(c.get("announced") for c in truth["changed"]):
+        return _changed(truth["changed"], found)
+    if not hidden:
+        if effects:
+            return "false_alarm"
+        return "unknown" if found["verdict"] == "unknown" else "silent"
+    if not any(h["inside"] for h in hidden):
+        return _outside(hidden, found)
+    if len(hidden) > 1:
+        return _two(hidden, found)
+    return _single(hidden[0], found)
+
+
+def _silence(found: Mapping[str, Any], seen: bool) -> str:
+    """What it means that nothing is named."""
+    if found["verdict"] == "unknown":
+        return "unknown"
+    if not seen:
+        return "silent"
+    return "cannot_tell" if found["verdict"] == "cannot tell" else "missed"
+
+
+def _single(hidden: Mapping[str, Any], found: Mapping[str, Any]) -> str:
+    if not found["effects"]:
+        return _silence(found, hidden["observable"] >= FAINT)
+    how = _one(hidden, found["effects"])
+    spare = [e for e in found["effects"] if not set(_set(e)) & set(hidden["accept"])]
+    return "wrong" if spare or not how else how
+
+
+def _outside(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
+    if found["effects"]:
+        return "wrong"
+    word = _silence(found, max(h["observable"] for h in hidden) >= OBSERVABLE)
+    return "detected" if word == "unknown" else word
+
+
+def _two(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
+    if not found["effects"]:
+        word = _silence(found, max(h["observable"] for h in hidden) >= FAINT)
+        return "none" if word == "missed" else word
+    count = sum(_one(h, found["effects"]) in ("right", "in_set") for h in hidden)
+    every = set[str]().union(*(h["accept"] for h in hidden))
+    spare = any(not set(_set(e)) & every for e in found["effects"])
+    return ("none", "one", "both")[min(count, 2)] + ("+wrong" if spare else "")
+
+
+def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
+    """A change counts when one parameter of its kind is told; an effect beside it is wrong."""
+    starts = tuple(start for c in changed for start in c["accept"])
+    names = [str(c.get("parameter", "")) for c in found["changed"]]
+    names += [str(e["id"]) for e in found["effects"]]
+    spare = [e for e in found["effects"] if not str(e["id"]).startswith(starts)]
+    if any(name.startswith(starts) for name in names) and not spare:
+        return "right"
+    if spare or found["changed"]:
+        return "wrong"
+    return "unknown" if found["verdict"] == "unknown" else "missed"
+
+
+def _covered(
+    hidden: Sequence[Mapping[str, Any]], effects: Sequence[Mapping[str, Any]]
+) -> dict[str, bool]:
+    """Whether intervals of right names hold the true values, by `id.parameter[axis]`."""
+    found: dict[str, bool] = {}
+    for h in hidden:
+        for effect in effects:
+            if effect["id"] not in h["accept"]:
+                continue
+            for name, row in h["parameters"].items():
+                for axis, value in _values(row["value"], h["axes"]):
+                    told = _interval(effect, name, axis)
+                    if told is not None:
+                        low, high = told
+                        found[f"{h['id']}.{name}[{axis}]"] = low <= value <= high
+    return found
+
+
+def _values(value: Any, axes: Sequence[int]) -> list[tuple[int, float]]:
+    """True values by axis; none where it is no number an axis."""
+    listed = value if isinstance(value, list) else [value] * len(axes)
+    pairs = zip(axes, listed, strict=False) if len(listed) == len(axes) else ()
+    return [(axis, float(v)) for axis, v in pairs if isinstance(v, int | float)]
+
+
+def _interval(effect: Mapping[str, Any], name: str, axis: int) -> tuple[float, float] | None:
+    """The 95 % interval that an answer gives to a parameter on an axis, None without one."""
+    rows = effect.get("parameters") or {}
+    row = rows.get(f"{name}[{axis}]")
+    if row is None and list(effect.get("axes") or []) in ([axis], []):
+        row = rows.get(name)
+    ends = (row or {}).get("ci95") or []
+    if len(ends) != 2 or any(end is None for end in ends):
+        return None
+    return float(ends[0]), float(ends[1])
