@@ -8,7 +8,7 @@
 - outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
   cannot tell; observable), `silent` (the same; too faint)
 - two effects: `both`, `one`, `none`, with `+wrong` where another name stands beside them
-- changed parameters: `right`, `wrong`, `missed`
+- changed parameters, an unannounced payload: `right`, `wrong`, `unknown`, `missed`
 - `cannot_tell` where that is the verdict and something is hidden that could be seen, `refused`
   where the engine raised an error of its own, `failed` any other error or no time left
 
@@ -178,7 +178,9 @@ def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> 
     spare = [e for e in found["effects"] if not str(e["id"]).startswith(starts)]
     if any(name.startswith(starts) for name in names) and not spare:
         return "right"
-    return "wrong" if spare or found["changed"] else "missed"
+    if spare or found["changed"]:
+        return "wrong"
+    return "unknown" if found["verdict"] == "unknown" else "missed"
 
 
 def _covered(

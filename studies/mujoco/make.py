@@ -217,7 +217,7 @@ def _told(found: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[st
         "observable": float(np.linalg.norm(free[axes])) / whole,
         "observable_beside_friction": float(np.linalg.norm(rubbed[axes])) / whole,
         "observable_per_axis": (free / np.maximum(rms, 1e-300)).tolist(),
-        "parameters": effect.told(),
+        "parameters": effect.told(case.step),
     }
 
 

@@ -100,6 +100,7 @@ NONE, GAP, DUMB = said("none"), said("unknown"), said("cannot tell")
         (HEAVY, said("changed", changed=["link[1].m"]), "wrong"),
         (HEAVY, said("named", effect("drag", [2]), changed=["link[2].m"]), "wrong"),
         (HEAVY, NONE, "missed"),
+        (HEAVY, GAP, "unknown"),
     ],
 )
 def test_outcome_of_an_answer(hidden: Found, answer: Found, outcome: str) -> None:

@@ -148,6 +148,18 @@ def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
     assert jump == pytest.approx(told, rel=1e-3)
 
 
+def test_the_lag_of_the_truth_is_that_of_the_actuator() -> None:
+    found = hidden("drive_lag", "gantry")
+    record, step = found.records[0][0], 1 / found.case.rate
+    told = truth_of(found)["hidden"][0]["parameters"]["T_lag"]["value"][0]
+    command, force = record.ctrl[:, 0], record.force[:, 0]
+    rate = np.gradient(command, step)
+    smooth = slice(len(rate) // 10, -len(rate) // 10)
+    lag = -np.linalg.lstsq(rate[smooth, None], (force - command)[smooth], rcond=None)[0][0]
+    # first order of a lag that is small beside the motion, and of differences between samples
+    assert lag == pytest.approx(told, rel=0.05)
+
+
 def test_passes_differ_by_disturbance_and_by_noise() -> None:
     case = replace(draw(SEED, "nothing", "axis"), passes=2)
     one, two = runs_of(replace(case, trajectories=case.trajectories[:1])).records[0]
