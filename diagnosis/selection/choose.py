@@ -2,8 +2,8 @@
 
     y = B q + accepted terms + what is asked for + noise
 
-Every hypothesis answers the same question: how much of what repeats on left-out trajectories it
-explains, in squares of RMS torque, and how surely.
+Every hypothesis answers the same question: how much better does it predict trajectories that it was
+not fitted to, and how large is it?
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import (
     Score,
-    change_falls,
-    change_score,
+    change_scores,
     effect_score,
-    summed,
+    predicted,
     tried,
     with_form,
 )
@@ -68,20 +67,30 @@ class Selection:
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
     """Accept hypotheses until none gains enough on left-out trajectories."""
     rows = Rows.of(bench.made)
-    hypotheses, moments = Hypotheses(bench, rows), Moments(rows)
+    hypotheses = Hypotheses(bench, rows)
+    moments = hypotheses.moments
     before = rest_of(moments)
+    least = enough(hypotheses, criteria)
     accepted, rounds = list[Accepted](), list[tuple[Score, ...]]()
     while len(accepted) < criteria.most:
         say(f"effects, round {len(rounds) + 1}")
         scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
         rounds.append(tuple(scores))
-        passed = [score for score in scores if score.passes(criteria)]
+        passed = [s for s in scores if s.size > criteria.smallest_effect and s.gain > least]
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, hypotheses, found.score, criteria)
     return Selection(tuple(accepted), before, rest_of(moments), tuple(rounds))
+
+
+def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
+    """Least gain [nats] of a hypothesis that is accepted: all together raise as few false alarms as
+    wanted."""
+    axes = (*range(hypotheses.rows.n), None)
+    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes)
+    return float(np.log(count / criteria.false_alarms))
 
 
 def one_round(
@@ -94,16 +103,13 @@ def one_round(
         for effect in hypotheses.effects(axis):
             if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
                 fits = tried(moments, effect)
-                listed.append((float(fits[None].falls.max()), effect, fits))
+                listed.append((float(predicted(moments, fits).sum()), effect, fits))
         listed.sort(key=lambda item: -item[0])
-        for fall, effect, fits in listed[: criteria.shortlist]:
-            if fall > criteria.promising:
+        for gain, effect, fits in listed[: criteria.shortlist]:
+            if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits, criteria))
     changes = [c for c in hypotheses.changes if c.place not in moments.freed]
-    falls = change_falls(moments, changes)
-    for k in np.argsort(-falls)[: criteria.shortlist]:
-        if falls[k] > criteria.promising:
-            found.append(change_score(moments, changes[k], float(falls[k])))
+    found += [score for score in change_scores(moments, changes, criteria) if score.gain > 0]
     return sorted(found, key=lambda score: -score.gain)
 
 
@@ -120,8 +126,7 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
         for score in scores
         if score is best
         or (
-            score.gain > 0
-            and (score.hypothesis.axis == axis or isinstance(score.hypothesis, ChangedParameter))
+            (score.hypothesis.axis == axis or isinstance(score.hypothesis, ChangedParameter))
             and as_good(score, best, criteria)
         )
     ]
@@ -135,9 +140,8 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
 
 
 def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
-    """Whether a hypothesis leaves no more than the best one, but for chance."""
-    more, deviation = summed(score.energy - best.energy)
-    return more <= criteria.alike * deviation
+    """Whether a hypothesis predicts about as well as the best one."""
+    return best.gain - score.gain < np.log(criteria.odds)
 
 
 def with_accepted(
@@ -146,7 +150,7 @@ def with_accepted(
     """The model with a hypothesis accepted."""
     hypothesis = score.hypothesis
     if isinstance(hypothesis, ChangedParameter):
-        return moments.without_prior(hypothesis.place)
+        return moments.loosened(hypothesis.place, criteria.loose**-2.0)
     assert isinstance(hypothesis, EffectHypothesis)
     gains = tried(moments, hypothesis)[None].gains[score.shape]
     return moments.extended(with_form(hypotheses, hypothesis, score.shape, gains, criteria))

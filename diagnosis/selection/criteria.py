@@ -7,28 +7,29 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Criteria:
-    """Sizes are RMS of torque (force), relative to that of the axis.
+    """Sizes are RMS of torque (force), relative to that of the axis; evidence is in nats.
 
-    smallest_effect: smallest gain on left-out trajectories that is worth a name.
+    smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
     smallest_rest: smallest repeatable residual that is worth a word.
-    deviations: standard errors that a gain, or a repeatable residual, must stand above zero.
-    alike: standard errors within which two hypotheses predict equally well.
+    deviations: standard errors that a repeatable residual must stand above zero.
+    false_alarms: chance that any of the hypotheses of a search is accepted without reason.
+    odds: two hypotheses whose evidence differs by less than this factor are not told apart.
     form_error: relative error of an effect's functional form, smooth in its own arguments.
     exact_form_error: the same where the form is exact, as a sine is.
-    looseness: standard deviation of a base parameter in the fit, relative to its tolerance.
-    promising: fall of the whitened sum of squares from which a hypothesis is scored.
-    shortlist: hypotheses of an axis that are scored on left-out trajectories in a round.
+    loose: tolerances that a changed parameter may be off, as a standard deviation.
+    shortlist: hypotheses of an axis that are scored with their form error in a round.
     most: terms that are accepted at most.
     """
 
-    smallest_effect: float = 0.002
+    smallest_effect: float = 0.003
     smallest_rest: float = 0.004
-    deviations: float = 3.0
-    alike: float = 1.0
+    deviations: float = 4.0
+    false_alarms: float = 0.01
+    odds: float = 20.0
     form_error: float = 0.10
     exact_form_error: float = 0.02
-    promising: float = 12.0
-    shortlist: int = 6
+    loose: float = 20.0
+    shortlist: int = 5
     most: int = 12
 
 

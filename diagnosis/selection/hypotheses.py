@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows, kept
 
 Array = NDArray[np.float64]
 Axis = int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EffectHypothesis:
     """An effect with all shapes of its grid: raw (shapes, R, k) [N m] per unit of its gains on each
     axis that feels it, white the same whitened; low (k,): least gains; freedom: numbers that a fit
@@ -37,6 +38,24 @@ class EffectHypothesis:
     def width(self) -> int:
         """Gains."""
         return len(self.low)
+
+    def products(self, rows: Rows, fold: int) -> tuple[Array, Array]:
+        """Products of the columns with the torque (shapes * k,), and with each other (shapes, k, k);
+        these not between passes: noise in a column must not make it seem small."""
+        if fold not in self._products:
+            where, width = rows.fold == fold, self.width
+            right = np.zeros(len(self.shapes) * width)
+            own = np.zeros((len(self.shapes), width, width))
+            for i, columns in self.stacked.items():
+                right += rows.between(columns, rows.white_y[i], where)
+                single = self.white[i][:, where]
+                own += np.einsum("sra,srb->sab", single, single)
+            self._products[fold] = right, own
+        return self._products[fold]
+
+    @cached_property
+    def _products(self) -> dict[int, tuple[Array, Array]]:
+        return {}
 
     @cached_property
     def stacked(self) -> dict[int, Array]:
@@ -65,7 +84,7 @@ class Hypotheses:
     """All hypotheses beside a calibrated base model; columns are made when asked for, and kept."""
 
     def __init__(self, bench: Bench, rows: Rows) -> None:
-        self.bench, self.rows = bench, rows
+        self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,13 +38,18 @@ class Solved:
 class Moments:
     """The base model with accepted terms: y = X c, c (m,) the base's and the terms' columns.
 
-    freed: places of base parameters whose prior does not count.
+    freed: inverse variances of base parameters that left their tolerances, by their place.
     """
 
     def __init__(
-        self, rows: Rows, terms: Sequence[Term] = (), freed: frozenset[int] = frozenset()
+        self,
+        rows: Rows,
+        terms: Sequence[Term] = (),
+        freed: Mapping[int, float] = MappingProxyType({}),
+        kept: dict[object, Array] | None = None,
     ) -> None:
         self.rows, self.terms, self.freed = rows, tuple(terms), freed
+        self.kept = {} if kept is None else kept
         widths = [len(term.prior) for term in terms]
         self.m = rows.nb + sum(widths)
         self.X = [self._beside(i, rows.B[i], [t.raw for t in terms]) for i in range(rows.n)]
@@ -52,7 +57,7 @@ class Moments:
             self._beside(i, rows.white_B[i], [t.white for t in terms]) for i in range(rows.n)
         ]
         prior = rows.prior.copy()
-        prior[list(freed)] = 0.0
+        prior[list(freed)] = list(freed.values())
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
@@ -67,7 +72,7 @@ class Moments:
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
-        longer = Moments(self.rows, (*self.terms, term), self.freed)
+        longer = Moments(self.rows, (*self.terms, term), self.freed, self.kept)
         for fold, (G, b) in self._grams.items():
             where, m = self.rows.fold == fold, self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
@@ -81,9 +86,10 @@ class Moments:
             longer._grams[fold] = whole, right
         return longer
 
-    def without_prior(self, place: int) -> Moments:
-        """With a base parameter that may have any value."""
-        looser = Moments(self.rows, self.terms, self.freed | {place})
+    def loosened(self, place: int, prior: float) -> Moments:
+        """With another inverse variance of a base parameter."""
+        freed = {**self.freed, place: prior}
+        looser = Moments(self.rows, self.terms, freed, self.kept)
         looser._grams = self._grams
         return looser
 
@@ -111,22 +117,17 @@ class Moments:
             self.fits[left] = Solved(solve(b), solve)
         return self.fits[left]
 
-    @cached_property
-    def left_out(self) -> list[Array]:
-        """Residuals (R,) [N m] of each axis, every fold predicted by the others."""
-        found = []
-        for X, y in zip(self.X, self.rows.y, strict=True):
-            residual = np.empty(len(y))
-            for fold in self.rows.folds:
-                where = self.rows.fold == fold
-                residual[where] = y[where] - X[where] @ self.fit(fold).q
-            found.append(residual)
-        return found
-
-    @cached_property
-    def energy(self) -> Array:
-        """Repeatable energy (clusters,) of `left_out`."""
-        return self.rows.energy(self.left_out)
+    def between(self, key: object, axis: int, columns: Array, fold: int) -> Array:
+        """Products (m, k) of the model's columns with others on an axis; those of the base model
+        are kept under `key`, as they stay the same while terms are accepted."""
+        rows, where = self.rows, self.rows.fold == fold
+        place = (key, axis, fold)
+        if place not in self.kept:
+            self.kept[place] = rows.between(rows.white_B[axis], columns, where)
+        if self.m == rows.nb:
+            return self.kept[place]
+        more = rows.between(self.white_X[axis][:, rows.nb :], columns, where)
+        return np.vstack([self.kept[place], more])
 
 
 def _solver(G: Array, prior: Array) -> Callable[[Array], Array]:

@@ -19,8 +19,7 @@ Index = NDArray[np.int64]
 class Rows:
     """y[i] (R,) = B[i] (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    fold (R,): trajectory, or stretch of an only one; cluster (R,): about a second of one
-    trajectory; partner (R,): the same instant of another pass, or the row itself. prior (nb,):
+    fold (R,): trajectory, or stretch of an only one; partner (R,): the same instant of another pass, or the row itself. prior (nb,):
     inverse variance of q; torque_rms (n,) [N m].
     """
 
@@ -30,7 +29,6 @@ class Rows:
     white_y: tuple[Array, ...]
     white_B: tuple[Array, ...]
     fold: Index
-    cluster: Index
     partner: Index
     mutual: bool
     prior: Array
@@ -50,7 +48,6 @@ class Rows:
             tuple(made.white(i, v)[:, 0] for i, v in enumerate(y)),
             tuple(made.white(i, v) for i, v in enumerate(B)),
             layout.fold[:count],
-            layout.cluster[:count],
             layout.partner[:count],
             bool(layout.mutual),
             prior,
@@ -73,11 +70,6 @@ class Rows:
         return [int(f) for f in np.unique(self.fold)]
 
     @cached_property
-    def clusters(self) -> int:
-        """Largest number of a cluster, plus one."""
-        return int(self.cluster.max()) + 1
-
-    @cached_property
     def repeats(self) -> bool:
         """Whether any trajectory was run twice."""
         return bool((self.partner != np.arange(len(self.partner))).any())
@@ -89,14 +81,15 @@ class Rows:
             product = (product + left[self.partner][where].T @ right[where]) / 2
         return np.asarray(product)
 
-    def energy(self, residual: Sequence[Array]) -> Array:
-        """Repeatable energy (clusters,) of residuals (R,) [N m] of all axes, relative to each
-        axis' torque; its sum is a square of relative RMS."""
-        total = np.zeros(self.clusters)
-        for r, rms in zip(residual, self.torque_rms, strict=True):
-            products = r * r[self.partner] / rms**2
-            total += np.bincount(self.cluster, products, self.clusters)
-        return total / len(self.fold)
+    @property
+    def count(self) -> int:
+        """Rows of an axis."""
+        return len(self.fold)
+
+    @cached_property
+    def white_rms(self) -> Array:
+        """Torque RMS (n,) of each axis in units of its noise's innovations."""
+        return np.asarray(self.torque_rms / self.made.noise.scale)
 
 
 def kept(made: Calibrated, values: Sequence[Array]) -> Array:

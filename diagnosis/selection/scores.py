@@ -1,13 +1,25 @@
-"""How much of what repeats on left-out trajectories a hypothesis explains, and how surely."""
+"""Log predictive density of left-out trajectories: what a hypothesis adds to it, in closed form.
+
+Everything is Gaussian once the shapes are given: with G, c the products of whitened columns and
+torque, and S, r those of a hypothesis' columns beside the model (its Schur complement),
+
+    log Z = r' (S + P)^-1 r / 2 - log |S + P| / 2 + log |P| / 2
+
+is the evidence for it, relative to the model alone. The evidence of all trajectories minus that of
+all but one is the log density at which the one is predicted: base parameters, gains and shapes are
+those of the others, with their uncertainty. (P. A. Murphy, Machine Learning, 2012, 7.6; the Schur
+complement of the base model makes the search free of rows.)
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import (
@@ -19,44 +31,34 @@ from flexhex.diagnosis.selection.hypotheses import (
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 
 Array = NDArray[np.float64]
-RIDGE, GONE = 1e-9, 1e-4
-"""Relative to a column's square: what keeps a Gram matrix regular; what is left of a column below
-which the base model explains it."""
+GONE = 1e-5
+"""Share of a column's square below which the base model explains all of it."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """A hypothesis beside a model: fall of the whitened sum of squares where it is fitted; gain on
-    left-out folds, a square of relative RMS, with its standard error by clusters; energy
-    (clusters,) that it leaves there. shape: place of the best one, by the fit to all folds."""
+    """A hypothesis beside a model. by_fold (folds,): what it adds to the log predictive density of
+    each left-out fold [nats]; size: relative RMS of its torque beyond what the model takes up;
+    shape: place of the best one by all folds."""
 
     hypothesis: Hypothesis
-    fall: float
-    gain: float
-    deviation: float
-    energy: Array
+    by_fold: Array
+    size: float
     shape: int = 0
 
     @property
-    def size(self) -> float:
-        """Relative RMS that it explains on left-out folds."""
-        return float(np.sqrt(max(self.gain, 0.0)))
-
-    def passes(self, criteria: Criteria) -> bool:
-        """Whether it is large and sure enough."""
-        large = self.gain > criteria.smallest_effect**2
-        return large and self.gain > criteria.deviations * self.deviation
+    def gain(self) -> float:
+        """What it adds to the log predictive density of all folds [nats]."""
+        return float(self.by_fold.sum())
 
 
 @dataclass(frozen=True)
 class Tried:
-    """All shapes of an effect fitted beside a model, `left` left out: falls (shapes,), gains
-    (shapes, k), and what they move the model's coefficients by, (m, shapes * k) for gains of
-    one."""
+    """All shapes of an effect fitted beside a model, one fold left out or none: evidence (shapes,)
+    relative to the model alone, gains (shapes, k)."""
 
-    falls: Array
+    evidence: Array
     gains: Array
-    moved: Array
 
 
 def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
@@ -64,40 +66,52 @@ def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
     rows, k = moments.rows, effect.width
     parts: dict[int, tuple[Array, Array, Array]] = {}
     for fold in rows.folds:
-        where = rows.fold == fold
         cross = np.zeros((moments.m, len(effect.shapes) * k))
-        right, own = np.zeros(cross.shape[1]), np.zeros((len(effect.shapes), k, k))
         for i, columns in effect.stacked.items():
-            cross += rows.between(moments.white_X[i], columns, where)
-            right += rows.between(columns, rows.white_y[i], where)
-            single, twin = effect.white[i][:, where], effect.white[i][:, rows.partner][:, where]
-            own += np.einsum("sra,srb->sab", single, twin)
-        parts[fold] = cross, right, (own + own.transpose(0, 2, 1)) / 2
+            cross += moments.between(effect, i, columns, fold)
+        parts[fold] = cross, *effect.products(rows, fold)
+    least = np.array([_least(effect, moments)])
     found: dict[Left, Tried] = {}
     for left in (None, *rows.folds):
         cross, right, own = (
             sum(part[j] for fold, part in parts.items() if fold != left) for j in range(3)
         )
-        found[left] = _fitted(moments, left, (cross, right, own), effect.low)
+        found[left] = _fitted(moments, left, (cross, right, own), effect.low, least)
     return found
 
 
+def _least(effect: EffectHypothesis, moments: Moments) -> float:
+    """Inverse variance of a whitened gain whose torque has an RMS like the axis' own."""
+    rows = moments.rows
+    axes = list(effect.white)
+    return float(np.mean([rows.white_rms[i] ** -2.0 for i in axes]))
+
+
 def _fitted(
-    moments: Moments, left: Left, products: tuple[Array, Array, Array], low: Array
+    moments: Moments,
+    left: Left,
+    products: tuple[Array, Array, Array],
+    low: Array,
+    least: Array,
 ) -> Tried:
     cross, right, own = products
     fit, k = moments.fit(left), len(low)
     moved = fit.solve(cross)
     rest = (right - cross.T @ fit.q).reshape(-1, k)
-    falls, gains = np.zeros(len(own)), np.zeros((len(own), k))
+    evidence, gains = np.zeros(len(own)), np.zeros((len(own), k))
+    count = (
+        float((moments.rows.fold != left).sum()) if left is not None else float(moments.rows.count)
+    )
     for shape in range(len(own)):
         part = slice(shape * k, shape * k + k)
         S, size = own[shape] - cross[:, part].T @ moved[:, part], np.diag(own[shape])
-        if (np.diag(S) <= GONE * size).any():
+        if (np.diag(S) <= GONE * size).any() or (size <= 0).any():
             continue
-        S = (S + S.T) / 2 + np.diag(RIDGE * size)
-        gains[shape], falls[shape] = bounded(S, rest[shape], low)
-    return Tried(falls, gains, moved)
+        prior = float(least[0]) * size / count
+        A = (S + S.T) / 2 + np.diag(prior)
+        gains[shape], fall = bounded(A, rest[shape], low)
+        evidence[shape] = (fall - np.linalg.slogdet(A)[1] + np.log(prior).sum()) / 2
+    return Tried(evidence, gains)
 
 
 def bounded(S: Array, c: Array, low: Array) -> tuple[Array, float]:
@@ -117,6 +131,36 @@ def bounded(S: Array, c: Array, low: Array) -> tuple[Array, float]:
     return best, fall
 
 
+def predicted(moments: Moments, fits: Mapping[Left, Tried]) -> Array:
+    """What an effect, any of its shapes, adds to the log density of each left-out fold (folds,)."""
+    total = {left: float(logsumexp(fit.evidence)) for left, fit in fits.items()}
+    return np.array([total[None] - total[fold] for fold in moments.rows.folds])
+
+
+def effect_score(
+    moments: Moments,
+    hypotheses: Hypotheses,
+    effect: EffectHypothesis,
+    fits: Mapping[Left, Tried],
+    criteria: Criteria,
+) -> Score:
+    """An effect with its best shape and with its form error, on left-out folds."""
+    shape = int(np.argmax(fits[None].evidence))
+    gains = fits[None].gains[shape]
+    term = with_form(hypotheses, effect, shape, gains, criteria)
+    plain = Term(
+        {i: own[:, : effect.width] for i, own in term.raw.items()},
+        {i: own[:, : effect.width] for i, own in term.white.items()},
+        term.prior[: effect.width],
+    )
+    more = {
+        left: term_evidence(moments, term, left) - term_evidence(moments, plain, left)
+        for left in (None, *moments.rows.folds)
+    }
+    form = np.array([more[None] - more[fold] for fold in moments.rows.folds])
+    return Score(effect, predicted(moments, fits) + form, size_of(moments, plain, gains), shape)
+
+
 def with_form(
     hypotheses: Hypotheses, effect: EffectHypothesis, shape: int, gains: Array, criteria: Criteria
 ) -> Term:
@@ -129,103 +173,81 @@ def with_form(
         for found, own in ((raw, effect.raw[i][shape]), (white, effect.white[i][shape])):
             found[i] = np.hstack([own, share * (own @ gains)[:, None] * smooth])
     wrong = next(iter(raw.values())).shape[1] - effect.width
-    return Term(raw, white, np.concatenate([np.zeros(effect.width), np.ones(wrong)]))
+    size = sum((own[:, : effect.width] ** 2).mean(axis=0) for own in white.values())
+    free = _least(effect, hypotheses.moments) * np.maximum(size, 1e-300)
+    return Term(raw, white, np.concatenate([free, np.ones(wrong)]))
 
 
-def effect_score(
-    moments: Moments,
-    hypotheses: Hypotheses,
-    effect: EffectHypothesis,
-    fits: dict[Left, Tried],
-    criteria: Criteria,
-) -> Score:
-    """An effect on left-out folds: shape, gains and form are those of the other folds."""
-    rows = moments.rows
-    residual = [r.copy() for r in moments.left_out]
-    for fold in rows.folds:
-        fit = fits[fold]
-        shape = int(np.argmax(fit.falls))
-        if fit.falls[shape] <= 0:
-            continue
-        term = with_form(hypotheses, effect, shape, fit.gains[shape], criteria)
-        gains, moved = term_fit(moments, term, fold, effect.low)
-        where = rows.fold == fold
-        for i in range(rows.n):
-            residual[i][where] += moments.X[i][where] @ moved
-        for i, own in term.raw.items():
-            residual[i][where] -= own[where] @ gains
-    best = int(np.argmax(fits[None].falls))
-    return scored(moments, effect, float(fits[None].falls[best]), residual, best)
-
-
-def term_fit(moments: Moments, term: Term, left: Left, low: Array) -> tuple[Array, Array]:
-    """Coefficients (k,) of a term beside a model, and what they move the model's by (m,)."""
+def _beside(moments: Moments, term: Term, left: Left) -> tuple[Array, Array, Array]:
+    """Schur complement (k, k) of a term beside a model, its right-hand side (k,), and what gains
+    of one move the model's coefficients by (m, k)."""
     rows, fit = moments.rows, moments.fit(left)
-    where = np.ones(len(rows.fold), dtype=bool) if left is None else rows.fold != left
+    where = np.ones(rows.count, dtype=bool) if left is None else rows.fold != left
     count = len(term.prior)
     cross, right, own = np.zeros((moments.m, count)), np.zeros(count), np.zeros((count, count))
     for i, columns in term.white.items():
         cross += rows.between(moments.white_X[i], columns, where)
         right += rows.between(columns, rows.white_y[i], where)
-        own += rows.between(columns, columns, where)
+        own += columns[where].T @ columns[where]
     moved = fit.solve(cross)
-    S = (own + own.T) / 2 - cross.T @ moved
-    S = (S + S.T) / 2 + np.diag(term.prior + RIDGE * np.maximum(np.diag(own), 1e-300))
-    rest = right - cross.T @ fit.q
-    gains = np.linalg.solve(S, rest)
-    negative = np.flatnonzero((low == 0) & (gains[: len(low)] < 0))
-    if len(negative):
-        others = np.setdiff1d(np.arange(count), negative)
-        gains = np.zeros(count)
-        gains[others] = np.linalg.solve(S[np.ix_(others, others)], rest[others])
-    return gains, moved @ gains
+    S = own - cross.T @ moved
+    return (S + S.T) / 2 + np.diag(term.prior), right - cross.T @ fit.q, moved
 
 
-def change_falls(moments: Moments, changes: Sequence[ChangedParameter]) -> Array:
-    """Falls of the whitened sum of squares when each parameter may leave its tolerance."""
-    if not changes:
-        return np.zeros(0)
-    fit, (G, b) = moments.fit(None), moments.gram(None)
-    places = [change.place for change in changes]
-    columns = G[:, places]
-    size = np.diag(G)[places]
-    left = size - np.einsum("ij,ij->j", columns, fit.solve(columns))
-    pull = b[places] - columns.T @ fit.q
-    determined = left > GONE**2 * np.maximum(size, 1e-300)
-    return np.where(determined, pull**2 / np.maximum(left, 1e-300), 0.0)
+def term_evidence(moments: Moments, term: Term, left: Left) -> float:
+    """Evidence for a term beside a model [nats]."""
+    A, rest, _ = _beside(moments, term, left)
+    values, vectors = np.linalg.eigh(A)
+    values = np.maximum(values, 1e-12 * values.max())
+    fall = float(((vectors.T @ rest) ** 2 / values).sum())
+    return float(fall - np.log(values).sum() + np.log(term.prior).sum()) / 2
 
 
-def change_score(moments: Moments, change: ChangedParameter, fall: float) -> Score:
-    """A parameter without its tolerance, on left-out folds."""
+def size_of(moments: Moments, term: Term, gains: Array) -> float:
+    """Relative RMS of a term's torque beyond what the model takes up, on the axis that feels it
+    most."""
     rows = moments.rows
-    residual = [r.copy() for r in moments.left_out]
-    for fold in rows.folds:
-        fit, (G, b) = moments.fit(fold), moments.gram(fold)
-        column = G[:, change.place]
-        moved = fit.solve(column)
-        left = column[change.place] - column @ moved
-        if left <= GONE**2 * column[change.place]:
-            continue
-        gain = (b[change.place] - column @ fit.q) / left
-        step = -gain * moved
-        step[change.place] += gain
-        where = rows.fold == fold
-        for i in range(rows.n):
-            residual[i][where] -= moments.X[i][where] @ step
-    return scored(moments, change, fall, residual)
+    _, _, moved = _beside(moments, term, None)
+    step = moved @ gains
+    found = []
+    for i in range(rows.n):
+        torque = -(moments.X[i] @ step)
+        if i in term.raw:
+            torque = torque + term.raw[i] @ gains
+        found.append(float(np.sqrt((torque**2).mean())) / rows.torque_rms[i])
+    return max(found)
 
 
-def scored(
-    moments: Moments, hypothesis: Hypothesis, fall: float, residual: Sequence[Array], shape: int = 0
-) -> Score:
-    """The score of what a hypothesis leaves (R,) [N m] of each axis on left-out folds."""
-    energy = moments.rows.energy(residual)
-    gain, deviation = summed(moments.energy - energy)
-    return Score(hypothesis, fall, gain, deviation, energy, shape)
+def change_scores(
+    moments: Moments, changes: Sequence[ChangedParameter], criteria: Criteria
+) -> list[Score]:
+    """Parameters that may leave their tolerances, each by itself, on left-out folds."""
+    if not changes:
+        return []
+    places = [change.place for change in changes]
+    looser = criteria.loose**-2.0
+    evidence: dict[Left, Array] = {}
+    gains = np.zeros(len(places))
+    for left in (None, *moments.rows.folds):
+        fit, (G, b) = moments.fit(left), moments.gram(left)
+        columns = G[:, places]
+        S = np.diag(G)[places] - np.einsum("ij,ij->j", columns, fit.solve(columns))
+        A = np.maximum(S, 0.0) + looser
+        pull = b[places] - columns.T @ fit.q
+        evidence[left] = (pull**2 / A - np.log(A) + np.log(looser)) / 2
+        if left is None:
+            gains = pull / A
+    found = []
+    for k, change in enumerate(changes):
+        by_fold = np.array([evidence[None][k] - evidence[f][k] for f in moments.rows.folds])
+        size = _change_size(moments, change, gains[k]) if by_fold.sum() > 0 else 0.0
+        found.append(Score(change, by_fold, size))
+    return found
 
 
-def summed(by_cluster: Array) -> tuple[float, float]:
-    """Sum over clusters and its standard error."""
-    count = len(by_cluster)
-    about = by_cluster - by_cluster.mean()
-    return float(by_cluster.sum()), float(np.sqrt((about**2).sum() * count / max(1, count - 1)))
+def _change_size(moments: Moments, change: ChangedParameter, gain: float) -> float:
+    G, _ = moments.gram(None)
+    step = -gain * moments.fit(None).solve(G[:, change.place])
+    step[change.place] += gain
+    pairs = zip(moments.X, moments.rows.torque_rms, strict=True)
+    return max(float(np.sqrt(((X @ step) ** 2).mean())) / rms for X, rms in pairs)

@@ -38,7 +38,7 @@ def selected(
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         size = selection.rest[axis].size
         torque = f"{size * made.torque_rms[axis]:.2g} {'N m'} on axis {axis + 1} repeats"
-        if sum(a.score.gain for a in own) < size**2:
+        if sum(a.score.size**2 for a in own) < size**2:
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library")
         else:
@@ -86,15 +86,11 @@ def _rounds(bench: Bench, selection: Selection) -> list[Round]:
         for score in scores:
             if isinstance(score.hypothesis, EffectHypothesis):
                 best.setdefault(score.hypothesis.id, score)
-        total = max(sum(rest.size**2 for rest in selection.before), 1e-300)
-        tried = tuple(
-            Found(name, (part_of(bench, s),), ()) for name, s in list(best.items())[:4]
-        )
-        shares = {name: float(s.gain / total) for name, s in best.items()}
+        total = max(max(rest.size for rest in selection.before) ** 2, 1e-300)
+        tried = tuple(Found(name, (part_of(bench, s),), ()) for name, s in list(best.items())[:4])
+        shares = {name: float(s.size**2 / total) for name, s in best.items()}
         named = None
         if chosen is not None and isinstance(chosen.score.hypothesis, EffectHypothesis):
             (named,) = grouped(bench, [chosen])
         found.append(Round(tried, shares, named))
     return found
-
-
