@@ -16,13 +16,19 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis, Hypotheses
+from flexhex.diagnosis.selection.hypotheses import (
+    ChangedParameter,
+    Generic,
+    Hypotheses,
+)
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import (
     Score,
-    change_scores,
+    change_score,
     effect_score,
+    generic_score,
+    generic_term,
     predicted,
     tried,
     with_form,
@@ -76,13 +82,19 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         say(f"effects, round {len(rounds) + 1}")
         scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
         rounds.append(tuple(scores))
-        passed = [s for s in scores if s.size > criteria.smallest_effect and s.gain > least]
+        passed = [score for score in scores if passes(score, least, criteria)]
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, hypotheses, found.score, criteria)
     return Selection(tuple(accepted), before, rest_of(moments), tuple(rounds))
+
+
+def passes(score: Score, least: float, criteria: Criteria) -> bool:
+    """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
+    large = score.size > criteria.smallest_effect
+    return large and score.gain > least and score.elsewhere > np.log(criteria.odds)
 
 
 def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
@@ -108,9 +120,14 @@ def one_round(
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits, criteria))
-    changes = [c for c in hypotheses.changes if c.place not in moments.freed]
-    found += [score for score in change_scores(moments, changes, criteria) if score.gain > 0]
-    return sorted(found, key=lambda score: -score.gain)
+    known_axes = {k.hypothesis.axis for k in known if isinstance(k.hypothesis, Generic)}
+    for axis in range(moments.rows.n):
+        if axis not in known_axes:
+            found.append(generic_score(moments, hypotheses.generic(axis)))
+    for change in hypotheses.changes:
+        if not set(change.places) <= set(moments.freed):
+            found.append(change_score(moments, change, criteria))
+    return sorted((s for s in found if s.gain > 0), key=lambda score: -score.gain)
 
 
 def _place(score: Score) -> tuple[str, int | None]:
@@ -150,8 +167,9 @@ def with_accepted(
     """The model with a hypothesis accepted."""
     hypothesis = score.hypothesis
     if isinstance(hypothesis, ChangedParameter):
-        return moments.loosened(hypothesis.place, criteria.loose**-2.0)
-    assert isinstance(hypothesis, EffectHypothesis)
+        return moments.loosened(hypothesis.places, criteria.loose**-2.0)
+    if isinstance(hypothesis, Generic):
+        return moments.extended(generic_term(hypothesis, score.shape))
     gains = tried(moments, hypothesis)[None].gains[score.shape]
     return moments.extended(with_form(hypotheses, hypothesis, score.shape, gains, criteria))
 

@@ -15,6 +15,9 @@ from flexhex.diagnosis.selection.rows import Rows, kept
 
 Array = NDArray[np.float64]
 Axis = int | None
+WAVES, LENGTH, PLACES = 100, 1.5, 40
+"""Of the generic hypothesis: waves over all quantities together, their length in standard
+deviations, places along the stroke."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +43,8 @@ class EffectHypothesis:
         return len(self.low)
 
     def products(self, rows: Rows, fold: int) -> tuple[Array, Array]:
-        """Products of the columns with the torque (shapes * k,), and with each other (shapes, k, k);
-        these not between passes: noise in a column must not make it seem small."""
+        """Products of the columns with the torque (shapes * k,), and with each other
+        (shapes, k, k); these not between passes: noise in a column must not make it seem small."""
         if fold not in self._products:
             where, width = rows.fold == fold, self.width
             right = np.zeros(len(self.shapes) * width)
@@ -68,16 +71,33 @@ class EffectHypothesis:
 
 @dataclass(frozen=True)
 class ChangedParameter:
-    """A base parameter, at this place, that may leave its tolerance."""
+    """Base parameters, at these places, that may leave their tolerances: one, or a body's."""
 
     id: str
-    place: int
+    places: tuple[int, ...]
     axis: Axis
-    freedom: int = 0
+    extends: str = ""
+
+    @property
+    def freedom(self) -> int:
+        """A parameter that is there already is simpler than any effect."""
+        return len(self.places) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Generic:
+    """A smooth function of an axis' angle, rate, acceleration and torque: something that has no
+    name. raw, white (R, K): its columns, of torque [N m] for coefficients of one."""
+
+    axis: int
+    raw: Array
+    white: Array
+    id: str = "generic"
+    freedom: int = 1000
     extends: str = ""
 
 
-Hypothesis = EffectHypothesis | ChangedParameter
+Hypothesis = EffectHypothesis | ChangedParameter | Generic
 
 
 class Hypotheses:
@@ -86,6 +106,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self._generic: dict[int, Generic] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -119,31 +140,80 @@ class Hypotheses:
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance."""
-        return [
-            ChangedParameter(known.name, place, known.axis)
-            for place, known in enumerate(self.rows.made.known)
-            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay")
+        """Base parameters that have a tolerance, and all of a body together."""
+        single, bodies = list[ChangedParameter](), dict[str, list[int]]()
+        for place, known in enumerate(self.rows.made.known):
+            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay"):
+                single.append(ChangedParameter(known.name, (place,), known.axis))
+                owner, dot, _ = known.name.rpartition(".")
+                if dot:
+                    bodies.setdefault(owner, []).append(place)
+        whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
+        return [*single, *whole]
+
+    def generic(self, axis: int) -> Generic:
+        """The generic hypothesis of an axis; kept."""
+        if axis not in self._generic:
+            made, found = self.rows.made, self._quantities(axis)
+            rng = np.random.default_rng(0)
+            mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
+            mixed *= rng.random(mixed.shape) < 0.5
+            phase, unit = rng.uniform(0, 2 * np.pi, WAVES), np.sqrt(2.0 / WAVES)
+            ends = (min(q[0].min() for q in found), max(q[0].max() for q in found))
+            listed = []
+            for angle, rate, acceleration, direction, torque in found:
+                five = np.stack([angle, rate, acceleration, direction, torque], axis=1)
+                local = _local(angle, ends)
+                waves = unit * np.cos(five @ mixed + phase)
+                parts = (waves, local, local * direction[:, None])
+                listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
+            self._generic[axis] = Generic(axis, kept(made, listed), made.white(axis, listed))
+        return self._generic[axis]
+
+    def _quantities(self, axis: int) -> list[tuple[Array, ...]]:
+        """Angle, rate, acceleration, direction, torque of an axis at the rows (m,) of each block,
+        of unit RMS over all blocks."""
+        blocks = self.rows.made.blocks
+        found = [
+            [
+                block.smooth(values[:, axis])
+                for values in (
+                    block.run.motion.theta,
+                    block.run.motion.thetad,
+                    block.run.motion.thetadd,
+                    raw,
+                )
+            ]
+            for block, raw in zip(blocks, self.rows.made.raw, strict=True)
         ]
+        whole = [np.concatenate([own[k] for own in found]) for k in range(4)]
+        centre, size = [w.mean() for w in whole], [max(float(w.std()), 1e-300) for w in whole]
+        listed = []
+        for own in found:
+            angle, rate, more, torque = (
+                (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
+            )
+            direction = np.tanh(own[1] / (0.1 * size[1]))
+            listed.append((angle, rate, more, direction, torque))
+        return listed
 
     @cached_property
     def smooth(self) -> list[Array]:
         """Smooth functions (R, K) of an axis' own angle, rate and torque, of unit RMS: by these
         the form of an effect may be wrong."""
-        made, found = self.rows.made, []
+        found = []
         for i in range(self.rows.n):
-            motions = [block.run.motion for block in made.blocks]
-            angle, rate, torque = (
-                _unit(kept(made, [b.smooth(v) for b, v in zip(made.blocks, values, strict=True)]))
-                for values in (
-                    [m.theta[:, i] for m in motions],
-                    [m.thetad[:, i] for m in motions],
-                    [raw[:, i] for raw in made.raw],
-                )
-            )
-            listed = (angle, rate, torque, angle**2, rate**2, torque**2, angle * rate, np.abs(rate))
-            found.append(np.stack([_unit(v) for v in (*listed, np.tanh(10.0 * rate))], axis=1))
+            listed = zip(*self._quantities(i), strict=True)
+            angle, rate, _, direction, torque = (kept(self.rows.made, v) for v in listed)
+            some = (angle, rate, torque, angle**2, rate**2, torque**2, angle * rate, np.abs(rate))
+            found.append(np.stack([_unit(v) for v in (*some, direction)], axis=1))
         return found
+
+
+def _local(angle: Array, ends: tuple[float, float]) -> Array:
+    """Hat functions (m, PLACES) over the angle, each on its part of the stroke."""
+    place = (angle - ends[0]) / max(ends[1] - ends[0], 1e-300) * (PLACES - 1)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(PLACES))))
 
 
 def _unit(values: Array) -> Array:

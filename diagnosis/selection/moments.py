@@ -86,9 +86,9 @@ class Moments:
             longer._grams[fold] = whole, right
         return longer
 
-    def loosened(self, place: int, prior: float) -> Moments:
-        """With another inverse variance of a base parameter."""
-        freed = {**self.freed, place: prior}
+    def loosened(self, places: Sequence[int], prior: float) -> Moments:
+        """With another inverse variance of base parameters."""
+        freed = {**self.freed, **dict.fromkeys(places, prior)}
         looser = Moments(self.rows, self.terms, freed, self.kept)
         looser._grams = self._grams
         return looser

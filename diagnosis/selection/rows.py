@@ -19,8 +19,8 @@ Index = NDArray[np.int64]
 class Rows:
     """y[i] (R,) = B[i] (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    fold (R,): trajectory, or stretch of an only one; partner (R,): the same instant of another pass, or the row itself. prior (nb,):
-    inverse variance of q; torque_rms (n,) [N m].
+    fold (R,): trajectory, or stretch of an only one; partner (R,): the same instant of another
+    pass, or the row itself. prior (nb,): inverse variance of q; torque_rms (n,) [N m].
     """
 
     made: Calibrated

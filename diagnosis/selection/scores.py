@@ -13,7 +13,7 @@ complement of the base model makes the search free of rows.)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import chain, combinations
 
@@ -25,12 +25,15 @@ from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
+    Generic,
     Hypotheses,
     Hypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 
 Array = NDArray[np.float64]
+SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
+"""Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -45,6 +48,11 @@ class Score:
     by_fold: Array
     size: float
     shape: int = 0
+
+    @property
+    def elsewhere(self) -> float:
+        """The same without the fold that is predicted best: no single one decides."""
+        return self.gain - float(self.by_fold.max())
 
     @property
     def gain(self) -> float:
@@ -218,36 +226,66 @@ def size_of(moments: Moments, term: Term, gains: Array) -> float:
     return max(found)
 
 
-def change_scores(
-    moments: Moments, changes: Sequence[ChangedParameter], criteria: Criteria
-) -> list[Score]:
-    """Parameters that may leave their tolerances, each by itself, on left-out folds."""
-    if not changes:
-        return []
-    places = [change.place for change in changes]
-    looser = criteria.loose**-2.0
-    evidence: dict[Left, Array] = {}
-    gains = np.zeros(len(places))
+def generic_score(moments: Moments, generic: Generic) -> Score:
+    """The generic hypothesis, of any of its sizes, on left-out folds."""
+    rows, axis = moments.rows, generic.axis
+    parts = {}
+    for fold in rows.folds:
+        own = generic.white[rows.fold == fold]
+        right = rows.between(generic.white, rows.white_y[axis], rows.fold == fold)
+        parts[fold] = moments.between(generic, axis, generic.white, fold), right, own.T @ own
+    total: dict[Left, float] = {}
+    best, gains = 0, np.zeros(generic.white.shape[1])
+    moved = np.zeros(moments.m)
+    for left in (None, *rows.folds):
+        cross, right, own = (
+            sum(part[j] for fold, part in parts.items() if fold != left) for j in range(3)
+        )
+        fit = moments.fit(left)
+        step = fit.solve(cross)
+        S = own - cross.T @ step
+        values, vectors = np.linalg.eigh((S + S.T) / 2)
+        turned = vectors.T @ (right - cross.T @ fit.q)
+        evidence = []
+        for size in SIZES:
+            A = np.maximum(values, 0.0) + size**-2.0
+            evidence.append(float((turned**2 / A - np.log(A * size**2)).sum()) / 2)
+        total[left] = float(logsumexp(evidence))
+        if left is None:
+            best = int(np.argmax(evidence))
+            gains = vectors @ (turned / (np.maximum(values, 0.0) + SIZES[best] ** -2.0))
+            moved = step @ gains
+    by_fold = np.array([total[None] - total[fold] for fold in rows.folds])
+    torque = generic.raw @ gains - moments.X[axis] @ moved
+    size = float(np.sqrt((torque**2).mean()) / rows.torque_rms[axis])
+    return Score(generic, by_fold, size, best)
+
+
+def generic_term(generic: Generic, place: int) -> Term:
+    """The generic hypothesis of one of its sizes as a term."""
+    prior = np.full(generic.white.shape[1], SIZES[place] ** -2.0)
+    return Term({generic.axis: generic.raw}, {generic.axis: generic.white}, prior)
+
+
+def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
+    """Parameters that may leave their tolerances, on left-out folds."""
+    places, looser = list(change.places), criteria.loose**-2.0
+    total: dict[Left, float] = {}
+    size = 0.0
     for left in (None, *moments.rows.folds):
         fit, (G, b) = moments.fit(left), moments.gram(left)
         columns = G[:, places]
-        S = np.diag(G)[places] - np.einsum("ij,ij->j", columns, fit.solve(columns))
-        A = np.maximum(S, 0.0) + looser
-        pull = b[places] - columns.T @ fit.q
-        evidence[left] = (pull**2 / A - np.log(A) + np.log(looser)) / 2
-        if left is None:
-            gains = pull / A
-    found = []
-    for k, change in enumerate(changes):
-        by_fold = np.array([evidence[None][k] - evidence[f][k] for f in moments.rows.folds])
-        size = _change_size(moments, change, gains[k]) if by_fold.sum() > 0 else 0.0
-        found.append(Score(change, by_fold, size))
-    return found
-
-
-def _change_size(moments: Moments, change: ChangedParameter, gain: float) -> float:
-    G, _ = moments.gram(None)
-    step = -gain * moments.fit(None).solve(G[:, change.place])
-    step[change.place] += gain
-    pairs = zip(moments.X, moments.rows.torque_rms, strict=True)
-    return max(float(np.sqrt(((X @ step) ** 2).mean())) / rms for X, rms in pairs)
+        moved = fit.solve(columns)
+        S = columns[places] - columns.T @ moved
+        values, vectors = np.linalg.eigh((S + S.T) / 2)
+        A = np.maximum(values, 0.0) + looser
+        turned = vectors.T @ (b[places] - columns.T @ fit.q)
+        total[left] = float((turned**2 / A - np.log(A / looser)).sum()) / 2
+        if left is None and total[left] > 0:
+            gains = vectors @ (turned / A)
+            step = -(moved @ gains)
+            step[places] += gains
+            pairs = zip(moments.X, moments.rows.torque_rms, strict=True)
+            size = max(float(np.sqrt(((X @ step) ** 2).mean())) / rms for X, rms in pairs)
+    by_fold = np.array([total[None] - total[fold] for fold in moments.rows.folds])
+    return Score(change, by_fold, size)

@@ -14,7 +14,7 @@ from flexhex.diagnosis.rounds import Round
 from flexhex.diagnosis.scored import Found, Scored
 from flexhex.diagnosis.selection.choose import Accepted, Selection, select
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.hypotheses import EffectHypothesis, Generic
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.sides import Side
 
@@ -33,25 +33,35 @@ def selected(
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    remains = [k for k, rest in enumerate(selection.rest) if rest.matters(criteria)]
-    for axis in remains:
+    remains = unexplained(selection, criteria)
+    for axis, size in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        size = selection.rest[axis].size
-        torque = f"{size * made.torque_rms[axis]:.2g} {'N m'} on axis {axis + 1} repeats"
+        torque = f"{size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
         if sum(a.score.size**2 for a in own) < size**2:
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library")
         else:
             notes.append(f"{torque} beside what was found: the form of that is not exact")
-    remains = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
+    open_axes = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
     held = joint(bench, grouped(bench, kept))
     others = None
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)  # type: ignore[arg-type]
     rounds = _rounds(bench, selection)
     return Side(
-        held, tuple(rounds), others, tuple(named_of(held, rounds)), tuple(remains), tuple(notes)
+        held, tuple(rounds), others, tuple(named_of(held, rounds)), tuple(open_axes), tuple(notes)
     )
+
+
+def unexplained(selection: Selection, criteria: Criteria) -> dict[int, float]:
+    """Axes on which something without a name is left, with its relative RMS: smooth in the motion,
+    or of any other form as long as it repeats."""
+    found = {k: rest.size for k, rest in enumerate(selection.rest) if rest.matters(criteria)}
+    for accepted in selection.accepted:
+        hypothesis = accepted.score.hypothesis
+        if isinstance(hypothesis, Generic) and accepted.score.size > criteria.smallest_rest:
+            found[hypothesis.axis] = max(found.get(hypothesis.axis, 0.0), accepted.score.size)
+    return found
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
@@ -61,7 +71,8 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
     for each in accepted:
         name = each.score.hypothesis.id
         parts.setdefault(name, []).append(part_of(bench, each.score))
-        rivals.setdefault(name, []).extend(r.hypothesis.id for r in each.rivals)
+        others = [r.hypothesis for r in each.rivals]
+        rivals.setdefault(name, []).extend(o.id for o in others if isinstance(o, EffectHypothesis))
     return [Found(name, tuple(p), tuple(dict.fromkeys(rivals[name]))) for name, p in parts.items()]
 
 
