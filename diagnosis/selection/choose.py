@@ -18,6 +18,7 @@ from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
+    EffectHypothesis,
     Generic,
     Hypotheses,
 )
@@ -27,11 +28,11 @@ from flexhex.diagnosis.selection.scores import (
     Score,
     change_score,
     effect_score,
+    effect_term,
     generic_score,
     generic_term,
     predicted,
     tried,
-    with_form,
 )
 
 Array = NDArray[np.float64]
@@ -82,12 +83,13 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         say(f"effects, round {len(rounds) + 1}")
         scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
         rounds.append(tuple(scores))
-        passed = [score for score in scores if passes(score, least, criteria)]
+        known = [each.score for each in accepted]
+        passed = [s for s in scores if passes(s, least + blurred(s, known, criteria), criteria)]
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
-        moments = with_accepted(moments, hypotheses, found.score, criteria)
+        moments = with_accepted(moments, found.score, criteria)
     return Selection(tuple(accepted), before, rest_of(moments), tuple(rounds))
 
 
@@ -95,6 +97,20 @@ def passes(score: Score, least: float, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
     large = score.size > criteria.smallest_effect
     return large and score.gain > least and score.elsewhere > np.log(criteria.odds)
+
+
+def form_error(score: Score, criteria: Criteria) -> float:
+    """Relative error of a hypothesis' functional form."""
+    exact = isinstance(score.hypothesis, EffectHypothesis) and score.hypothesis.exact
+    return criteria.exact_form_error if exact else criteria.form_error
+
+
+def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
+    """What errors in the form of accepted effects on the same axis may have left [nats]: nature is
+    not the library's form, and a share of an effect's energy is no evidence for another one."""
+    axis = score.hypothesis.axis
+    own = [k for k in known if axis is None or k.hypothesis.axis in (axis, None)]
+    return sum(form_error(k, criteria) ** 2 * k.gain for k in own)
 
 
 def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
@@ -118,8 +134,8 @@ def one_round(
                 listed.append((float(predicted(moments, fits).sum()), effect, fits))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
-            if gain > 0:
-                found.append(effect_score(moments, hypotheses, effect, fits, criteria))
+            if gain > max(0.0, listed[0][0] / 4):
+                found.append(effect_score(moments, hypotheses, effect, fits))
     known_axes = {k.hypothesis.axis for k in known if isinstance(k.hypothesis, Generic)}
     for axis in range(moments.rows.n):
         if axis not in known_axes:
@@ -157,21 +173,20 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
 
 
 def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
-    """Whether a hypothesis predicts about as well as the best one."""
-    return best.gain - score.gain < np.log(criteria.odds)
+    """Whether a hypothesis predicts about as well as the best one, but for chance and for errors in
+    the form of either."""
+    error = max(form_error(score, criteria), form_error(best, criteria))
+    return best.gain - score.gain < np.log(criteria.odds) + error**2 * best.gain
 
 
-def with_accepted(
-    moments: Moments, hypotheses: Hypotheses, score: Score, criteria: Criteria
-) -> Moments:
+def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments:
     """The model with a hypothesis accepted."""
     hypothesis = score.hypothesis
     if isinstance(hypothesis, ChangedParameter):
         return moments.loosened(hypothesis.places, criteria.loose**-2.0)
     if isinstance(hypothesis, Generic):
         return moments.extended(generic_term(hypothesis, score.shape))
-    gains = tried(moments, hypothesis)[None].gains[score.shape]
-    return moments.extended(with_form(hypotheses, hypothesis, score.shape, gains, criteria))
+    return moments.extended(effect_term(moments, hypothesis, score.shape))
 
 
 def rest_of(moments: Moments) -> tuple[Rest, ...]:

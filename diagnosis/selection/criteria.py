@@ -14,7 +14,7 @@ class Criteria:
     deviations: standard errors that a repeatable residual must stand above zero.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.
     odds: two hypotheses whose evidence differs by less than this factor are not told apart.
-    form_error: relative error of an effect's functional form, smooth in its own arguments.
+    form_error: relative error of the functional form of an effect.
     exact_form_error: the same where the form is exact, as a sine is.
     loose: tolerances that a changed parameter may be off, as a standard deviation.
     shortlist: hypotheses of an axis that are scored with their form error in a round.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,9 +120,24 @@ class Hypotheses:
             self._effects[name, axis] = self._made(name, axis)
         return self._effects[name, axis]
 
-    def _made(self, name: str, axis: Axis) -> EffectHypothesis:
+    def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
+        """The same effect with one shape alone."""
+        return self._made(effect.id, effect.axis, [dict(shape)])
+
+    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float, float]]:
+        """Shapes that may take any value: name, bounds, typical distance of its grid."""
+        item = self.bench.effects.get(effect.id)
+        found = []
+        for s in item.searched if item else []:
+            values = sorted({shape[s.name] for shape in effect.shapes})
+            found.append((s.name, s.low, s.high, max(b - a for a, b in pairwise(values))))
+        return found
+
+    def _made(
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]] | None = None
+    ) -> EffectHypothesis:
         at, item = axis or 0, self.bench.effects.get(name)
-        shapes = self.bench.shapes(name, at)
+        shapes = self.bench.shapes(name, at) if shapes is None else shapes
         thin = [self.bench.thin(name, at, shape) for shape in shapes]
         felt = range(self.rows.n) if thin[0][0].ndim == 3 else [at]
         raw, white = dict[int, Array](), dict[int, Array]()
@@ -197,26 +213,8 @@ class Hypotheses:
             listed.append((angle, rate, more, direction, torque))
         return listed
 
-    @cached_property
-    def smooth(self) -> list[Array]:
-        """Smooth functions (R, K) of an axis' own angle, rate and torque, of unit RMS: by these
-        the form of an effect may be wrong."""
-        found = []
-        for i in range(self.rows.n):
-            listed = zip(*self._quantities(i), strict=True)
-            angle, rate, _, direction, torque = (kept(self.rows.made, v) for v in listed)
-            some = (angle, rate, torque, angle**2, rate**2, torque**2, angle * rate, np.abs(rate))
-            found.append(np.stack([_unit(v) for v in (*some, direction)], axis=1))
-        return found
-
 
 def _local(angle: Array, ends: tuple[float, float]) -> Array:
     """Hat functions (m, PLACES) over the angle, each on its part of the stroke."""
     place = (angle - ends[0]) / max(ends[1] - ends[0], 1e-300) * (PLACES - 1)
     return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(PLACES))))
-
-
-def _unit(values: Array) -> Array:
-    """Values (R,) about their mean, of unit RMS."""
-    about = values - values.mean()
-    return np.asarray(about / max(float(about.std()), 1e-300))

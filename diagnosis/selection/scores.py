@@ -34,6 +34,8 @@ from flexhex.diagnosis.selection.moments import Left, Moments, Term
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
+HALVINGS = 4
+"""Of the distance between shapes of a grid."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -145,78 +147,71 @@ def predicted(moments: Moments, fits: Mapping[Left, Tried]) -> Array:
     return np.array([total[None] - total[fold] for fold in moments.rows.folds])
 
 
-def effect_score(
-    moments: Moments,
-    hypotheses: Hypotheses,
+def refined(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> tuple[EffectHypothesis, dict[Left, Tried]]:
+    """An effect with its best shape alone, between the points of its grid: uphill in evidence from
+    the best of them, half the distance to its neighbours each time."""
+    start = effect.shapes[int(np.argmax(fits[None].evidence))]
+    best = hypotheses.shaped(effect, start)
+    found = tried(moments, best)
+    for level in range(1, HALVINGS + 1):
+        for name, low, high, _ in hypotheses.searched(effect):
+            for value in _beside_of(effect, start, best.shapes[0], name, level):
+                if low <= value <= high:
+                    other = hypotheses.shaped(effect, {**best.shapes[0], name: value})
+                    trial = tried(moments, other)
+                    if trial[None].evidence[0] > found[None].evidence[0]:
+                        best, found = other, trial
+    return best, found
+
+
+def _beside_of(
     effect: EffectHypothesis,
-    fits: Mapping[Left, Tried],
-    criteria: Criteria,
+    start: Mapping[str, float],
+    now: Mapping[str, float],
+    name: str,
+    level: int,
+) -> list[float]:
+    """Values on both sides of a shape's present one: the way to the neighbours on the grid of where
+    the search began, halved `level` times."""
+    values = sorted({shape[name] for shape in effect.shapes})
+    place = values.index(start[name])
+    below = values[place] - values[max(place - 1, 0)]
+    above = values[min(place + 1, len(values) - 1)] - values[place]
+    # beyond the ends of the grid as far as inside
+    below, above = below or above, above or below
+    return [now[name] - below / 2**level, now[name] + above / 2**level]
+
+
+def effect_score(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
 ) -> Score:
-    """An effect with its best shape and with its form error, on left-out folds."""
+    """An effect with its best shape, on left-out folds."""
+    if hypotheses.searched(effect):
+        effect, fits = refined(moments, hypotheses, effect, fits)
     shape = int(np.argmax(fits[None].evidence))
-    gains = fits[None].gains[shape]
-    term = with_form(hypotheses, effect, shape, gains, criteria)
-    plain = Term(
-        {i: own[:, : effect.width] for i, own in term.raw.items()},
-        {i: own[:, : effect.width] for i, own in term.white.items()},
-        term.prior[: effect.width],
-    )
-    more = {
-        left: term_evidence(moments, term, left) - term_evidence(moments, plain, left)
-        for left in (None, *moments.rows.folds)
-    }
-    form = np.array([more[None] - more[fold] for fold in moments.rows.folds])
-    return Score(effect, predicted(moments, fits) + form, size_of(moments, plain, gains), shape)
+    size = size_of(moments, effect_term(moments, effect, shape), fits[None].gains[shape])
+    return Score(effect, predicted(moments, fits), size, shape)
 
 
-def with_form(
-    hypotheses: Hypotheses, effect: EffectHypothesis, shape: int, gains: Array, criteria: Criteria
-) -> Term:
-    """Columns of an effect, and beside them those by which its form may be wrong."""
-    error = criteria.exact_form_error if effect.exact else criteria.form_error
-    raw, white = dict[int, Array](), dict[int, Array]()
-    for i in effect.raw:
-        smooth = hypotheses.smooth[i]
-        share = error / np.sqrt(smooth.shape[1])
-        for found, own in ((raw, effect.raw[i][shape]), (white, effect.white[i][shape])):
-            found[i] = np.hstack([own, share * (own @ gains)[:, None] * smooth])
-    wrong = next(iter(raw.values())).shape[1] - effect.width
-    size = sum((own[:, : effect.width] ** 2).mean(axis=0) for own in white.values())
-    free = _least(effect, hypotheses.moments) * np.maximum(size, 1e-300)
-    return Term(raw, white, np.concatenate([free, np.ones(wrong)]))
-
-
-def _beside(moments: Moments, term: Term, left: Left) -> tuple[Array, Array, Array]:
-    """Schur complement (k, k) of a term beside a model, its right-hand side (k,), and what gains
-    of one move the model's coefficients by (m, k)."""
-    rows, fit = moments.rows, moments.fit(left)
-    where = np.ones(rows.count, dtype=bool) if left is None else rows.fold != left
-    count = len(term.prior)
-    cross, right, own = np.zeros((moments.m, count)), np.zeros(count), np.zeros((count, count))
-    for i, columns in term.white.items():
-        cross += rows.between(moments.white_X[i], columns, where)
-        right += rows.between(columns, rows.white_y[i], where)
-        own += columns[where].T @ columns[where]
-    moved = fit.solve(cross)
-    S = own - cross.T @ moved
-    return (S + S.T) / 2 + np.diag(term.prior), right - cross.T @ fit.q, moved
-
-
-def term_evidence(moments: Moments, term: Term, left: Left) -> float:
-    """Evidence for a term beside a model [nats]."""
-    A, rest, _ = _beside(moments, term, left)
-    values, vectors = np.linalg.eigh(A)
-    values = np.maximum(values, 1e-12 * values.max())
-    fall = float(((vectors.T @ rest) ** 2 / values).sum())
-    return float(fall - np.log(values).sum() + np.log(term.prior).sum()) / 2
+def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
+    """An effect of one shape as a term."""
+    white = {i: own[shape] for i, own in effect.white.items()}
+    size = sum((own**2).mean(axis=0) for own in white.values())
+    prior = _least(effect, moments) * np.maximum(size, 1e-300)
+    return Term({i: own[shape] for i, own in effect.raw.items()}, white, prior)
 
 
 def size_of(moments: Moments, term: Term, gains: Array) -> float:
     """Relative RMS of a term's torque beyond what the model takes up, on the axis that feels it
     most."""
     rows = moments.rows
-    _, _, moved = _beside(moments, term, None)
-    step = moved @ gains
+    every = np.ones(rows.count, dtype=bool)
+    torques = [(i, (own @ gains)[:, None]) for i, own in term.white.items()]
+    step = moments.fit(None).solve(
+        sum(rows.between(moments.white_X[i], own, every) for i, own in torques)
+    )[:, 0]
     found = []
     for i in range(rows.n):
         torque = -(moments.X[i] @ step)
