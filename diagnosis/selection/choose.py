@@ -19,7 +19,6 @@ from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
-    Generic,
     Hypotheses,
 )
 from flexhex.diagnosis.selection.moments import Moments
@@ -30,7 +29,6 @@ from flexhex.diagnosis.selection.scores import (
     effect_score,
     effect_term,
     generic_score,
-    generic_term,
     predicted,
     tried,
 )
@@ -63,9 +61,15 @@ class Rest:
 @dataclass(frozen=True)
 class Selection:
     """What was chosen, in its order; what is left on each axis, before and after; all scores of
-    every round."""
+    every round.
+
+    alone: of each axis the generic hypothesis in place of what was accepted there; beside: the
+    same beside all that was accepted.
+    """
 
     accepted: tuple[Accepted, ...]
+    alone: tuple[Score, ...]
+    beside: tuple[Score, ...]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
@@ -90,7 +94,24 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, found.score, criteria)
-    return Selection(tuple(accepted), before, rest_of(moments), tuple(rounds))
+    axes = range(rows.n)
+    others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
+    alone = [
+        generic_score(rebuilt(hypotheses, own, criteria), hypotheses.generic(axis))
+        for axis, own in zip(axes, others, strict=True)
+    ]
+    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
+    return Selection(
+        tuple(accepted), tuple(alone), tuple(beside), before, rest_of(moments), tuple(rounds)
+    )
+
+
+def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Criteria) -> Moments:
+    """The model with these accepted."""
+    moments = hypotheses.moments
+    for each in accepted:
+        moments = with_accepted(moments, each.score, criteria)
+    return moments
 
 
 def passes(score: Score, least: float, criteria: Criteria) -> bool:
@@ -136,10 +157,6 @@ def one_round(
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > max(0.0, listed[0][0] / 4):
                 found.append(effect_score(moments, hypotheses, effect, fits))
-    known_axes = {k.hypothesis.axis for k in known if isinstance(k.hypothesis, Generic)}
-    for axis in range(moments.rows.n):
-        if axis not in known_axes:
-            found.append(generic_score(moments, hypotheses.generic(axis)))
     for change in hypotheses.changes:
         if not set(change.places) <= set(moments.freed):
             found.append(change_score(moments, change, criteria))
@@ -184,8 +201,7 @@ def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments
     hypothesis = score.hypothesis
     if isinstance(hypothesis, ChangedParameter):
         return moments.loosened(hypothesis.places, criteria.loose**-2.0)
-    if isinstance(hypothesis, Generic):
-        return moments.extended(generic_term(hypothesis, score.shape))
+    assert isinstance(hypothesis, EffectHypothesis)
     return moments.extended(effect_term(moments, hypothesis, score.shape))
 
 

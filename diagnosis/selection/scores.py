@@ -256,12 +256,6 @@ def generic_score(moments: Moments, generic: Generic) -> Score:
     return Score(generic, by_fold, size, best)
 
 
-def generic_term(generic: Generic, place: int) -> Term:
-    """The generic hypothesis of one of its sizes as a term."""
-    prior = np.full(generic.white.shape[1], SIZES[place] ** -2.0)
-    return Term({generic.axis: generic.raw}, {generic.axis: generic.white}, prior)
-
-
 def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
     """Parameters that may leave their tolerances, on left-out folds."""
     places, looser = list(change.places), criteria.loose**-2.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import log
 
 from flexhex.diagnosis.answer import joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
@@ -12,9 +13,9 @@ from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.rounds import Round
 from flexhex.diagnosis.scored import Found, Scored
-from flexhex.diagnosis.selection.choose import Accepted, Selection, select
+from flexhex.diagnosis.selection.choose import Accepted, Selection, form_error, select
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis, Generic
+from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.sides import Side
 
@@ -33,7 +34,7 @@ def selected(
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    remains = unexplained(selection, criteria)
+    remains = nameless(selection, criteria)
     for axis, size in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         torque = f"{size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
@@ -53,14 +54,24 @@ def selected(
     )
 
 
-def unexplained(selection: Selection, criteria: Criteria) -> dict[int, float]:
+def nameless(selection: Selection, criteria: Criteria) -> dict[int, float]:
     """Axes on which something without a name is left, with its relative RMS: smooth in the motion,
-    or of any other form as long as it repeats."""
+    or of any other form as long as it repeats.
+
+    Where a smooth function predicts better than all that was accepted, that is an imitation.
+    """
     found = {k: rest.size for k, rest in enumerate(selection.rest) if rest.matters(criteria)}
-    for accepted in selection.accepted:
-        hypothesis = accepted.score.hypothesis
-        if isinstance(hypothesis, Generic) and accepted.score.size > criteria.smallest_rest:
-            found[hypothesis.axis] = max(found.get(hypothesis.axis, 0.0), accepted.score.size)
+    for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
+        own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
+        gain = sum(score.gain for score in own)
+        error = max((form_error(score, criteria) for score in own), default=0.0)
+        better = alone.gain - gain > log(criteria.odds) + error**2 * gain
+        for score, counts in (
+            (alone, better),
+            (beside, beside.gain > log(1 / criteria.false_alarms)),
+        ):
+            if counts and score.size > criteria.smallest_rest:
+                found[axis] = max(found.get(axis, 0.0), score.size)
     return found
 
 
