@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.evidence import predicted, tried
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
@@ -29,8 +31,6 @@ from flexhex.diagnosis.selection.scores import (
     effect_score,
     effect_term,
     generic_score,
-    predicted,
-    tried,
 )
 
 Array = NDArray[np.float64]
@@ -117,7 +117,7 @@ def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Crit
 def passes(score: Score, least: float, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
     large = score.size > criteria.smallest_effect
-    return large and score.gain > least and score.elsewhere > np.log(criteria.odds)
+    return large and score.gain > least and score.elsewhere > log(criteria.odds)
 
 
 def form_error(score: Score, criteria: Criteria) -> float:
@@ -193,7 +193,7 @@ def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
     """Whether a hypothesis predicts about as well as the best one, but for chance and for errors in
     the form of either."""
     error = max(form_error(score, criteria), form_error(best, criteria))
-    return best.gain - score.gain < np.log(criteria.odds) + error**2 * best.gain
+    return best.gain - score.gain < log(criteria.odds) + error**2 * best.gain
 
 
 def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments:

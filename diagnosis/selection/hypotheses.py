@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,14 +123,10 @@ class Hypotheses:
         """The same effect with one shape alone."""
         return self._made(effect.id, effect.axis, [dict(shape)])
 
-    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float, float]]:
-        """Shapes that may take any value: name, bounds, typical distance of its grid."""
+    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
+        """Shapes that may take any value: name and bounds."""
         item = self.bench.effects.get(effect.id)
-        found = []
-        for s in item.searched if item else []:
-            values = sorted({shape[s.name] for shape in effect.shapes})
-            found.append((s.name, s.low, s.high, max(b - a for a, b in pairwise(values))))
-        return found
+        return [(s.name, s.low, s.high) for s in item.searched] if item else []
 
     def _made(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]] | None = None
@@ -204,7 +199,7 @@ class Hypotheses:
         ]
         whole = [np.concatenate([own[k] for own in found]) for k in range(4)]
         centre, size = [w.mean() for w in whole], [max(float(w.std()), 1e-300) for w in whole]
-        listed = []
+        listed = list[tuple[Array, ...]]()
         for own in found:
             angle, rate, more, torque = (
                 (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
