@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import log
 
-from flexhex.diagnosis.answer import joint
+from flexhex.diagnosis.answer import Joint, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.elsewhere import Elsewhere
@@ -27,7 +27,7 @@ def selected(
     judged: Sequence[Run],
     say: Say,
     least: float = 0.0,
-    drift: object = None,
+    drift: Joint | None = None,
     criteria: Criteria = USUAL,
 ) -> Side:
     """What explains the runs, as `flexhex.diagnosis.sides.side_of` says it."""
@@ -47,7 +47,7 @@ def selected(
     held = joint(bench, grouped(bench, kept))
     others = None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)  # type: ignore[arg-type]
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     rounds = _rounds(bench, selection)
     return Side(
         held, tuple(rounds), others, tuple(named_of(held, rounds)), tuple(open_axes), tuple(notes)
