@@ -213,7 +213,7 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
         left = rows.y[i] - moments.X[i] @ q
         white = rows.white_y[i] - moments.white_X[i] @ q
         size = np.sqrt(max(float((left * left[rows.partner]).mean()), 0.0)) / rows.torque_rms[i]
-        # products of noise of one: every one counts twice where two passes are each other's partners
+        # of noise of one; each counts twice where two passes are partners of each other
         chance = np.sqrt((2.0 if rows.mutual else 1.0) * rows.count)
         sure = float((white * white[rows.partner]).sum() / chance) if rows.repeats else 0.0
         found.append(Rest(float(size), sure))
