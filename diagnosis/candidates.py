@@ -72,7 +72,7 @@ class Bench:
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
-            shapes = self._shapes(name, axis)
+            shapes = self.shapes(name, axis)
             found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
             self._grids[name, axis] = found
         return self._grids[name, axis]
@@ -85,9 +85,9 @@ class Bench:
         """Ids of the effects that an axis (None: the whole) may have."""
         if axis is None:
             return self.whole
-        return [name for name in self.effects if self._shapes(name, axis)]
+        return [name for name in self.effects if self.shapes(name, axis)]
 
-    def _shapes(self, name: str, axis: int) -> list[dict[str, float]]:
+    def shapes(self, name: str, axis: int) -> list[dict[str, float]]:
         if name not in self.effects:
             return [{}]
         item = self.effects[name]

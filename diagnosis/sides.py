@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,19 @@ class Side:
     def matters(self) -> bool:
         """Whether anything was found or is left here."""
         return bool(self.named or self.remains)
+
+
+class SideOf(Protocol):
+    """A search: what explains the runs at one place where model and data meet."""
+
+    def __call__(
+        self,
+        bench: Bench,
+        judged: Sequence[Run],
+        say: Callable[[str], None],
+        least: float = 0.0,
+        drift: Joint | None = None,
+    ) -> Side: ...
 
 
 def side_of(

@@ -25,7 +25,8 @@ from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.naming import tried_of
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
-from flexhex.diagnosis.sides import Side, side_of
+from flexhex.diagnosis.selection.side import selected
+from flexhex.diagnosis.sides import Side, SideOf, side_of
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
 
@@ -74,22 +75,21 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     """The answer for a base model that fits the runs well enough."""
     n, judged = made.base.n, asked.judged
     known = compiled(n, _sought(asked), made.base.holds)
-    before, settled = _mechanism(made, known, judged, lambda text: progress(text, 2, 5))
+    search: SideOf = selected if options.selection else side_of
+    before, settled = _mechanism(made, known, judged, lambda text: progress(text, 2, 5), search)
     made, sides = settled.held.bench.made, [settled]
     poor = poor_axes(made, sides[0].held.residual)
     if len(poor) == n:
         return asked.cannot_tell("; ".join(sides[0].notes))
     progress("commanded against reported torque", 3, 5)
-    sides += drives_of(made, asked.runs, judged)
+    sides += drives_of(made, asked.runs, judged, search)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:
         drift, steady = drifts[0].held, without(settled.held, drifts[0].held)
         made.forget()
         del settled, drifts, sides[0]
         made = steady
-        settled = side_of(
-            Bench(made, known), judged, lambda text: progress(text, 3, 5), drift=drift
-        )
+        settled = search(Bench(made, known), judged, lambda text: progress(text, 3, 5), drift=drift)
         sides.insert(0, settled)
         drifts = drifts_of(settled, judged)
     sides += drifts
@@ -123,14 +123,18 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
 
 
 def _mechanism(
-    made: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+    made: Calibrated,
+    known: Sequence[Compiled],
+    judged: Sequence[Run],
+    say: Callable[[str], None],
+    search: SideOf,
 ) -> tuple[Before, Side]:
     """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
 
     What is missing bends the fit of the widths, and a bent fit asks for effects that are not
     there; so the search begins anew beside the base model that its own answer leaves.
     """
-    found = side_of(Bench(made, known), judged, say)
+    found = search(Bench(made, known), judged, say)
     before = before_of(found)
     for _ in range(SEARCHES - 1):
         chosen = [r.chosen for r in found.rounds if r.chosen]
@@ -144,7 +148,7 @@ def _mechanism(
             break
         del found, held
         made = settled
-        found = side_of(Bench(made, known), judged, say)
+        found = search(Bench(made, known), judged, say)
     return before, found
 
 

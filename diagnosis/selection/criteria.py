@@ -1,0 +1,36 @@
+"""The numbers that decide, all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Criteria:
+    """Sizes are RMS of torque (force), relative to that of the axis; evidence is in nats.
+
+    smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
+    smallest_rest: smallest repeatable residual that is worth a word.
+    deviations: standard errors that a repeatable residual must stand above zero.
+    false_alarms: chance that any of the hypotheses of a search is accepted without reason.
+    odds: two hypotheses whose evidence differs by less than this factor are not told apart.
+    form_error: relative error of the functional form of an effect.
+    exact_form_error: the same where the form is exact, as a sine is.
+    loose: tolerances that a changed parameter may be off, as a standard deviation.
+    shortlist: hypotheses of an axis that are scored with their form error in a round.
+    most: terms that are accepted at most.
+    """
+
+    smallest_effect: float = 0.003
+    smallest_rest: float = 0.004
+    deviations: float = 4.0
+    false_alarms: float = 0.01
+    odds: float = 20.0
+    form_error: float = 0.10
+    exact_form_error: float = 0.02
+    loose: float = 20.0
+    shortlist: int = 5
+    most: int = 12
+
+
+USUAL = Criteria()

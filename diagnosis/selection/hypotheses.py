@@ -1,0 +1,215 @@
+"""What could explain the data: an effect on an axis or on the whole, another base parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows, kept
+
+Array = NDArray[np.float64]
+Axis = int | None
+WAVES, LENGTH, PLACES = 100, 1.5, 40
+"""Of the generic hypothesis: waves over all quantities together, their length in standard
+deviations, places along the stroke."""
+
+
+@dataclass(frozen=True, eq=False)
+class EffectHypothesis:
+    """An effect with all shapes of its grid: raw (shapes, R, k) [N m] per unit of its gains on each
+    axis that feels it, white the same whitened; low (k,): least gains; freedom: numbers that a fit
+    may choose; extends: the simpler effect that it becomes without its further gains."""
+
+    id: str
+    axis: Axis
+    shapes: tuple[Mapping[str, float], ...]
+    raw: Mapping[int, Array]
+    white: Mapping[int, Array]
+    low: Array
+    freedom: int
+    extends: str
+    exact: bool
+    most: int
+
+    @property
+    def width(self) -> int:
+        """Gains."""
+        return len(self.low)
+
+    def products(self, rows: Rows, fold: int) -> tuple[Array, Array]:
+        """Products of the columns with the torque (shapes * k,), and with each other
+        (shapes, k, k); these not between passes: noise in a column must not make it seem small."""
+        if fold not in self._products:
+            where, width = rows.fold == fold, self.width
+            right = np.zeros(len(self.shapes) * width)
+            own = np.zeros((len(self.shapes), width, width))
+            for i, columns in self.stacked.items():
+                right += rows.between(columns, rows.white_y[i], where)
+                single = self.white[i][:, where]
+                own += np.einsum("sra,srb->sab", single, single)
+            self._products[fold] = right, own
+        return self._products[fold]
+
+    @cached_property
+    def _products(self) -> dict[int, tuple[Array, Array]]:
+        return {}
+
+    @cached_property
+    def stacked(self) -> dict[int, Array]:
+        """Whitened columns (R, shapes * k) side by side."""
+        return {
+            i: np.ascontiguousarray(w.transpose(1, 0, 2)).reshape(w.shape[1], -1)
+            for i, w in self.white.items()
+        }
+
+
+@dataclass(frozen=True)
+class ChangedParameter:
+    """Base parameters, at these places, that may leave their tolerances: one, or a body's."""
+
+    id: str
+    places: tuple[int, ...]
+    axis: Axis
+    extends: str = ""
+
+    @property
+    def freedom(self) -> int:
+        """A parameter that is there already is simpler than any effect."""
+        return len(self.places) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Generic:
+    """A smooth function of an axis' angle, rate, acceleration and torque: something that has no
+    name. raw, white (R, K): its columns, of torque [N m] for coefficients of one."""
+
+    axis: int
+    raw: Array
+    white: Array
+    id: str = "generic"
+    freedom: int = 1000
+    extends: str = ""
+
+
+Hypothesis = EffectHypothesis | ChangedParameter | Generic
+
+
+class Hypotheses:
+    """All hypotheses beside a calibrated base model; columns are made when asked for, and kept."""
+
+    def __init__(self, bench: Bench, rows: Rows) -> None:
+        self.bench, self.rows, self.moments = bench, rows, Moments(rows)
+        self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self._generic: dict[int, Generic] = {}
+
+    def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
+        """Effects that an axis (None: the whole) may have."""
+        for name in self.bench.names(axis):
+            yield self.effect(name, axis)
+
+    def effect(self, name: str, axis: Axis) -> EffectHypothesis:
+        """An effect on an axis (None: on the whole)."""
+        if (name, axis) not in self._effects:
+            self._effects[name, axis] = self._made(name, axis)
+        return self._effects[name, axis]
+
+    def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
+        """The same effect with one shape alone."""
+        return self._made(effect.id, effect.axis, [dict(shape)])
+
+    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
+        """Shapes that may take any value: name and bounds."""
+        item = self.bench.effects.get(effect.id)
+        return [(s.name, s.low, s.high) for s in item.searched] if item else []
+
+    def _made(
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]] | None = None
+    ) -> EffectHypothesis:
+        at, item = axis or 0, self.bench.effects.get(name)
+        shapes = self.bench.shapes(name, at) if shapes is None else shapes
+        thin = [self.bench.thin(name, at, shape) for shape in shapes]
+        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [at]
+        raw, white = dict[int, Array](), dict[int, Array]()
+        for i in felt:
+            own = [[v[:, i] if v.ndim == 3 else v for v in listed] for listed in thin]
+            raw[i] = np.stack([kept(self.rows.made, values) for values in own])
+            white[i] = np.stack([self.rows.made.white(i, values) for values in own])
+        width = next(iter(raw.values())).shape[2]
+        if item is None:
+            low, free = np.full(width, -np.inf), width
+            return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, free, "", False, 1)
+        effect = item.effect
+        low = np.array([gain.low for gain in effect.gains])
+        known = (item.freedom, effect.extends, effect.exact, effect.most)
+        return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, *known)
+
+    @cached_property
+    def changes(self) -> Sequence[ChangedParameter]:
+        """Base parameters that have a tolerance, and all of a body together."""
+        single, bodies = list[ChangedParameter](), dict[str, list[int]]()
+        for place, known in enumerate(self.rows.made.known):
+            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay"):
+                single.append(ChangedParameter(known.name, (place,), known.axis))
+                owner, dot, _ = known.name.rpartition(".")
+                if dot:
+                    bodies.setdefault(owner, []).append(place)
+        whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
+        return [*single, *whole]
+
+    def generic(self, axis: int) -> Generic:
+        """The generic hypothesis of an axis; kept."""
+        if axis not in self._generic:
+            made, found = self.rows.made, self._quantities(axis)
+            rng = np.random.default_rng(0)
+            mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
+            mixed *= rng.random(mixed.shape) < 0.5
+            phase, unit = rng.uniform(0, 2 * np.pi, WAVES), np.sqrt(2.0 / WAVES)
+            ends = (min(q[0].min() for q in found), max(q[0].max() for q in found))
+            listed = []
+            for angle, rate, acceleration, direction, torque in found:
+                five = np.stack([angle, rate, acceleration, direction, torque], axis=1)
+                local = _local(angle, ends)
+                waves = unit * np.cos(five @ mixed + phase)
+                parts = (waves, local, local * direction[:, None])
+                listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
+            self._generic[axis] = Generic(axis, kept(made, listed), made.white(axis, listed))
+        return self._generic[axis]
+
+    def _quantities(self, axis: int) -> list[tuple[Array, ...]]:
+        """Angle, rate, acceleration, direction, torque of an axis at the rows (m,) of each block,
+        of unit RMS over all blocks."""
+        blocks = self.rows.made.blocks
+        found = [
+            [
+                block.smooth(values[:, axis])
+                for values in (
+                    block.run.motion.theta,
+                    block.run.motion.thetad,
+                    block.run.motion.thetadd,
+                    raw,
+                )
+            ]
+            for block, raw in zip(blocks, self.rows.made.raw, strict=True)
+        ]
+        whole = [np.concatenate([own[k] for own in found]) for k in range(4)]
+        centre, size = [w.mean() for w in whole], [max(float(w.std()), 1e-300) for w in whole]
+        listed = list[tuple[Array, ...]]()
+        for own in found:
+            angle, rate, more, torque = (
+                (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
+            )
+            direction = np.tanh(own[1] / (0.1 * size[1]))
+            listed.append((angle, rate, more, direction, torque))
+        return listed
+
+
+def _local(angle: Array, ends: tuple[float, float]) -> Array:
+    """Hat functions (m, PLACES) over the angle, each on its part of the stroke."""
+    place = (angle - ends[0]) / max(ends[1] - ends[0], 1e-300) * (PLACES - 1)
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(PLACES))))

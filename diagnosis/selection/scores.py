@@ -1,0 +1,177 @@
+"""What a hypothesis adds to the log density of left-out trajectories, and how large it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.evidence import (
+    Products,
+    Tried,
+    but,
+    free,
+    predicted,
+    tried,
+)
+from flexhex.diagnosis.selection.hypotheses import (
+    ChangedParameter,
+    EffectHypothesis,
+    Generic,
+    Hypotheses,
+    Hypothesis,
+)
+from flexhex.diagnosis.selection.moments import Left, Moments, Term
+
+Array = NDArray[np.float64]
+SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
+"""Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
+HALVINGS = 4
+"""Of the distance between shapes of a grid."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """A hypothesis beside a model. by_fold (folds,): what it adds to the log predictive density of
+    each left-out fold [nats]; size: relative RMS of its torque beyond what the model takes up;
+    shape: place of the best one by all folds."""
+
+    hypothesis: Hypothesis
+    by_fold: Array
+    size: float
+    shape: int = 0
+
+    @property
+    def gain(self) -> float:
+        """What it adds to the log predictive density of all folds [nats]."""
+        return float(self.by_fold.sum())
+
+    @property
+    def elsewhere(self) -> float:
+        """The same without the fold that is predicted best: no single one decides."""
+        return self.gain - float(self.by_fold.max())
+
+
+def effect_score(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> Score:
+    """An effect with its best shape, on left-out folds."""
+    if hypotheses.searched(effect):
+        effect, fits = refined(moments, hypotheses, effect, fits)
+    shape = int(np.argmax(fits[None].evidence))
+    gains = fits[None].gains[shape]
+    rows, every = moments.rows, np.ones(moments.rows.count, dtype=bool)
+    torque = {i: own[shape] @ gains for i, own in effect.raw.items()}
+    cross = [
+        rows.between(moments.white_X[i], (own[shape] @ gains)[:, None], every)[:, 0]
+        for i, own in effect.white.items()
+    ]
+    taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
+    return Score(effect, predicted(moments, fits), size_of(moments, -taken_up, torque), shape)
+
+
+def refined(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> tuple[EffectHypothesis, dict[Left, Tried]]:
+    """An effect with its best shape alone, between the points of its grid: uphill in evidence from
+    the best of them, half the distance to its neighbours each time."""
+    start = effect.shapes[int(np.argmax(fits[None].evidence))]
+    best = hypotheses.shaped(effect, start)
+    found = tried(moments, best)
+    for level in range(1, HALVINGS + 1):
+        for name, low, high in hypotheses.searched(effect):
+            now = best.shapes[0]
+            below, above = _way(effect, start, name)
+            for value in (now[name] - below / 2**level, now[name] + above / 2**level):
+                if low <= value <= high:
+                    other = hypotheses.shaped(effect, {**now, name: value})
+                    trial = tried(moments, other)
+                    if trial[None].evidence[0] > found[None].evidence[0]:
+                        best, found = other, trial
+    return best, found
+
+
+def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tuple[float, float]:
+    """Distances to the neighbours of a value on the grid; beyond its ends as far as inside."""
+    values = sorted({shape[name] for shape in effect.shapes})
+    place = values.index(start[name])
+    below = values[place] - values[max(place - 1, 0)]
+    above = values[min(place + 1, len(values) - 1)] - values[place]
+    return below or above, above or below
+
+
+def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
+    """An effect of one shape as a term."""
+    raw = {i: own[shape] for i, own in effect.raw.items()}
+    white = {i: own[shape] for i, own in effect.white.items()}
+    return Term(raw, white, free(moments, effect)[shape])
+
+
+def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
+    """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the model's coefficients
+    together, on the axis that feels them most."""
+    found = []
+    for i, (X, rms) in enumerate(zip(moments.X, moments.rows.torque_rms, strict=True)):
+        whole = X @ step + torque.get(i, 0.0)
+        found.append(float(np.sqrt((whole**2).mean()) / rms))
+    return max(found)
+
+
+def generic_score(moments: Moments, generic: Generic) -> Score:
+    """The generic hypothesis, of any of its sizes, on left-out folds."""
+    rows, axis = moments.rows, generic.axis
+    parts: dict[int, Products] = {}
+    for fold in rows.folds:
+        where = rows.fold == fold
+        own, right = generic.white[where], rows.between(generic.white, rows.white_y[axis], where)
+        cross = moments.between(generic, axis, generic.white, fold)
+        parts[fold] = Products(cross, right, own.T @ own)
+    total: dict[Left, float] = {}
+    size, priors = 0.0, [size**-2.0 for size in SIZES]
+    for left in [None, *rows.folds]:
+        fit, products = moments.fit(left), but(parts, left)
+        moved = fit.solve(products.cross)
+        S = products.own - products.cross.T @ moved
+        values, turned, vectors = _turned(S, products.right - products.cross.T @ fit.q)
+        evidence = [_log_evidence(values, turned, prior) for prior in priors]
+        total[left] = float(logsumexp(evidence))
+        if left is None:
+            gains = vectors @ (turned / (values + priors[int(np.argmax(evidence))]))
+            size = size_of(moments, -(moved @ gains), {axis: generic.raw @ gains})
+    return Score(generic, np.array([total[None] - total[fold] for fold in rows.folds]), size)
+
+
+def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
+    """Parameters that may leave their tolerances, on left-out folds."""
+    places, looser = list(change.places), criteria.loose**-2.0
+    total: dict[Left, float] = {}
+    size = 0.0
+    for left in [None, *moments.rows.folds]:
+        fit, (G, b) = moments.fit(left), moments.gram(left)
+        columns = G[:, places]
+        moved = fit.solve(columns)
+        S = columns[places] - columns.T @ moved
+        values, turned, vectors = _turned(S, b[places] - columns.T @ fit.q)
+        total[left] = _log_evidence(values, turned, looser)
+        if left is None and total[left] > 0:
+            gains = vectors @ (turned / (values + looser))
+            step = -(moved @ gains)
+            step[places] += gains
+            size = size_of(moments, step, {})
+    return Score(change, np.array([total[None] - total[f] for f in moments.rows.folds]), size)
+
+
+def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:
+    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k)."""
+    values, vectors = np.linalg.eigh((S + S.T) / 2)
+    return np.maximum(values, 0.0), vectors.T @ r, vectors
+
+
+def _log_evidence(values: Array, turned: Array, prior: float) -> float:
+    """Evidence for coefficients that all have the same inverse variance."""
+    A = values + prior
+    return float((turned**2 / A - np.log(A / prior)).sum()) / 2

@@ -1,0 +1,141 @@
+"""Selection: the closed form against Gaussian densities of rows; what is named on a single axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection.choose import Selection, select
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.evidence import bounded, predicted, tried
+from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.side import nameless
+from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+
+Array = NDArray[np.float64]
+CLOCK = np.arange(round(SECONDS / TS)) * TS
+RMS = float(wanted(CLOCK, 1).std())
+RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
+Torque = Callable[[Array, Array, Array], Array]
+"""Of angle, rate, acceleration."""
+
+
+def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
+    """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
+    made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)))
+    alone = np.arange(len(y))
+    return Rows(made, (y,), (B,), (y,), (B,), fold, alone, True, prior, np.array([2.0]))
+
+
+def effect_of(columns: Array) -> EffectHypothesis:
+    """An effect of one shape with these columns (R, k)."""
+    low, own = np.full(columns.shape[1], -np.inf), {0: columns[None]}
+    return EffectHypothesis("any", 0, ({},), own, own, low, 1, "", False, 1)
+
+
+def log_density(y: Array, columns: Array, variance: Array) -> float:
+    """Of rows whose coefficients have these variances and whose noise has one."""
+    covariance = np.eye(len(y)) + (columns * variance) @ columns.T
+    return float(multivariate_normal(cov=covariance).logpdf(y))
+
+
+def test_gain_is_the_log_density_of_the_left_out_rows() -> None:
+    """log p(y_m | others), with the columns and without, by densities of all rows at once."""
+    rng = np.random.default_rng(4)
+    B, C = rng.normal(size=(240, 3)), rng.normal(size=(240, 2))
+    y = B @ [1.0, -0.5, 0.2] + C @ [0.3, 0.1] + rng.normal(size=240)
+    prior, fold = np.array([0.5, 1.0, 2.0]), np.arange(240) // 80
+    gain = predicted(
+        Moments(rows_of(y, B, prior, fold)),
+        tried(Moments(rows_of(y, B, prior, fold)), effect_of(C)),
+    )
+    free = 4.0 / (C**2).mean(axis=0)
+    wanted_gain = []
+    for m in range(3):
+        others = fold != m
+        with_it, without = (
+            log_density(y, X, v) - log_density(y[others], X[others], v)
+            for X, v in ((np.hstack([B, C]), np.r_[1 / prior, free]), (B, 1 / prior))
+        )
+        wanted_gain.append(with_it - without)
+    np.testing.assert_allclose(gain, wanted_gain, rtol=1e-5, atol=1e-5)
+
+
+def test_gains_that_cannot_be_negative_are_not() -> None:
+    S, low = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([0.0, -np.inf])
+    gains, fall = bounded(S, np.array([-1.0, 1.0]), low)
+    np.testing.assert_allclose(gains, [0.0, 1.0])
+    assert fall == pytest.approx(1.0)
+    free, more = bounded(S, np.array([-1.0, 1.0]), np.full(2, -np.inf))
+    assert free[0] < 0
+    assert more > fall
+
+
+def chosen(folder: Path, torque: Torque | None) -> Selection:
+    """What is chosen on an axis that feels a further torque [N m]."""
+    paths = []
+    for k, (motion, number) in enumerate(RUNS):
+        extra = 0.0 if torque is None else torque(*moved(CLOCK, motion))
+        paths.append(write(folder / f"{k}.csv", motion, number, 0.0, extra=extra))
+    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    assert not trouble
+    made, _, _ = fitted(base, asked.runs)
+    return select(Bench(made, compiled(1, None, made.base.holds)))
+
+
+def names(selection: Selection) -> list[str]:
+    return [accepted.score.hypothesis.id for accepted in selection.accepted]
+
+
+def test_nothing_is_chosen_where_nothing_is_hidden(tmp_path: Path) -> None:
+    selection = chosen(tmp_path, None)
+    assert not names(selection)
+    assert not nameless(selection, USUAL)
+
+
+def test_cogging_is_named_with_its_order_and_nothing_else(tmp_path: Path) -> None:
+    selection = chosen(tmp_path, lambda q, v, a: 0.01 * RMS * np.sin(53.0 * q + 0.4))
+    (found,) = selection.accepted
+    assert found.score.hypothesis.id == "cogging_harmonic"
+    assert not found.rivals
+    shape = found.score.hypothesis.shapes[found.score.shape]  # type: ignore[union-attr]
+    assert shape["order"] == pytest.approx(53.0, abs=0.5)
+    assert found.score.size == pytest.approx(0.01 / np.sqrt(2), rel=0.1)
+    assert not nameless(selection, USUAL)
+
+
+def test_two_effects_on_one_axis_are_both_named(tmp_path: Path) -> None:
+    def both(q: Array, v: Array, a: Array) -> Array:
+        return 0.02 * RMS * np.tanh(v / 0.01) + 0.01 * RMS * np.sin(80.0 * q)
+
+    selection = chosen(tmp_path, both)
+    assert sorted(names(selection)) == ["cogging_harmonic", "coulomb_friction"]
+    assert not nameless(selection, USUAL)
+
+
+@pytest.mark.parametrize(
+    "strange",
+    [
+        lambda q, v, a: 0.03 * RMS * np.exp(-(((q - 0.1) / 0.05) ** 2)),
+        lambda q, v, a: 0.03 * RMS * np.tanh(v) * np.sin(5.0 * q),
+    ],
+    ids=["bump", "rate times angle"],
+)
+def test_what_the_library_has_not_is_left_without_a_name(strange: Torque, tmp_path: Path) -> None:
+    """Names that fit a part of it are imitations: a smooth function predicts better than they."""
+    selection = chosen(tmp_path, strange)
+    size = nameless(selection, USUAL).get(0, 0.0)
+    assert size > 0.005
+    assert sum(a.score.size**2 for a in selection.accepted) < size**2
