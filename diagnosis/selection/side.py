@@ -65,7 +65,8 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, float]:
     Where a smooth function predicts better than all that was accepted, that is an imitation. On one
     trajectory alone only what repeats counts.
     """
-    found = {k: rest.size for k, rest in enumerate(selection.rest) if rest.matters(criteria)}
+    left = selection.rest if selection.arbitrated else selection.before
+    found = {k: rest.size for k, rest in enumerate(left) if rest.matters(criteria)}
     if not selection.arbitrated:
         return found
     for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
