@@ -63,11 +63,12 @@ class Selection:
     """What was chosen, in its order; what is left on each axis, before and after; all scores of
     every round.
 
-    alone: of each axis the generic hypothesis in place of what was accepted there; beside: the
-    same beside all that was accepted.
+    arbitrated: there was another trajectory to predict. alone: of each axis the generic hypothesis
+    in place of what was accepted there; beside: the same beside all that was accepted.
     """
 
     accepted: tuple[Accepted, ...]
+    arbitrated: bool
     alone: tuple[Score, ...]
     beside: tuple[Score, ...]
     before: tuple[Rest, ...]
@@ -94,6 +95,7 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, found.score, criteria)
+    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
     axes = range(rows.n)
     others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
     alone = [
@@ -102,7 +104,13 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
     ]
     beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
     return Selection(
-        tuple(accepted), tuple(alone), tuple(beside), before, rest_of(moments), tuple(rounds)
+        tuple(accepted),
+        arbitrated,
+        tuple(alone),
+        tuple(beside),
+        before,
+        rest_of(moments),
+        tuple(rounds),
     )
 
 
@@ -117,6 +125,7 @@ def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Crit
 def passes(score: Score, least: float, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
     large = score.size > criteria.smallest_effect
+    least += log(getattr(score.hypothesis, "choices", 1))
     return large and score.gain > least and score.elsewhere > log(criteria.odds)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows, kept
 
 Array = NDArray[np.float64]
 Axis = int | None
+ORDER = ["order"]
+"""Shapes of an effect that is a harmonic of the angle."""
 WAVES, LENGTH, PLACES = 100, 1.5, 40
 """Of the generic hypothesis: waves over all quantities together, their length in standard
 deviations, places along the stroke."""
@@ -24,7 +27,8 @@ deviations, places along the stroke."""
 class EffectHypothesis:
     """An effect with all shapes of its grid: raw (shapes, R, k) [N m] per unit of its gains on each
     axis that feels it, white the same whitened; low (k,): least gains; freedom: numbers that a fit
-    may choose; extends: the simpler effect that it becomes without its further gains."""
+    may choose; extends: the simpler effect that it becomes without its further gains; choices:
+    shapes that those of the grid were picked from."""
 
     id: str
     axis: Axis
@@ -36,6 +40,7 @@ class EffectHypothesis:
     extends: str
     exact: bool
     most: int
+    choices: int = 1
 
     @property
     def width(self) -> int:
@@ -114,9 +119,16 @@ class Hypotheses:
             yield self.effect(name, axis)
 
     def effect(self, name: str, axis: Axis) -> EffectHypothesis:
-        """An effect on an axis (None: on the whole)."""
+        """An effect on an axis (None: on the whole); orders of the angle are those that the rows
+        can show."""
         if (name, axis) not in self._effects:
-            self._effects[name, axis] = self._made(name, axis)
+            shapes, choices = self.bench.shapes(name, axis or 0), 1
+            if axis is not None and shapes and list(shapes[0]) == ORDER:
+                weight = self.rows.made.raw if self._loaded(name) else None
+                orders, choices = promising_orders(self.rows, axis, weight)
+                shapes = [{ORDER[0]: order} for order in orders]
+            found = self._made(name, axis, shapes)
+            self._effects[name, axis] = replace(found, choices=choices)
         return self._effects[name, axis]
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
@@ -128,11 +140,14 @@ class Hypotheses:
         item = self.bench.effects.get(effect.id)
         return [(s.name, s.low, s.high) for s in item.searched] if item else []
 
+    def _loaded(self, name: str) -> bool:
+        """Whether an effect goes with the torque."""
+        return self.bench.effects[name].effect.acts_on == "drive"
+
     def _made(
-        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]] | None = None
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
         at, item = axis or 0, self.bench.effects.get(name)
-        shapes = self.bench.shapes(name, at) if shapes is None else shapes
         thin = [self.bench.thin(name, at, shape) for shape in shapes]
         felt = range(self.rows.n) if thin[0][0].ndim == 3 else [at]
         raw, white = dict[int, Array](), dict[int, Array]()

@@ -34,6 +34,10 @@ def selected(
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+    if kept and not selection.arbitrated:
+        listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
+        notes.append(f"{listed} would fit, but nothing shows it on another trajectory: record one")
+        kept = []
     remains = nameless(selection, criteria)
     for axis, size in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
@@ -58,9 +62,13 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, float]:
     """Axes on which something without a name is left, with its relative RMS: smooth in the motion,
     or of any other form as long as it repeats.
 
-    Where a smooth function predicts better than all that was accepted, that is an imitation.
+    Where a smooth function predicts better than all that was accepted, that is an imitation. On one
+    trajectory alone only what repeats counts.
     """
-    found = {k: rest.size for k, rest in enumerate(selection.rest) if rest.matters(criteria)}
+    left = selection.rest if selection.arbitrated else selection.before
+    found = {k: rest.size for k, rest in enumerate(left) if rest.matters(criteria)}
+    if not selection.arbitrated:
+        return found
     for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
         own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
         gain = sum(score.gain for score in own)

@@ -32,8 +32,8 @@ class CoggingHarmonic(Effect):
         Shape(
             "order",
             "1/rad",
-            low=20.0,
-            high=1500.0,
+            low=0.1,
+            high=1e5,
             start=360.0,
             grid=tuple(k for k in ORDERS if k % 36 or k > 324),
             description="multiple of the angle; the poles of the motor times a whole number",
@@ -62,8 +62,8 @@ class TorqueRipple(Effect):
         Shape(
             "order",
             "1/rad",
-            low=20.0,
-            high=1500.0,
+            low=0.1,
+            high=1e5,
             start=36.0,
             grid=ORDERS,
             description="multiple of the angle",
