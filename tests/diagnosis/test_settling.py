@@ -29,12 +29,11 @@ def searched(
     bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
     monkeypatch.setattr(workflow, "before_of", lambda side: side.held.bench.made)
-    monkeypatch.setattr(workflow, "side_of", side)
     fitted = lambda bench, chosen: SimpleNamespace(parts=chosen, bench=bench)  # noqa: E731
     monkeypatch.setattr(workflow, "joint", fitted)
     monkeypatch.setattr(workflow, "beside", lambda held: made[made.index(held.bench.made) + 1])
     start: Any = made[0]
-    before, last = workflow._mechanism(start, [], [], lambda text: None)
+    before, last = workflow._mechanism(start, [], [], lambda text: None, side)
     assert before is asked[0]  # type: ignore[comparison-overlap]
     assert last.held.bench.made is asked[-1]
     return [float(m.fitted.widths[0]) for m in asked]
