@@ -125,7 +125,7 @@ def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Crit
 def passes(score: Score, least: float, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
     large = score.size > criteria.smallest_effect
-    least += log(getattr(score.hypothesis, "choices", 1))
+    least += log(score.hypothesis.choices)
     return large and score.gain > least and score.elsewhere > log(criteria.odds)
 
 
@@ -164,7 +164,7 @@ def one_round(
                 listed.append((float(predicted(moments, fits).sum()), effect, fits))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
-            if gain > max(0.0, listed[0][0] / 4):
+            if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits))
     for change in hypotheses.changes:
         if not set(change.places) <= set(moments.freed):
@@ -222,7 +222,8 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
         left = rows.y[i] - moments.X[i] @ q
         white = rows.white_y[i] - moments.white_X[i] @ q
         size = np.sqrt(max(float((left * left[rows.partner]).mean()), 0.0)) / rows.torque_rms[i]
-        # of noise of one; each counts twice where two passes are partners of each other
+        # whitened noise has a variance of one; where two passes are partners of each other every
+        # product stands there twice
         chance = np.sqrt((2.0 if rows.mutual else 1.0) * rows.count)
         sure = float((white * white[rows.partner]).sum() / chance) if rows.repeats else 0.0
         found.append(Rest(float(size), sure))

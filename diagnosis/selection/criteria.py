@@ -17,7 +17,7 @@ class Criteria:
     form_error: relative error of the functional form of an effect.
     exact_form_error: the same where the form is exact, as a sine is.
     loose: tolerances that a changed parameter may be off, as a standard deviation.
-    shortlist: hypotheses of an axis that are scored with their form error in a round.
+    shortlist: hypotheses of an axis whose shapes are searched between the points of the grid.
     most: terms that are accepted at most.
     """
 

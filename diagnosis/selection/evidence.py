@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.hypotheses import EffectHypothesis, Products
 from flexhex.diagnosis.selection.moments import Left, Moments
 
 Array = NDArray[np.float64]
@@ -29,20 +29,18 @@ GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
 
-@dataclass(frozen=True)
-class Products:
-    """Of whitened columns with the model's (m, k), with the torque (k,) and with each other."""
-
-    cross: Array
-    right: Array
-    own: Array
-
-
-def but(parts: Mapping[int, Products], left: Left) -> Products:
-    """Sum over all folds but one."""
-    kept = [part for fold, part in parts.items() if fold != left]
+def products(moments: Moments, effect: EffectHypothesis, left: Left) -> Products:
+    """Products of an effect's columns beside a model, of all folds but one."""
+    rows = moments.rows
+    kept = [effect.products(rows, fold) for fold in rows.folds if fold != left]
+    cross = np.sum([part.cross for part in kept], axis=0)
+    if moments.terms:
+        where = np.ones(rows.count, dtype=bool) if left is None else rows.fold != left
+        pairs = [(moments.white_X[i][:, rows.nb :], own) for i, own in effect.stacked.items()]
+        more = np.sum([rows.between(X, own, where) for X, own in pairs], axis=0)
+        cross = np.vstack([cross, more])
     return Products(
-        np.sum([part.cross for part in kept], axis=0),
+        cross,
         np.sum([part.right for part in kept], axis=0),
         np.sum([part.own for part in kept], axis=0),
     )
@@ -59,15 +57,8 @@ class Tried:
 
 def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
     """An effect beside a model: fitted to all folds, and to all but each."""
-    parts: dict[int, Products] = {}
-    for fold in moments.rows.folds:
-        cross = np.zeros((moments.m, len(effect.shapes) * effect.width))
-        for i, columns in effect.stacked.items():
-            cross += moments.between(effect, i, columns, fold)
-        parts[fold] = Products(cross, *effect.products(moments.rows, fold))
-    prior = free(moments, effect)
-    lefts: list[Left] = [None, *moments.rows.folds]
-    return {left: _fitted(moments, left, but(parts, left), prior, effect.low) for left in lefts}
+    prior, lefts = free(moments, effect), [None, *moments.rows.folds]
+    return {left: _fitted(moments, left, effect, prior) for left in lefts}
 
 
 def free(moments: Moments, effect: EffectHypothesis) -> Array:
@@ -78,18 +69,18 @@ def free(moments: Moments, effect: EffectHypothesis) -> Array:
     return np.asarray(np.maximum(squares, 1e-300) / torque)
 
 
-def _fitted(moments: Moments, left: Left, products: Products, priors: Array, low: Array) -> Tried:
-    fit, k = moments.fit(left), len(low)
-    moved = fit.solve(products.cross)
-    rest = (products.right - products.cross.T @ fit.q).reshape(-1, k)
+def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Array) -> Tried:
+    fit, k, found = moments.fit(left), effect.width, products(moments, effect, left)
+    moved = fit.solve(found.cross)
+    rest = (found.right - found.cross.T @ fit.q).reshape(-1, k)
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
-    for shape, (own, prior) in enumerate(zip(products.own, priors, strict=True)):
+    for shape, (own, prior) in enumerate(zip(found.own, priors, strict=True)):
         part = slice(shape * k, shape * k + k)
-        S = own - products.cross[:, part].T @ moved[:, part]
+        S = own - found.cross[:, part].T @ moved[:, part]
         if (np.diag(S) <= GONE * np.diag(own)).any():
             continue
         A = (S + S.T) / 2 + np.diag(prior)
-        gains[shape], fall = bounded(A, rest[shape], low)
+        gains[shape], fall = bounded(A, rest[shape], effect.low)
         evidence[shape] = (fall - np.linalg.slogdet(A)[1] + np.log(prior).sum()) / 2
     return Tried(evidence, gains)
 

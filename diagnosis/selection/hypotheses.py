@@ -18,9 +18,19 @@ Array = NDArray[np.float64]
 Axis = int | None
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
-WAVES, LENGTH, PLACES = 100, 1.5, 40
+WAVES, LENGTH, PLACES, CREEP = 100, 1.5, 40, 0.1
 """Of the generic hypothesis: waves over all quantities together, their length in standard
-deviations, places along the stroke."""
+deviations; places along the stroke; rate, relative to its RMS, within which the direction turns."""
+
+
+@dataclass(frozen=True)
+class Products:
+    """Of whitened columns with the model's (m, shapes * k), with the torque (shapes * k,) and with
+    each other (shapes, k, k)."""
+
+    cross: Array
+    right: Array
+    own: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,22 +57,24 @@ class EffectHypothesis:
         """Gains."""
         return len(self.low)
 
-    def products(self, rows: Rows, fold: int) -> tuple[Array, Array]:
-        """Products of the columns with the torque (shapes * k,), and with each other
-        (shapes, k, k); these not between passes: noise in a column must not make it seem small."""
+    def products(self, rows: Rows, fold: int) -> Products:
+        """Products of the columns with the base model's, with the torque, and with each other;
+        these not between passes: noise in a column must not make it seem small. Kept."""
         if fold not in self._products:
             where, width = rows.fold == fold, self.width
-            right = np.zeros(len(self.shapes) * width)
+            count = len(self.shapes) * width
+            cross, right = np.zeros((rows.nb, count)), np.zeros(count)
             own = np.zeros((len(self.shapes), width, width))
             for i, columns in self.stacked.items():
+                cross += rows.between(rows.white_B[i], columns, where)
                 right += rows.between(columns, rows.white_y[i], where)
                 single = self.white[i][:, where]
-                own += np.einsum("sra,srb->sab", single, single)
-            self._products[fold] = right, own
+                own += single.transpose(0, 2, 1) @ single
+            self._products[fold] = Products(cross, right, own)
         return self._products[fold]
 
     @cached_property
-    def _products(self) -> dict[int, tuple[Array, Array]]:
+    def _products(self) -> dict[int, Products]:
         return {}
 
     @cached_property
@@ -82,6 +94,7 @@ class ChangedParameter:
     places: tuple[int, ...]
     axis: Axis
     extends: str = ""
+    choices: int = 1
 
     @property
     def freedom(self) -> int:
@@ -89,20 +102,7 @@ class ChangedParameter:
         return len(self.places) - 1
 
 
-@dataclass(frozen=True, eq=False)
-class Generic:
-    """A smooth function of an axis' angle, rate, acceleration and torque: something that has no
-    name. raw, white (R, K): its columns, of torque [N m] for coefficients of one."""
-
-    axis: int
-    raw: Array
-    white: Array
-    id: str = "generic"
-    freedom: int = 1000
-    extends: str = ""
-
-
-Hypothesis = EffectHypothesis | ChangedParameter | Generic
+Hypothesis = EffectHypothesis | ChangedParameter
 
 
 class Hypotheses:
@@ -111,7 +111,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
-        self._generic: dict[int, Generic] = {}
+        self._generic: dict[int, EffectHypothesis] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -133,7 +133,7 @@ class Hypotheses:
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with one shape alone."""
-        return self._made(effect.id, effect.axis, [dict(shape)])
+        return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
 
     def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
         """Shapes that may take any value: name and bounds."""
@@ -177,12 +177,15 @@ class Hypotheses:
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
         return [*single, *whole]
 
-    def generic(self, axis: int) -> Generic:
-        """The generic hypothesis of an axis; kept."""
+    def generic(self, axis: int) -> EffectHypothesis:
+        """Something that has no name: a smooth function of an axis' angle, rate, acceleration and
+        torque, and one local in angle and direction. Its torque is the axis' RMS for coefficients
+        of one; kept."""
         if axis not in self._generic:
             made, found = self.rows.made, self._quantities(axis)
             rng = np.random.default_rng(0)
             mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
+            # each wave goes with about half of the quantities
             mixed *= rng.random(mixed.shape) < 0.5
             phase, unit = rng.uniform(0, 2 * np.pi, WAVES), np.sqrt(2.0 / WAVES)
             ends = (min(q[0].min() for q in found), max(q[0].max() for q in found))
@@ -193,7 +196,11 @@ class Hypotheses:
                 waves = unit * np.cos(five @ mixed + phase)
                 parts = (waves, local, local * direction[:, None])
                 listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
-            self._generic[axis] = Generic(axis, kept(made, listed), made.white(axis, listed))
+            raw, white = kept(made, listed)[None], made.white(axis, listed)[None]
+            low = np.full(raw.shape[2], -np.inf)
+            self._generic[axis] = EffectHypothesis(
+                "generic", axis, ({},), {axis: raw}, {axis: white}, low, len(low), "", False, 1
+            )
         return self._generic[axis]
 
     def _quantities(self, axis: int) -> list[tuple[Array, ...]]:
@@ -219,7 +226,7 @@ class Hypotheses:
             angle, rate, more, torque = (
                 (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
             )
-            direction = np.tanh(own[1] / (0.1 * size[1]))
+            direction = np.tanh(own[1] / (CREEP * size[1]))
             listed.append((angle, rate, more, direction, torque))
         return listed
 

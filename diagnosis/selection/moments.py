@@ -15,6 +15,9 @@ from flexhex.diagnosis.selection.rows import Rows
 Array = NDArray[np.float64]
 Left = int | None
 """Fold that is left out of a fit; None: none is."""
+FIRM, UNSURE = 1e-8, 1e-6
+"""Least curvature, relative to a column's own: added everywhere, so that rounding decides nothing;
+and where noise made products between passes negative."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,8 @@ class Moments:
         rows: Rows,
         terms: Sequence[Term] = (),
         freed: Mapping[int, float] = MappingProxyType({}),
-        kept: dict[object, Array] | None = None,
     ) -> None:
         self.rows, self.terms, self.freed = rows, tuple(terms), freed
-        self.kept = {} if kept is None else kept
         widths = [len(term.prior) for term in terms]
         self.m = rows.nb + sum(widths)
         self.X = [self._beside(i, rows.B[i], [t.raw for t in terms]) for i in range(rows.n)]
@@ -72,7 +73,7 @@ class Moments:
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
-        longer = Moments(self.rows, (*self.terms, term), self.freed, self.kept)
+        longer = Moments(self.rows, (*self.terms, term), self.freed)
         for fold, (G, b) in self._grams.items():
             where, m = self.rows.fold == fold, self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
@@ -89,7 +90,7 @@ class Moments:
     def loosened(self, places: Sequence[int], prior: float) -> Moments:
         """With another inverse variance of base parameters."""
         freed = {**self.freed, **dict.fromkeys(places, prior)}
-        looser = Moments(self.rows, self.terms, freed, self.kept)
+        looser = Moments(self.rows, self.terms, freed)
         looser._grams = self._grams
         return looser
 
@@ -117,30 +118,18 @@ class Moments:
             self.fits[left] = Solved(solve(b), solve)
         return self.fits[left]
 
-    def between(self, key: object, axis: int, columns: Array, fold: int) -> Array:
-        """Products (m, k) of the model's columns with others on an axis; those of the base model
-        are kept under `key`, as they stay the same while terms are accepted."""
-        rows, where = self.rows, self.rows.fold == fold
-        place = (key, axis, fold)
-        if place not in self.kept:
-            self.kept[place] = rows.between(rows.white_B[axis], columns, where)
-        if self.m == rows.nb:
-            return self.kept[place]
-        more = rows.between(self.white_X[axis][:, rows.nb :], columns, where)
-        return np.vstack([self.kept[place], more])
-
 
 def _solver(G: Array, prior: Array) -> Callable[[Array], Array]:
     """(G + prior)^-1 as a function; directions that nothing determines stay where they are."""
-    size = np.sqrt(np.maximum(np.diag(G) + prior, 1e-12))
+    size = np.sqrt(np.maximum(np.diag(G) + prior, np.finfo(float).tiny))
     scaled = (G + np.diag(prior)) / np.outer(size, size)
-    scaled[np.diag_indices_from(scaled)] += 1e-8
+    scaled[np.diag_indices_from(scaled)] += FIRM
     try:
         factor = cho_factor(scaled)
     except LinAlgError:
         # products between passes of what hardly repeats may be negative
         values, vectors = np.linalg.eigh(scaled)
-        factor = cho_factor((vectors * np.maximum(values, 1e-6)) @ vectors.T)
+        factor = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
 
     def solve(right: Array) -> Array:
         across = size if right.ndim == 1 else size[:, None]

@@ -11,17 +11,15 @@ from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
-    Products,
     Tried,
-    but,
     free,
     predicted,
+    products,
     tried,
 )
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
-    Generic,
     Hypotheses,
     Hypothesis,
 )
@@ -121,27 +119,23 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     return max(found)
 
 
-def generic_score(moments: Moments, generic: Generic) -> Score:
-    """The generic hypothesis, of any of its sizes, on left-out folds."""
-    rows, axis = moments.rows, generic.axis
-    parts: dict[int, Products] = {}
-    for fold in rows.folds:
-        where = rows.fold == fold
-        own, right = generic.white[where], rows.between(generic.white, rows.white_y[axis], where)
-        cross = moments.between(generic, axis, generic.white, fold)
-        parts[fold] = Products(cross, right, own.T @ own)
+def generic_score(moments: Moments, generic: EffectHypothesis) -> Score:
+    """The generic hypothesis, with coefficients of any of its sizes, on left-out folds."""
+    rows = moments.rows
     total: dict[Left, float] = {}
     size, priors = 0.0, [size**-2.0 for size in SIZES]
     for left in [None, *rows.folds]:
-        fit, products = moments.fit(left), but(parts, left)
-        moved = fit.solve(products.cross)
-        S = products.own - products.cross.T @ moved
-        values, turned, vectors = _turned(S, products.right - products.cross.T @ fit.q)
+        fit, found = moments.fit(left), products(moments, generic, left)
+        moved = fit.solve(found.cross)
+        S = found.own[0] - found.cross.T @ moved
+        values, turned, vectors = _turned(S, found.right - found.cross.T @ fit.q)
         evidence = [_log_evidence(values, turned, prior) for prior in priors]
         total[left] = float(logsumexp(evidence))
         if left is None:
             gains = vectors @ (turned / (values + priors[int(np.argmax(evidence))]))
-            size = size_of(moments, -(moved @ gains), {axis: generic.raw @ gains})
+            size = size_of(
+                moments, -(moved @ gains), {i: raw[0] @ gains for i, raw in generic.raw.items()}
+            )
     return Score(generic, np.array([total[None] - total[fold] for fold in rows.folds]), size)
 
 

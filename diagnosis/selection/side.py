@@ -30,7 +30,10 @@ def selected(
     drift: Joint | None = None,
     criteria: Criteria = USUAL,
 ) -> Side:
-    """What explains the runs, as `flexhex.diagnosis.sides.side_of` says it."""
+    """What explains the runs, as `flexhex.diagnosis.sides.side_of` says it.
+
+    least: not asked, the criteria have a smallest effect for all places alike.
+    """
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]

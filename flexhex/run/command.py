@@ -70,8 +70,7 @@ def run_command(
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
-    if quick:
-        one_blas_thread()
+    one_blas_thread()
     from flexhex.output.live import live
     from flexhex.run.paper import paper_run
     from flexhex.run.report import write_report
