@@ -4,7 +4,7 @@
 - one effect of the library: `right` (an accepted name alone, on exactly its axes),
   `right_name_wrong_axes`, `in_set` (its axes right, a set of several holds it), `wrong` (another
   name), `missed` (nothing named; observable), `silent` (nothing named; too faint to be seen),
-  `unknown` (a gap is told, without a name)
+  `unknown` (a gap is reported without a name)
 - outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
   cannot tell; observable), `silent` (the same; too faint)
 - two effects: `both`, `one`, `none`, with `+wrong` where another name stands beside them
@@ -171,7 +171,7 @@ def _two(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
 
 
 def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
-    """A change counts when one parameter of its kind is told; an effect beside it is wrong."""
+    """A change counts when one parameter of its kind is reported; an effect beside it is wrong."""
     starts = tuple(start for c in changed for start in c["accept"])
     names = [str(c.get("parameter", "")) for c in found["changed"]]
     names += [str(e["id"]) for e in found["effects"]]
@@ -194,9 +194,9 @@ def _covered(
                 continue
             for name, row in h["parameters"].items():
                 for axis, value in _values(row["value"], h["axes"]):
-                    told = _interval(effect, name, axis)
-                    if told is not None:
-                        low, high = told
+                    interval = _interval(effect, name, axis)
+                    if interval is not None:
+                        low, high = interval
                         found[f"{h['id']}.{name}[{axis}]"] = low <= value <= high
     return found
 

@@ -48,7 +48,7 @@ def size_of(outcome: Outcome) -> str:
 
 def coverage(outcomes: Sequence[Outcome]) -> tuple[int, int]:
     """Intervals that hold the truth, and all that can be compared."""
-    flat = [held for o in outcomes for held in o.covered.values()]
+    flat = [covered for o in outcomes for covered in o.covered.values()]
     return sum(flat), len(flat)
 
 

@@ -1,12 +1,13 @@
-"""Finished cases of a study, so that it goes on where it stopped."""
+"""Finished cases of a study, one JSON line each, so that it goes on where it stopped."""
 
 from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from studies.score import Score
 
@@ -14,33 +15,53 @@ Task = tuple[str, int]
 """Kind of case (seed, closed, machine) and its number."""
 
 
+Case = TypeVar("Case")
+
+
+def read_lines(path: Path, parse: Callable[[dict[str, Any]], Case]) -> list[Case]:
+    """Lines of a store; a last one without its end is cut off.
+
+    ValueError, with the line, where the file holds anything else than `parse` takes.
+    """
+    content = path.read_bytes() if path.exists() else b""
+    whole = content.rfind(b"\n") + 1
+    found = []
+    for number, line in enumerate(content[:whole].splitlines(), start=1):
+        try:
+            found.append(parse(json.loads(line)))
+        except (ValueError, TypeError, KeyError) as error:
+            raise ValueError(f"{path}:{number}: no case of this study ({error})") from None
+    if whole < len(content):
+        os.truncate(path, whole)
+    return found
+
+
+def append_line(path: Path, row: Mapping[str, Any]) -> None:
+    """Append a line; it is on the disk when this returns."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(row) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
+
+
 class Store:
-    """Finished cases, one JSON line each; a last line without its end is cut off."""
+    """Finished cases by their task."""
 
     def __init__(self, path: Path) -> None:
-        """ValueError, with the line, where the file holds anything else."""
+        """ValueError as of `read_lines`."""
         self.path = path
-        self.done: dict[Task, Score] = {}
-        content = path.read_bytes() if path.exists() else b""
-        whole = content.rfind(b"\n") + 1
-        for number, line in enumerate(content[:whole].splitlines(), start=1):
-            try:
-                row = json.loads(line)
-                task, found = row.pop("task"), Score(**row)
-            except (ValueError, TypeError, KeyError) as error:
-                raise ValueError(f"{path}:{number}: no case of this study ({error})") from None
-            self.done[task[0], task[1]] = _tuples(found)
-        if whole < len(content):
-            os.truncate(path, whole)
+        self.done: dict[Task, Score] = dict(read_lines(path, _parsed))
 
     def add(self, task: Task, found: Score) -> None:
         """Append a case; it is on the disk when this returns."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"task": task, **asdict(found)}) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
+        append_line(self.path, {"task": task, **asdict(found)})
         self.done[task] = found
+
+
+def _parsed(row: dict[str, Any]) -> tuple[Task, Score]:
+    kind, number = row.pop("task")
+    return (kind, number), _tuples(Score(**row))
 
 
 def _tuples(s: Score) -> Score:

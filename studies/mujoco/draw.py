@@ -178,7 +178,7 @@ def _changed(rng: Rng, case: Case) -> Case:
     before = getattr(link, kind)
     links = list(machine.links)
     links[k] = replace(link, **{kind: before * factor})
-    told: dict[str, object] = {
+    change: dict[str, object] = {
         "kind": kind,
         "axis": k + 1,
         "parameter": f"link[{k + 1}].{kind}",
@@ -186,7 +186,7 @@ def _changed(rng: Rng, case: Case) -> Case:
         "before": before,
         "after": before * factor,
     }
-    return replace(case, machine=replace(machine, links=tuple(links)), changes=(told,))
+    return replace(case, machine=replace(machine, links=tuple(links)), changes=(change,))
 
 
 def _seed(rng: Rng) -> int:

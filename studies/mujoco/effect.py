@@ -73,7 +73,7 @@ class Effect:
         q, v, tau = motion.q[:, pick], motion.v[:, pick], motion.tau[:, pick]
         return np.stack([self.at(float(t), *x) for t, *x in zip(motion.t, q, v, tau, strict=True)])
 
-    def told(self, step: float) -> dict[str, Any]:
+    def parameters(self, step: float) -> dict[str, Any]:
         """Parameters with their true values and units; step [s] of the simulation."""
         rows: dict[str, Any] = {
             self.parameter: {"value": [float(g) for g in self.gain], "unit": self.unit}
@@ -162,5 +162,5 @@ class Late(Effect):
         old = self.queue.pop(0) if len(self.queue) > self.count else self.queue[0]
         return np.asarray(tau - old)
 
-    def told(self, step: float) -> dict[str, Any]:
+    def parameters(self, step: float) -> dict[str, Any]:
         return {"T_delay": {"value": [self.seconds] * len(self.axes), "unit": "s"}}

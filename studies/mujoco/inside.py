@@ -51,8 +51,8 @@ def cogging(rng: Rng, place: Place, id: str = "cogging_harmonic") -> Effect:
 class Wave(Algebraic):
     """A single harmonic has the library's cosine and sine amplitudes as well."""
 
-    def told(self, step: float) -> dict[str, Any]:
-        rows = super().told(step)
+    def parameters(self, step: float) -> dict[str, Any]:
+        rows = super().parameters(step)
         if len(self.shapes["harmonics"][0]) == 1:
             phase = np.array(self.shapes["phase"][0])[:, 0]
             for name, wave in (("a", np.cos(phase)), ("b", -np.sin(phase))):

@@ -94,7 +94,7 @@ def runs_of(case: Case, effects: tuple[Effect, ...] | None = None) -> Simulated:
 
 
 def _heavier(case: Case) -> Machine:
-    """The machine with its payload, at a place that nobody is told."""
+    """The machine with its payload, at a place that the machine file does not give."""
     if case.payload == 0:
         return case.machine
     if case.machine.chain is not None:
@@ -167,7 +167,7 @@ def truth_of(found: Simulated) -> dict[str, Any]:
     count = len(found.records)
     fitted = [passes[0] for passes in (found.records[:-1] if count > 1 else found.records)]
     rms = np.sqrt(np.mean(np.concatenate([r.u for r in fitted]) ** 2, axis=0))
-    told = [_told(found, k, fitted, rms) for k in range(len(found.effects))]
+    rows = [_effect_row(found, k, fitted, rms) for k in range(len(found.effects))]
     # damping is a parameter of all base models but the arm's, and no effect to be named
     own = set[str]() if case.machine.kind == "arm" else {"viscous_friction"}
     return {
@@ -176,8 +176,8 @@ def truth_of(found: Simulated) -> dict[str, Any]:
         "machine": case.machine.kind,
         "axes": case.machine.n,
         "category": case.category,
-        "hidden": [row for row in told if row["id"] not in own],
-        "beside": [row for row in told if row["id"] in own],
+        "hidden": [row for row in rows if row["id"] not in own],
+        "beside": [row for row in rows if row["id"] in own],
         "changed": [*case.changes, *_payload(case, fitted, rms)],
         "torque_rms": rms.tolist(),
         "units": list(case.machine.units),
@@ -198,7 +198,7 @@ def truth_of(found: Simulated) -> dict[str, Any]:
     }
 
 
-def _told(found: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[str, Any]:
+def _effect_row(found: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[str, Any]:
     """One effect: names and axes that are right, true parameters, size and what can be seen."""
     case, effect = found.case, found.effects[k]
     gaps = [gap(case, found.effects, k, record) for record in fitted]
@@ -217,7 +217,7 @@ def _told(found: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[st
         "observable": float(np.linalg.norm(free[axes])) / whole,
         "observable_beside_friction": float(np.linalg.norm(rubbed[axes])) / whole,
         "observable_per_axis": (free / np.maximum(rms, 1e-300)).tolist(),
-        "parameters": effect.told(case.step),
+        "parameters": effect.parameters(case.step),
     }
 
 

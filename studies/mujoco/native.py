@@ -90,7 +90,7 @@ class Lag(Motor):
     def setting(self, gain: float) -> dict[str, str]:
         return {"dyntype": "filterexact", "dynprm": f"{gain:.9g}"}
 
-    def told(self, step: float) -> dict[str, Any]:
+    def parameters(self, step: float) -> dict[str, Any]:
         """MuJoCo applies its filter's state of the step before: the mean lag is
         step / (1 - exp(-step / T)), about half a step more than T."""
         lag = step / -np.expm1(-step / self.gain)
@@ -162,7 +162,7 @@ class Tilt(Effect):
         x, y = np.cos(self.direction), np.sin(self.direction)
         parts.gravity = (G * s * x, G * s * y, -G * c)
 
-    def told(self, step: float) -> dict[str, Any]:
+    def parameters(self, step: float) -> dict[str, Any]:
         x, y = np.cos(self.direction), np.sin(self.direction)
         return {
             "tilt_x": {"value": self.angle * y, "unit": "rad"},

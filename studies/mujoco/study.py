@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -22,6 +21,7 @@ from studies.honest import Outcome, score
 from studies.honest_tables import text
 from studies.mujoco.draw import SHARES
 from studies.mujoco.make import make, refuse
+from studies.store import append_line, read_lines
 
 TODAY = "studies.mujoco.engines:today"
 SECONDS = 900.0
@@ -84,20 +84,13 @@ def _short(answer: Mapping[str, Any] | None) -> dict[str, Any] | None:
 
 
 def read(store: Path) -> list[dict[str, Any]]:
-    """Lines of a store; a last one without its end is cut off. ValueError for anything else."""
-    content = store.read_bytes() if store.exists() else b""
-    whole = content.rfind(b"\n") + 1
-    lines = []
-    for number, line in enumerate(content[:whole].splitlines(), start=1):
-        try:
-            row = json.loads(line)
-            outcome_of(row)
-        except (ValueError, TypeError, KeyError) as error:
-            raise ValueError(f"{store}:{number}: no case of this study ({error})") from None
-        lines.append(row)
-    if whole < len(content):
-        os.truncate(store, whole)
-    return lines
+    """Lines of a store. ValueError, with the line, for anything else."""
+
+    def checked(row: dict[str, Any]) -> dict[str, Any]:
+        outcome_of(row)
+        return row
+
+    return read_lines(store, checked)
 
 
 def outcome_of(row: Mapping[str, Any]) -> Outcome:
@@ -134,21 +127,12 @@ def main(arguments: list[str] | None = None) -> int:
             seed, given.engine, test=given.test, seconds=given.seconds, category=given.category
         )
         row["category"] = given.category
-        _append(given.store, row)
+        append_line(given.store, row)
         done.append(row)
         _say(row)
     ours = [row for row in done if row["engine"] == given.engine and row["seed"] in given.seeds]
     print(text([outcome_of(row) for row in ours]))
     return 1 if any(row["outcome"]["outcome"] == "failed" for row in ours) else 0
-
-
-def _append(store: Path, row: Mapping[str, Any]) -> None:
-    """A line, on the disk when this returns."""
-    store.parent.mkdir(parents=True, exist_ok=True)
-    with store.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(row) + "\n")
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def _say(row: Mapping[str, Any]) -> None:

@@ -122,8 +122,8 @@ def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id:
     found = hidden(id, kind)
     record, axes = found.records[0][0], list(found.effects[0].axes)
     seen = unexplained(found.case, record)
-    told = gap(found.case, found.effects, 0, record)
-    size = np.sqrt(np.mean(told**2, axis=0) / np.mean(record.u**2, axis=0))
+    torque = gap(found.case, found.effects, 0, record)
+    size = np.sqrt(np.mean(torque**2, axis=0) / np.mean(record.u**2, axis=0))
     assert seen[axes] == pytest.approx(size[axes], rel=1e-3)
     assert size[axes].min() > 0.01
     others = [k for k in range(found.case.machine.n) if k not in axes]
@@ -142,22 +142,22 @@ def test_what_the_base_model_can_take_up_is_not_observable() -> None:
 def test_a_gain_of_the_truth_is_that_of_the_machine() -> None:
     found = hidden("coulomb_friction", "axis")
     record = found.records[0][0]
-    told = truth_of(found)["hidden"][0]["parameters"]["F_c"]["value"][0]
+    friction = truth_of(found)["hidden"][0]["parameters"]["F_c"]["value"][0]
     fast = np.abs(record.v[:, 0]) > 0.3 * np.abs(record.v[:, 0]).max()
     jump = gap(found.case, found.effects, 0, record)[fast, 0] * np.sign(record.v[fast, 0])
-    assert jump == pytest.approx(told, rel=1e-3)
+    assert jump == pytest.approx(friction, rel=1e-3)
 
 
 def test_the_lag_of_the_truth_is_that_of_the_actuator() -> None:
     found = hidden("drive_lag", "gantry")
     record, step = found.records[0][0], 1 / found.case.rate
-    told = truth_of(found)["hidden"][0]["parameters"]["T_lag"]["value"][0]
+    true_lag = truth_of(found)["hidden"][0]["parameters"]["T_lag"]["value"][0]
     command, force = record.ctrl[:, 0], record.force[:, 0]
     rate = np.gradient(command, step)
     smooth = slice(len(rate) // 10, -len(rate) // 10)
     lag = -np.linalg.lstsq(rate[smooth, None], (force - command)[smooth], rcond=None)[0][0]
     # first order of a lag that is small beside the motion, and of differences between samples
-    assert lag == pytest.approx(told, rel=0.05)
+    assert lag == pytest.approx(true_lag, rel=0.05)
 
 
 def test_passes_differ_by_disturbance_and_by_noise() -> None:
