@@ -29,6 +29,7 @@ class Motion:
 
     noise: standard deviation (n,) [rad] of the angles' white noise; None: they have none.
     derived: rates and accelerations are differences of the angles, so their noise is in them.
+    solved: coordinates that follow from the angles alone, of each closure that has solved for them.
     """
 
     t0: float
@@ -38,6 +39,7 @@ class Motion:
     thetadd: Array
     noise: Array | None = field(default=None, kw_only=True)
     derived: bool = field(default=False, kw_only=True)
+    solved: dict[object, Array] = field(default_factory=dict, init=False, compare=False)
 
     @cached_property
     def steady(self) -> Array:

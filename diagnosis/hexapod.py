@@ -6,7 +6,7 @@ determine at its nominal value.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -87,10 +87,15 @@ class HexapodBase:
         self._full, self._torque = native(functions)
         self._closure, self._dahl = Closure(model), dahl_scan(n)
 
-    def _state(self, motion: Motion) -> tuple[Array, Array, Array]:
-        x = self._closure.solve(motion.theta)
-        xd, xdd = self._closure.rates(x, motion.thetad, motion.thetadd)
-        return x, xd, xdd
+    def _states(self, motion: Motion) -> Iterator[tuple[slice, tuple[Array, Array, Array]]]:
+        """Coordinates, rates and accelerations (`CHUNK`, n_x) of part after part of a motion."""
+        if self._closure not in motion.solved:
+            motion.solved[self._closure] = self._closure.solve(motion.theta)
+        x = motion.solved[self._closure]
+        for at in range(0, len(x), CHUNK):
+            part = slice(at, at + CHUNK)
+            rates = self._closure.rates(x[part], motion.thetad[part], motion.thetadd[part])
+            yield part, (x[part], *rates)
 
     def loaded(self, p: Array, payload: float) -> Array:
         """Parameters (n_p,) with a point mass `payload` [kg] at c_payload of E."""
@@ -120,9 +125,7 @@ class HexapodBase:
         """Smoothed columns (rows, n, n_p), in chunks of samples."""
         size = weights.shape[0], self.n, len(self.linear)
         flat = np.zeros((size[0], len(self._at[0])))
-        for at in range(0, len(motion.theta), CHUNK):
-            part = slice(at, at + CHUNK)
-            state = self._state(_part(motion, part))
+        for part, state in self._states(motion):
             (values,) = self._full(*state)
             flat += weights[:, part] @ values
         dense = np.zeros(size)
@@ -151,17 +154,11 @@ class HexapodBase:
 
     def _under(self, motion: Motion, p: Array, g: Array) -> Array:
         parts = []
-        for at in range(0, len(motion.theta), CHUNK):
-            state = self._state(_part(motion, slice(at, at + CHUNK)))
+        for _, state in self._states(motion):
             count = len(state[0])
             (tau,) = self._torque(*state, np.tile(p, (count, 1)), np.tile(g, (count, 1)))
             parts.append(tau)
         return np.concatenate(parts)
-
-
-def _part(motion: Motion, part: slice) -> Motion:
-    start = motion.t0 + part.start * motion.ts
-    return Motion(start, motion.ts, motion.theta[part], motion.thetad[part], motion.thetadd[part])
 
 
 def _actuator(machine: Machine) -> list[Known]:

@@ -89,7 +89,7 @@ class MotionModel:
         self._closure = Closure(model)
 
     def close(self, theta: Array) -> Array:
-        """x~ (samples, 37) for angles (samples, n), each solved from neutral."""
+        """x~ (samples, 37) for angles (samples, n)."""
         return self._closure.solve(theta)
 
     def rates(self, x: Array, thetad: Array, thetadd: Array) -> tuple[Array, Array]:

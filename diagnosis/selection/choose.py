@@ -216,15 +216,15 @@ def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments
 
 def rest_of(moments: Moments) -> tuple[Rest, ...]:
     """What repeats of each axis in the fit to all folds and is explained by nothing."""
-    rows, q = moments.rows, moments.fit(None).q
+    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
+    weight = float(pairs.sum()) or np.inf
+    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
     found = []
     for i in range(rows.n):
         left = rows.y[i] - moments.X[i] @ q
         white = rows.white_y[i] - moments.white_X[i] @ q
-        size = np.sqrt(max(float((left * left[rows.partner]).mean()), 0.0)) / rows.torque_rms[i]
-        # whitened noise has a variance of one; where two passes are partners of each other every
-        # product stands there twice
-        chance = np.sqrt((2.0 if rows.mutual else 1.0) * rows.count)
-        sure = float((white * white[rows.partner]).sum() / chance) if rows.repeats else 0.0
+        size = np.sqrt(max(float(left @ (pairs @ left)) / weight, 0.0)) / rows.torque_rms[i]
+        # whitened noise has a variance of one
+        sure = float(white @ (pairs @ white)) / chance
         found.append(Rest(float(size), sure))
     return tuple(found)

@@ -31,16 +31,12 @@ GONE = 1e-5
 
 def products(moments: Moments, effect: EffectHypothesis, left: Left) -> Products:
     """Products of an effect's columns beside a model, of all folds but one."""
-    rows = moments.rows
-    kept = [effect.products(rows, fold) for fold in rows.folds if fold != left]
-    cross = np.sum([part.cross for part in kept], axis=0)
-    if moments.terms:
-        where = np.ones(rows.count, dtype=bool) if left is None else rows.fold != left
-        pairs = [(moments.white_X[i][:, rows.nb :], own) for i, own in effect.stacked.items()]
-        more = np.sum([rows.between(X, own, where) for X, own in pairs], axis=0)
-        cross = np.vstack([cross, more])
+    folds = [fold for fold in moments.rows.folds if fold != left]
+    kept = [effect.products(moments.rows, fold) for fold in folds]
+    cross = [sum(part.cross for part in kept)]
+    cross += [sum(effect.beside(term, moments.rows, f) for f in folds) for term in moments.terms]
     return Products(
-        cross,
+        np.vstack(cross),
         np.sum([part.right for part in kept], axis=0),
         np.sum([part.own for part in kept], axis=0),
     )
@@ -73,31 +69,36 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     fit, k, found = moments.fit(left), effect.width, products(moments, effect, left)
     moved = fit.solve(found.cross)
     rest = (found.right - found.cross.T @ fit.q).reshape(-1, k)
+    cross, taken = (v.reshape(len(v), -1, k).transpose(1, 2, 0) for v in (found.cross, moved))
+    S = found.own - cross @ taken.transpose(0, 2, 1)
+    own, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (found.own, S))
+    there = (alone > GONE * own).all(axis=1)
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
-    for shape, (own, prior) in enumerate(zip(found.own, priors, strict=True)):
-        part = slice(shape * k, shape * k + k)
-        S = own - found.cross[:, part].T @ moved[:, part]
-        if (np.diag(S) <= GONE * np.diag(own)).any():
-            continue
-        A = (S + S.T) / 2 + np.diag(prior)
-        gains[shape], fall = bounded(A, rest[shape], effect.low)
-        evidence[shape] = (fall - np.linalg.slogdet(A)[1] + np.log(prior).sum()) / 2
+    A = (S + S.transpose(0, 2, 1))[there] / 2 + priors[there, :, None] * np.eye(k)
+    gains[there], fall = bounded(A, rest[there], effect.low)
+    size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
+    evidence[there] = (fall - size) / 2
     return Tried(evidence, gains)
 
 
-def bounded(S: Array, c: Array, low: Array) -> tuple[Array, float]:
-    """Gains (k,) that minimise g^T S g - 2 c^T g, those with low = 0 not negative; the fall."""
-    positive = low == 0
-    best, fall = np.zeros(len(c)), 0.0
-    sets = chain.from_iterable(combinations(range(len(c)), n) for n in range(len(c), 0, -1))
+def bounded(S: Array, c: Array, low: Array) -> tuple[Array, Array]:
+    """Gains (shapes, k) that minimise g^T S g - 2 c^T g for S (shapes, k, k), c (shapes, k), those
+    with low = 0 not negative; the falls (shapes,)."""
+    positive, best, fall = low == 0, np.zeros_like(c), np.zeros(len(c))
+    sets = chain.from_iterable(combinations(range(len(low)), n) for n in range(len(low), 0, -1))
+    open_, whole = np.arange(len(c)), True
     for chosen in (list(s) for s in sets):
-        gains = np.linalg.solve(S[np.ix_(chosen, chosen)], c[chosen])
-        if (gains[positive[chosen]] < 0).any():
-            continue
-        if float(c[chosen] @ gains) > fall:
-            best, fall = np.zeros(len(c)), float(c[chosen] @ gains)
-            best[chosen] = gains
-        if len(chosen) == len(c):
+        gains = np.zeros((len(open_), len(low)))
+        right = c[open_][:, chosen, None]
+        gains[:, chosen] = np.linalg.solve(S[open_][:, chosen][:, :, chosen], right)[:, :, 0]
+        falls = (gains * c[open_]).sum(axis=1)
+        fits = ~(gains[:, positive] < 0).any(axis=1)
+        better = fits & (falls > fall[open_])
+        best[open_[better]], fall[open_[better]] = gains[better], falls[better]
+        if whole:
+            # the minimum over all gains needs no look at fewer
+            open_, whole = open_[~fits], False
+        if not len(open_):
             break
     return best, fall
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
-from flexhex.diagnosis.selection.rows import Rows, kept
+from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 Axis = int | None
@@ -61,20 +61,35 @@ class EffectHypothesis:
         """Products of the columns with the base model's, with the torque, and with each other;
         these not between passes: noise in a column must not make it seem small. Kept."""
         if fold not in self._products:
-            where, width = rows.fold == fold, self.width
+            part, width = rows.parts[fold], self.width
             count = len(self.shapes) * width
             cross, right = np.zeros((rows.nb, count)), np.zeros(count)
             own = np.zeros((len(self.shapes), width, width))
             for i, columns in self.stacked.items():
-                cross += rows.between(rows.white_B[i], columns, where)
-                right += rows.between(columns, rows.white_y[i], where)
-                single = self.white[i][:, where]
+                cross += rows.twin_B[i][part].T @ columns[part]
+                right += columns[part].T @ rows.twin_y[i][part]
+                single = self.white[i][:, part]
                 own += single.transpose(0, 2, 1) @ single
             self._products[fold] = Products(cross, right, own)
         return self._products[fold]
 
+    def beside(self, term: Term, rows: Rows, fold: int) -> Array:
+        """Products (k', shapes * k) of an accepted term's columns with these, between passes.
+        Kept."""
+        if (term, fold) not in self._beside:
+            part, common = rows.parts[fold], term.white.keys() & self.stacked.keys()
+            found = np.zeros((len(term.prior), len(self.shapes) * self.width))
+            for i in common:
+                found += (rows.twins[part] @ term.white[i]).T @ self.stacked[i][part]
+            self._beside[term, fold] = found
+        return self._beside[term, fold]
+
     @cached_property
     def _products(self) -> dict[int, Products]:
+        return {}
+
+    @cached_property
+    def _beside(self) -> dict[tuple[Term, int], Array]:
         return {}
 
     @cached_property
@@ -153,8 +168,8 @@ class Hypotheses:
         raw, white = dict[int, Array](), dict[int, Array]()
         for i in felt:
             own = [[v[:, i] if v.ndim == 3 else v for v in listed] for listed in thin]
-            raw[i] = np.stack([kept(self.rows.made, values) for values in own])
-            white[i] = np.stack([self.rows.made.white(i, values) for values in own])
+            raw[i] = np.stack([self.rows.raw(values) for values in own])
+            white[i] = np.stack([self.rows.white(i, values) for values in own])
         width = next(iter(raw.values())).shape[2]
         if item is None:
             low, free = np.full(width, -np.inf), width
@@ -182,7 +197,7 @@ class Hypotheses:
         torque, and one local in angle and direction. Its torque is the axis' RMS for coefficients
         of one; kept."""
         if axis not in self._generic:
-            made, found = self.rows.made, self._quantities(axis)
+            found = self._quantities(axis)
             rng = np.random.default_rng(0)
             mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
             # each wave goes with about half of the quantities
@@ -196,7 +211,7 @@ class Hypotheses:
                 waves = unit * np.cos(five @ mixed + phase)
                 parts = (waves, local, local * direction[:, None])
                 listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
-            raw, white = kept(made, listed)[None], made.white(axis, listed)[None]
+            raw, white = self.rows.raw(listed)[None], self.rows.white(axis, listed)[None]
             low = np.full(raw.shape[2], -np.inf)
             self._generic[axis] = EffectHypothesis(
                 "generic", axis, ({},), {axis: raw}, {axis: white}, low, len(low), "", False, 1

@@ -20,7 +20,7 @@ FIRM, UNSURE = 1e-8, 1e-6
 and where noise made products between passes negative."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Term:
     """Columns (R, k) beside the base model on each axis that feels them, with the inverse
     variance (k,) of their coefficients: zero for free ones."""
@@ -54,9 +54,10 @@ class Moments:
         widths = [len(term.prior) for term in terms]
         self.m = rows.nb + sum(widths)
         self.X = [self._beside(i, rows.B[i], [t.raw for t in terms]) for i in range(rows.n)]
-        self.white_X = [
-            self._beside(i, rows.white_B[i], [t.white for t in terms]) for i in range(rows.n)
-        ]
+        white = [t.white for t in terms]
+        self.white_X = [self._beside(i, rows.white_B[i], white) for i in range(rows.n)]
+        twin = [{i: np.asarray(rows.twins @ w) for i, w in own.items()} for own in white]
+        self.twin_X = [self._beside(i, rows.twin_B[i], twin) for i in range(rows.n)]
         prior = rows.prior.copy()
         prior[list(freed)] = list(freed.values())
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
@@ -75,13 +76,12 @@ class Moments:
         """With one more term; products that are known already are kept."""
         longer = Moments(self.rows, (*self.terms, term), self.freed)
         for fold, (G, b) in self._grams.items():
-            where, m = self.rows.fold == fold, self.m
+            part, m = self.rows.parts[fold], self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
             whole[:m, :m], right[:m] = G, b
             for i, own in term.white.items():
-                cross = self.rows.between(longer.white_X[i], own, where)
-                whole[:, m:] += cross
-                right[m:] += self.rows.between(own, self.rows.white_y[i], where)
+                whole[:, m:] += longer.twin_X[i][part].T @ own[part]
+                right[m:] += own[part].T @ self.rows.twin_y[i][part]
             whole[m:, :m] = whole[:m, m:].T
             whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
             longer._grams[fold] = whole, right
@@ -97,11 +97,11 @@ class Moments:
     def grams(self, fold: int) -> tuple[Array, Array]:
         """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes."""
         if fold not in self._grams:
-            where = self.rows.fold == fold
+            part = self.rows.parts[fold]
             G, b = np.zeros((self.m, self.m)), np.zeros(self.m)
-            for X, y in zip(self.white_X, self.rows.white_y, strict=True):
-                G += self.rows.between(X, X, where)
-                b += self.rows.between(X, y, where)
+            for X, twin, y in zip(self.white_X, self.twin_X, self.rows.white_y, strict=True):
+                G += twin[part].T @ X[part]
+                b += twin[part].T @ y[part]
             self._grams[fold] = (G + G.T) / 2, b
         return self._grams[fold]
 

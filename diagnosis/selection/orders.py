@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.selection.rows import Rows, kept
+from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 PERIODS, PER_WINDOW = 1.5, 1.0
@@ -32,13 +32,12 @@ def promising_orders(
     """
     made, base = rows.made, rows.made.base
     pairs = [(b, b.run.motion) for b in made.blocks]
-    angle = kept(made, [b.smooth(m.theta[:, axis]) for b, m in pairs])
-    rate = np.abs(kept(made, [b.smooth(m.thetad[:, axis]) for b, m in pairs]))
+    angle = rows.raw([b.smooth(m.theta[:, axis]) for b, m in pairs])
+    rate = np.abs(rows.raw([b.smooth(m.thetad[:, axis]) for b, m in pairs]))
     left = rows.y[axis] - rows.B[axis] @ made.regression.q
     if weight is not None:
-        left = left * kept(
-            made, [b.smooth(w[:, axis]) for (b, _), w in zip(pairs, weight, strict=True)]
-        )
+        loaded = [b.smooth(w[:, axis]) for (b, _), w in zip(pairs, weight, strict=True)]
+        left = left * rows.raw(loaded)
     stroke = float(np.ptp(angle))
     slow = max(float(np.quantile(rate, SLOW)), 1e-9 * stroke / base.window)
     low = 2 * np.pi * PERIODS / stroke

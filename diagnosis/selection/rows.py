@@ -1,4 +1,5 @@
-"""Rows of all runs, axis by axis: whitened ones for the fit, ones in N m for the score."""
+"""Rows of all runs, axis by axis and fold after fold: whitened ones for the fit, ones in N m for
+the score."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.calibrate import Calibrated
 
@@ -19,8 +21,10 @@ Index = NDArray[np.int64]
 class Rows:
     """y[i] (R,) = B[i] (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    fold (R,): trajectory, or stretch of an only one; partner (R,): the same instant of another
-    pass, or the row itself. prior (nb,): inverse variance of q; torque_rms (n,) [N m].
+    order (R,): places of the rows among those of the runs, fold after fold. fold (R,): trajectory,
+    or stretch of an only one. twins (R, R): the mean of the same instant's other passes, symmetric
+    and within a fold; a row that has none is its own. prior (nb,): inverse variance of q;
+    torque_rms (n,) [N m].
     """
 
     made: Calibrated
@@ -28,9 +32,9 @@ class Rows:
     B: tuple[Array, ...]
     white_y: tuple[Array, ...]
     white_B: tuple[Array, ...]
+    order: Index
     fold: Index
-    partner: Index
-    mutual: bool
+    twins: csr_array
     prior: Array
     torque_rms: Array
 
@@ -39,17 +43,19 @@ class Rows:
         """Rows of a calibrated base model."""
         layout, n = made.layout, made.base.n
         count = len(layout.axis) // n
+        order = np.argsort(layout.fold[:count], kind="stable")
+        to = csr_array((np.ones(count), (np.arange(count), layout.partner[:count])))
         prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in made.known])
         y, B = ([[v[:, i] for v in listed] for i in range(n)] for listed in (made.y, made.B))
         return Rows(
             made,
-            tuple(kept(made, v) for v in y),
-            tuple(kept(made, v) for v in B),
-            tuple(made.white(i, v)[:, 0] for i, v in enumerate(y)),
-            tuple(made.white(i, v) for i, v in enumerate(B)),
-            layout.fold[:count],
-            layout.partner[:count],
-            bool(layout.mutual),
+            tuple(kept(made, v)[order] for v in y),
+            tuple(kept(made, v)[order] for v in B),
+            tuple(made.white(i, v)[order, 0] for i, v in enumerate(y)),
+            tuple(made.white(i, v)[order] for i, v in enumerate(B)),
+            order,
+            layout.fold[:count][order],
+            csr_array((to + to.T) / 2)[order][:, order],
             prior,
             made.torque_rms,
         )
@@ -64,32 +70,53 @@ class Rows:
         """Columns of the base model."""
         return len(self.prior)
 
-    @cached_property
-    def folds(self) -> list[int]:
-        """Numbers of the folds."""
-        return [int(f) for f in np.unique(self.fold)]
-
-    @cached_property
-    def repeats(self) -> bool:
-        """Whether any trajectory was run twice."""
-        return bool((self.partner != np.arange(len(self.partner))).any())
-
-    def between(self, left: Array, right: Array, where: NDArray[np.bool_]) -> Array:
-        """Products (k, ...) between passes of columns on the rows `where`: noise drops out."""
-        product = left[where].T @ right[self.partner][where]
-        if not self.mutual:
-            product = (product + left[self.partner][where].T @ right[where]) / 2
-        return np.asarray(product)
-
     @property
     def count(self) -> int:
         """Rows of an axis."""
         return len(self.fold)
 
     @cached_property
+    def parts(self) -> dict[int, slice]:
+        """Rows of each fold, by its number."""
+        numbers, start = np.unique(self.fold, return_index=True)
+        ends = [*start[1:], self.count]
+        return {int(f): slice(int(a), int(b)) for f, a, b in zip(numbers, start, ends, strict=True)}
+
+    @property
+    def folds(self) -> list[int]:
+        """Numbers of the folds."""
+        return list(self.parts)
+
+    @cached_property
+    def pairs(self) -> csr_array:
+        """`twins` without rows that are their own."""
+        own = dia_array((self.twins.diagonal()[None], [0]), shape=self.twins.shape)
+        found = csr_array(self.twins - own)
+        found.eliminate_zeros()
+        return found
+
+    @cached_property
+    def twin_B(self) -> list[Array]:
+        """white_B as the other passes have it."""
+        return [np.asarray(self.twins @ B) for B in self.white_B]
+
+    @cached_property
+    def twin_y(self) -> list[Array]:
+        """white_y as the other passes have it."""
+        return [np.asarray(self.twins @ y) for y in self.white_y]
+
+    @cached_property
     def white_rms(self) -> Array:
         """Torque RMS (n,) of each axis in units of its noise's innovations."""
         return np.asarray(self.torque_rms / self.made.noise.scale)
+
+    def raw(self, values: Sequence[Array]) -> Array:
+        """Rows (R, ...) of values (m, ...) in each block."""
+        return np.asarray(kept(self.made, values)[self.order])
+
+    def white(self, axis: int, values: Sequence[Array]) -> Array:
+        """Whitened rows (R, k) of values (m[, k]) of an axis in each block."""
+        return np.asarray(self.made.white(axis, values)[self.order])
 
 
 def kept(made: Calibrated, values: Sequence[Array]) -> Array:

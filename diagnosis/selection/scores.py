@@ -62,12 +62,8 @@ def effect_score(
         effect, fits = refined(moments, hypotheses, effect, fits)
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
-    rows, every = moments.rows, np.ones(moments.rows.count, dtype=bool)
     torque = {i: own[shape] @ gains for i, own in effect.raw.items()}
-    cross = [
-        rows.between(moments.white_X[i], (own[shape] @ gains)[:, None], every)[:, 0]
-        for i, own in effect.white.items()
-    ]
+    cross = [moments.twin_X[i].T @ (own[shape] @ gains) for i, own in effect.white.items()]
     taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
     return Score(effect, predicted(moments, fits), size_of(moments, -taken_up, torque), shape)
 

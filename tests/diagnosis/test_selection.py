@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 from scipy.stats import multivariate_normal
 
 from flexhex.diagnosis.candidates import Bench
@@ -35,8 +36,8 @@ Torque = Callable[[Array, Array, Array], Array]
 def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
     made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)))
-    alone = np.arange(len(y))
-    return Rows(made, (y,), (B,), (y,), (B,), fold, alone, True, prior, np.array([2.0]))
+    places, alone = np.arange(len(y)), csr_array(np.eye(len(y)))
+    return Rows(made, (y,), (B,), (y,), (B,), places, fold, alone, prior, np.array([2.0]))
 
 
 def effect_of(columns: Array) -> EffectHypothesis:
@@ -74,13 +75,19 @@ def test_gain_is_the_log_density_of_the_left_out_rows() -> None:
 
 
 def test_gains_that_cannot_be_negative_are_not() -> None:
-    S, low = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([0.0, -np.inf])
-    gains, fall = bounded(S, np.array([-1.0, 1.0]), low)
-    np.testing.assert_allclose(gains, [0.0, 1.0])
-    assert fall == pytest.approx(1.0)
-    free, more = bounded(S, np.array([-1.0, 1.0]), np.full(2, -np.inf))
-    assert free[0] < 0
-    assert more > fall
+    """By the conditions of a minimum with bounds: no way down that is allowed."""
+    rng = np.random.default_rng(3)
+    half = rng.normal(size=(40, 3, 5))
+    S, c = half @ half.transpose(0, 2, 1), 3.0 * rng.normal(size=(40, 3))
+    low = np.array([0.0, -np.inf, 0.0])
+    gains, fall = bounded(S, c, low)
+    slope = (S @ gains[:, :, None])[:, :, 0] - c
+    at_bound = (gains == 0) & (low == 0)
+    assert at_bound.any()
+    assert (gains[:, low == 0] >= 0).all()
+    assert (slope[at_bound] > -1e-9).all()
+    np.testing.assert_allclose(slope[~at_bound], 0.0, atol=1e-9)
+    np.testing.assert_allclose(fall, (gains * c).sum(axis=1), rtol=1e-9)
 
 
 def bench_of(folder: Path, torque: Torque | None, runs: Sequence[tuple[int, int]] = RUNS) -> Bench:
