@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.diagnosis.base import LATE, Known, Motion
 from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.numeric.rows import native
@@ -100,7 +100,7 @@ class RigidArmBase:
     settle = 0.0
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
-    delay = DELAY
+    late = LATE
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
     complete = False

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.diagnosis.base import LATE, Known, Motion
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ class AxisBase:
     """n axes of unknown mass, sampled every ts [s]; see `flexhex.diagnosis.base.Base`."""
 
     settle = 0.2
-    delay = DELAY
+    late = LATE
     holds = frozenset({"viscous_friction"})
     given: tuple[EffectUse, ...] = ()
     complete = False

@@ -69,8 +69,9 @@ class Known:
     axis: int | None = None
 
 
-DELAY = Known("delay", "s", 0.0, 1e-4, "delay")
-"""Common delay of all torques behind the angles; the logger's, not an axis' own."""
+LATE = 2.5
+"""Samples of the log by which all torques together may stand behind the angles, or before them:
+cycles of a controller, of a bus and of a logger. One tolerance."""
 
 
 class Base(Protocol):
@@ -90,8 +91,8 @@ class Base(Protocol):
     """Time between two rows [s]."""
     settle: float
     """What is left out at the start of a run [s]."""
-    delay: Known
-    """Delay of all reported torques together [s]."""
+    late: float
+    """Tolerance of the delay of all reported torques together [samples of the log]."""
     holds: frozenset[str]
     """Ids of effects that the base model has terms for already: no candidates."""
     given: tuple[EffectUse, ...]

@@ -22,6 +22,8 @@ Mask = NDArray[np.bool_]
 MOST, THINNED = 16_000, 9_000
 """Instants of all runs together that are taken as they are; what more are thinned to, so that an
 hour takes no more memory than a minute."""
+LATEST = 3.0
+"""Largest delay of the torques, in tolerances."""
 LEAST, JUDGED = 200, 50
 """Fewest rows of a run from which anything can be said, and on which something can be judged."""
 
@@ -116,7 +118,7 @@ def _span(base: Base, run: Run) -> tuple[float, float]:
     clocks.append((run.tau.t0, run.tau.ts, len(run.tau.valid)))
     start = max(t0 for t0, _, _ in clocks)
     end = min(t0 + ts * (count - 1) for t0, ts, count in clocks)
-    margin = base.window
+    margin = max(base.window, base.window / 2 + LATEST * base.late * run.tau.ts)
     return start + base.settle + margin - run.shift, end - margin - run.shift
 
 

@@ -33,13 +33,14 @@ STRETCHES = 4
 
 @dataclass(frozen=True)
 class Fitted:
-    """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s], and the
-    linear ones p, gains that they belong to."""
+    """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
+    tolerance late [s], and the linear ones p, gains that they belong to."""
 
     p: Array
     gains: Array
     widths: Array
     delay: float
+    late: float
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,8 @@ def about(
         for name in listed
         for i in range(len(base.curved))
     ]
-    known = (*base.linear, *base.curved, *base.widths, base.delay, *histories)
+    delay = Known("delay", "s", 0.0, fitted.late, "delay")
+    known = (*base.linear, *base.curved, *base.widths, delay, *histories)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -192,6 +194,7 @@ def about(
         y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
             p0, block.run.payload
         )
+        y = y + rate * fitted.delay
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         if given:

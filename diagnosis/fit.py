@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint, again, axis_rms
 from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.blocks import LATEST, Block
 from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.known import about_known, known_torque
@@ -36,6 +36,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         np.array([k.nominal for k in base.curved]),
         np.array([k.nominal for k in base.widths]),
         0.0,
+        base.late * max(block.run.tau.ts for block in blocks),
     )
     flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
     made = about(base, blocks, fitted, flat)
@@ -91,6 +92,7 @@ def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
     p = np.array([k.nominal for k in base.linear]) + step[:n_p]
     gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
-    delay = float(np.clip(now.delay + step[n_p + n_c + len(nominal)], -0.005, 0.005))
+    most = LATEST * now.late
+    delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
-    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay)
+    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay, now.late)

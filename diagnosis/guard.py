@@ -19,7 +19,7 @@ POOR = 0.5
 TOGETHER = 0.7
 """Least correlation of a torque with the nominal model's. Measured: -0.97 with a turned sign, 0.62
 with two axes exchanged; 0.89 and more with another payload, stiffness, damping or offset."""
-LATE = 2e-4
+DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
 SURE = 2.0
 """Without repeats, the residual's mean square must be this much larger without an effect."""
@@ -52,7 +52,7 @@ def strange_axes(made: Calibrated) -> list[int]:
 def delayed(made: Calibrated) -> str:
     """What is said of the torques' common delay, which the fit has taken out; or nothing."""
     late = made.fitted.delay
-    if abs(late) < LATE:
+    if abs(late) < DELAYED:
         return ""
     where = " on all axes" if made.base.n > 1 else ""
     alone = "" if made.base.n > 1 else "; a single axis does not show whether its drive is late"

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import DELAY, Known, Motion
+from flexhex.diagnosis.base import LATE, Known, Motion
 from flexhex.diagnosis.closure import Closure, dahl_scan
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
@@ -46,7 +46,7 @@ class HexapodBase:
     """Base model of a machine with or without its platform; see `flexhex.diagnosis.base.Base`."""
 
     window, spacing, settle = 0.0105, 0.005, 1.0
-    delay = DELAY
+    late = LATE
     holds = frozenset({"viscous_friction"})
     complete = True
 

@@ -123,7 +123,8 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
     n = base.n
     noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
     listed = blocks(base, runs, base.spacing)
-    return about(base, listed, Fitted(p, gains, widths, 0.0), noise)
+    late = base.late * listed[0].run.tau.ts
+    return about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
 
 
 def _supposed(known: Known) -> float:

@@ -36,7 +36,7 @@ class PathBase:
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
-    delay = Known("delay", "s", 0.0, 1e-7, "delay")
+    late = 1e-3
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
     complete = True

@@ -68,7 +68,7 @@ class Effect:
 
     def along(self, motion: Motion) -> Array:
         """For a gain of one along a motion (samples, axes)."""
-        pick = list(range(motion.q.shape[1])) if self.whole else list(self.axes)
+        pick = list(range(motion.tau.shape[1])) if self.whole else list(self.axes)
         self.reset(float(motion.t[1] - motion.t[0]))
         q, v, tau = motion.q[:, pick], motion.v[:, pick], motion.tau[:, pick]
         return np.stack([self.at(float(t), *x) for t, *x in zip(motion.t, q, v, tau, strict=True)])
