@@ -121,7 +121,8 @@ class Moments:
 
 def _solver(G: Array, prior: Array) -> Callable[[Array], Array]:
     """(G + prior)^-1 as a function; directions that nothing determines stay where they are."""
-    size = np.sqrt(np.maximum(np.diag(G) + prior, np.finfo(float).tiny))
+    own = np.abs(np.diag(G) + prior)
+    size = np.sqrt(np.where(own > 0, own, 1.0))
     scaled = (G + np.diag(prior)) / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += FIRM
     try:
