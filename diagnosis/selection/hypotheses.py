@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.generic import Generic, generic
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
@@ -18,9 +19,6 @@ Array = NDArray[np.float64]
 Axis = int | None
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
-WAVES, LENGTH, PLACES, CREEP = 100, 1.5, 40, 0.1
-"""Of the generic hypothesis: waves over all quantities together, their length in standard
-deviations; places along the stroke; rate, relative to its RMS, within which the direction turns."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +100,14 @@ class EffectHypothesis:
 
 
 @dataclass(frozen=True)
+class NamelessHypothesis:
+    """Columns of something without a name, and how their coefficients go together, each (k, k')."""
+
+    columns: EffectHypothesis
+    ways: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
 class ChangedParameter:
     """Base parameters, at these places, that may leave their tolerances: one, or a body's."""
 
@@ -126,7 +132,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
-        self._generic: dict[int, EffectHypothesis] = {}
+        self._generic: dict[int, Sequence[NamelessHypothesis]] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -192,61 +198,18 @@ class Hypotheses:
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
         return [*single, *whole]
 
-    def generic(self, axis: int) -> EffectHypothesis:
-        """Something that has no name: a smooth function of an axis' angle, rate, acceleration and
-        torque, and one local in angle and direction. Its torque is the axis' RMS for coefficients
-        of one; kept."""
+    def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
+        """What an axis may have without a name; kept."""
         if axis not in self._generic:
-            found = self._quantities(axis)
-            rng = np.random.default_rng(0)
-            mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
-            # each wave goes with about half of the quantities
-            mixed *= rng.random(mixed.shape) < 0.5
-            phase, unit = rng.uniform(0, 2 * np.pi, WAVES), np.sqrt(2.0 / WAVES)
-            ends = (min(q[0].min() for q in found), max(q[0].max() for q in found))
-            listed = []
-            for angle, rate, acceleration, direction, torque in found:
-                five = np.stack([angle, rate, acceleration, direction, torque], axis=1)
-                local = _local(angle, ends)
-                waves = unit * np.cos(five @ mixed + phase)
-                parts = (waves, local, local * direction[:, None])
-                listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
-            raw, white = self.rows.raw(listed)[None], self.rows.white(axis, listed)[None]
-            low = np.full(raw.shape[2], -np.inf)
-            self._generic[axis] = EffectHypothesis(
-                "generic", axis, ({},), {axis: raw}, {axis: white}, low, len(low), "", False, 1
-            )
+            self._generic[axis] = [
+                NamelessHypothesis(_made_of(axis, found), found.ways)
+                for found in generic(self.rows, axis)
+            ]
         return self._generic[axis]
 
-    def _quantities(self, axis: int) -> list[tuple[Array, ...]]:
-        """Angle, rate, acceleration, direction, torque of an axis at the rows (m,) of each block,
-        of unit RMS over all blocks."""
-        blocks = self.rows.made.blocks
-        found = [
-            [
-                block.smooth(values[:, axis])
-                for values in (
-                    block.run.motion.theta,
-                    block.run.motion.thetad,
-                    block.run.motion.thetadd,
-                    raw,
-                )
-            ]
-            for block, raw in zip(blocks, self.rows.made.raw, strict=True)
-        ]
-        whole = [np.concatenate([own[k] for own in found]) for k in range(4)]
-        centre, size = [w.mean() for w in whole], [max(float(w.std()), 1e-300) for w in whole]
-        listed = list[tuple[Array, ...]]()
-        for own in found:
-            angle, rate, more, torque = (
-                (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
-            )
-            direction = np.tanh(own[1] / (CREEP * size[1]))
-            listed.append((angle, rate, more, direction, torque))
-        return listed
 
-
-def _local(angle: Array, ends: tuple[float, float]) -> Array:
-    """Hat functions (m, PLACES) over the angle, each on its part of the stroke."""
-    place = (angle - ends[0]) / max(ends[1] - ends[0], 1e-300) * (PLACES - 1)
-    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(PLACES))))
+def _made_of(axis: int, found: Generic) -> EffectHypothesis:
+    count = found.raw.shape[1]
+    raw, white = {axis: found.raw[None]}, {axis: found.white[None]}
+    low = np.full(count, -np.inf)
+    return EffectHypothesis(found.argument, axis, ({},), raw, white, low, count, "", False, 1)

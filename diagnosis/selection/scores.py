@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
+    GONE,
     Tried,
     free,
     predicted,
@@ -22,6 +23,7 @@ from flexhex.diagnosis.selection.hypotheses import (
     EffectHypothesis,
     Hypotheses,
     Hypothesis,
+    NamelessHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 
@@ -106,33 +108,35 @@ def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
-    """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the model's coefficients
-    together, on the axis that feels them most."""
+    """Relative RMS of a torque (R,) [N m] of some axes (none: of all) and a step (m,) of the model's
+    coefficients together, on the axis of these that feels them most."""
     found = []
-    for i, (X, rms) in enumerate(zip(moments.X, moments.rows.torque_rms, strict=True)):
-        whole = X @ step + torque.get(i, 0.0)
-        found.append(float(np.sqrt((whole**2).mean()) / rms))
+    for i in torque or range(moments.rows.n):
+        whole = moments.X[i] @ step + torque.get(i, 0.0)
+        found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(found)
 
 
-def generic_score(moments: Moments, generic: EffectHypothesis) -> Score:
-    """The generic hypothesis, with coefficients of any of its sizes, on left-out folds."""
-    rows = moments.rows
-    total: dict[Left, float] = {}
-    size, priors = 0.0, [size**-2.0 for size in SIZES]
+def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Score:
+    """Something without a name, of any of these kinds and sizes, on left-out folds."""
+    rows, total = moments.rows, dict[Left, float]()
+    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in SIZES]
     for left in [None, *rows.folds]:
-        fit, found = moments.fit(left), products(moments, generic, left)
-        moved = fit.solve(found.cross)
-        S = found.own[0] - found.cross.T @ moved
-        values, turned, vectors = _turned(S, found.right - found.cross.T @ fit.q)
-        evidence = [_log_evidence(values, turned, prior) for prior in priors]
+        evidence = list[float]()
+        for kind in listed:
+            fit, found = moments.fit(left), products(moments, kind.columns, left)
+            moved = fit.solve(found.cross)
+            S, r = found.own[0] - found.cross.T @ moved, found.right - found.cross.T @ fit.q
+            for way in kind.ways:
+                values, turned, vectors = _turned(way.T @ S @ way, way.T @ r)
+                evidence += [_log_evidence(values, turned, prior) for prior in priors]
+                if left is None and max(evidence[-len(priors) :]) == max(evidence):
+                    prior = priors[int(np.argmax(evidence[-len(priors) :]))]
+                    gains = way @ vectors @ (turned / (values + prior))
+                    torque = {i: raw[0] @ gains for i, raw in kind.columns.raw.items()}
+                    best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence))
-        if left is None:
-            gains = vectors @ (turned / (values + priors[int(np.argmax(evidence))]))
-            size = size_of(
-                moments, -(moved @ gains), {i: raw[0] @ gains for i, raw in generic.raw.items()}
-            )
-    return Score(generic, np.array([total[None] - total[fold] for fold in rows.folds]), size)
+    return Score(best, np.array([total[None] - total[fold] for fold in rows.folds]), size)
 
 
 def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
@@ -156,9 +160,11 @@ def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria)
 
 
 def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:
-    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k)."""
+    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
+    model explains all are empty."""
     values, vectors = np.linalg.eigh((S + S.T) / 2)
-    return np.maximum(values, 0.0), vectors.T @ r, vectors
+    there = values > GONE * max(float(values[-1]), 0.0)
+    return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
 
 
 def _log_evidence(values: Array, turned: Array, prior: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import log
 
 from flexhex.diagnosis.answer import Joint, joint
@@ -13,7 +14,7 @@ from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.rounds import Round
 from flexhex.diagnosis.scored import Found, Scored
-from flexhex.diagnosis.selection.choose import Accepted, Selection, form_error, select
+from flexhex.diagnosis.selection.choose import Accepted, Selection, form_error, passes, select
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
@@ -42,12 +43,12 @@ def selected(
         notes.append(f"{listed} would fit, but nothing shows it on another trajectory: record one")
         kept = []
     remains = nameless(selection, criteria)
-    for axis, size in remains.items():
+    for axis, open_ in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        torque = f"{size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        if sum(a.score.size**2 for a in own) < size**2:
+        torque = f"{open_.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
+        if open_.instead or sum(a.score.size**2 for a in own) < open_.size**2:
             kept = [a for a in kept if a not in own]
-            notes.append(f"{torque} and is explained by no effect of the library")
+            notes.append(f"{torque} and is explained by no effect of the library{open_.what}")
         else:
             notes.append(f"{torque} beside what was found: the form of that is not exact")
     open_axes = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
@@ -61,28 +62,41 @@ def selected(
     )
 
 
-def nameless(selection: Selection, criteria: Criteria) -> dict[int, float]:
-    """Axes on which something without a name is left, with its relative RMS: smooth in the motion,
-    or of any other form as long as it repeats.
+@dataclass(frozen=True)
+class Nameless:
+    """Something without a name: relative RMS; whether it predicts better than all names together;
+    what it goes with, as a phrase, where that is known."""
+
+    size: float
+    instead: bool = False
+    what: str = ""
+
+
+def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
+    """Axes on which something without a name is left: smooth in the motion, or of any other form as
+    long as it repeats.
 
     Where a smooth function predicts better than all that was accepted, that is an imitation. On one
     trajectory alone only what repeats counts.
     """
     left = selection.rest if selection.arbitrated else selection.before
-    found = {k: rest.size for k, rest in enumerate(left) if rest.matters(criteria)}
+    found = {k: Nameless(rest.size) for k, rest in enumerate(left) if rest.matters(criteria)}
     if not selection.arbitrated:
         return found
+    chance = log(len(selection.alone) / criteria.false_alarms)
     for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
         own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
         gain = sum(score.gain for score in own)
         error = max((form_error(score, criteria) for score in own), default=0.0)
-        better = alone.gain - gain > log(criteria.odds) + error**2 * gain
-        for score, counts in (
-            (alone, better),
-            (beside, beside.gain > log(1 / criteria.false_alarms)),
+        for score, least, instead in (
+            (alone, gain + log(criteria.odds) + error**2 * gain, True),
+            (beside, chance, False),
         ):
-            if counts and score.size > criteria.smallest_rest:
-                found[axis] = max(found.get(axis, 0.0), score.size)
+            if passes(score, max(least, chance), criteria) and score.size > criteria.smallest_rest:
+                size = max(score.size, found[axis].size if axis in found else 0.0)
+                what = f": it goes with {score.hypothesis.id}"
+                found[axis] = Nameless(size, instead, what)
+                break
     return found
 
 
