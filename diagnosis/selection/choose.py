@@ -8,6 +8,7 @@ not fitted to, and how large is it?
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import log
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.evidence import predicted, tried
+from flexhex.diagnosis.selection.evidence import evidences, tried
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
@@ -63,14 +64,16 @@ class Selection:
     """What was chosen, in its order; what is left on each axis, before and after; all scores of
     every round.
 
-    arbitrated: there was another trajectory to predict. alone: of each axis the generic hypothesis
-    in place of what was accepted there; beside: the same beside all that was accepted.
+    arbitrated: there was another trajectory to predict. alone: of each axis something without a
+    name in place of what was accepted there; beside: the same beside all that was accepted; bent:
+    the same, no larger than errors in the form of what was accepted.
     """
 
     accepted: tuple[Accepted, ...]
     arbitrated: bool
     alone: tuple[Score, ...]
     beside: tuple[Score, ...]
+    bent: tuple[Score, ...]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
@@ -89,12 +92,13 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
         rounds.append(tuple(scores))
         known = [each.score for each in accepted]
-        passed = [s for s in scores if passes(s, least + blurred(s, known, criteria), criteria)]
+        passed = [s for s in scores if passes(s, known, least, criteria)]
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, found.score, criteria)
+    accepted = alike(accepted)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
     axes = range(rows.n)
     others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
@@ -103,15 +107,26 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         for axis, own in zip(axes, others, strict=True)
     ]
     beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
+    bent = [
+        generic_score(moments, hypotheses.generic(axis), bend_of(accepted, axis, criteria))
+        for axis in axes
+    ]
     return Selection(
         tuple(accepted),
         arbitrated,
         tuple(alone),
         tuple(beside),
+        tuple(bent),
         before,
         rest_of(moments),
         tuple(rounds),
     )
+
+
+def bend_of(accepted: Sequence[Accepted], axis: int, criteria: Criteria) -> float:
+    """Relative RMS of errors in the form of what was accepted on an axis."""
+    own = [a.score for a in accepted if a.score.hypothesis.axis in (axis, None)]
+    return float(np.linalg.norm([form_error(score, criteria) * score.size for score in own]))
 
 
 def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Criteria) -> Moments:
@@ -122,11 +137,23 @@ def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Crit
     return moments
 
 
-def passes(score: Score, least: float, criteria: Criteria) -> bool:
-    """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
-    large = score.size > criteria.smallest_effect
-    least += log(score.hypothesis.choices)
-    return large and score.gain > least and score.elsewhere > log(criteria.odds)
+def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteria) -> bool:
+    """Whether a hypothesis is large enough and predicts well enough beside those that are known.
+
+    An effect that another axis has already is no surprise, and as a whole it is large enough.
+    """
+    again = any(k.hypothesis.id == score.hypothesis.id for k in known)
+    least = log(criteria.odds) if again else least
+    large = again or score.size > criteria.smallest_effect
+    least += log(score.hypothesis.choices) + blurred(score, known, criteria)
+    return large and score.gain > least and shown(score, criteria)
+
+
+def shown(score: Score, criteria: Criteria) -> bool:
+    """Whether more than one fold shows a hypothesis, and none speaks against it by more than errors
+    in its form."""
+    unsure, error = log(criteria.odds), form_error(score, criteria)
+    return score.elsewhere > unsure and score.worst > -unsure - error**2 * score.gain
 
 
 def form_error(score: Score, criteria: Criteria) -> float:
@@ -161,7 +188,8 @@ def one_round(
         for effect in hypotheses.effects(axis):
             if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
                 fits = tried(moments, effect)
-                listed.append((float(predicted(moments, fits).sum()), effect, fits))
+                whole, without = evidences(fits, moments.rows.folds)
+                listed.append((float((whole - without).sum()), effect, fits))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
@@ -196,6 +224,19 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
         if score is not chosen and score.hypothesis.extends != chosen.hypothesis.id
     ]
     return Accepted(chosen, tuple(rivals))
+
+
+def alike(accepted: Sequence[Accepted]) -> list[Accepted]:
+    """The same, with the name that most axes can have where several would do on each: one cause is
+    simpler than two."""
+    places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
+    count = Counter(name for own in places for name in own)
+    found = []
+    for each, own in zip(accepted, places, strict=True):
+        name = max(own, key=lambda name: (count[name], name == each.score.hypothesis.id))
+        rivals = tuple(score for score in own.values() if score is not own[name])
+        found.append(Accepted(own[name], rivals))
+    return found
 
 
 def as_good(score: Score, best: Score, criteria: Criteria) -> bool:

@@ -10,6 +10,8 @@ class Criteria:
     """Sizes are RMS of torque (force), relative to that of the axis; evidence is in nats.
 
     smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
+    largest_rest: largest repeatable residual, relative to what explains the axis, that leaves it a
+    name.
     smallest_rest: smallest repeatable residual that is worth a word.
     deviations: standard errors that a repeatable residual must stand above zero.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.
@@ -22,6 +24,7 @@ class Criteria:
     """
 
     smallest_effect: float = 0.003
+    largest_rest: float = 0.5
     smallest_rest: float = 0.004
     deviations: float = 4.0
     false_alarms: float = 0.01

@@ -13,7 +13,7 @@ the others, with their uncertainty.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations
 
@@ -103,7 +103,12 @@ def bounded(S: Array, c: Array, low: Array) -> tuple[Array, Array]:
     return best, fall
 
 
-def predicted(moments: Moments, fits: Mapping[Left, Tried]) -> Array:
-    """What an effect, any of its shapes, adds to the log density of each left-out fold (folds,)."""
-    total = {left: float(logsumexp(fit.evidence)) for left, fit in fits.items()}
-    return np.array([total[None] - total[fold] for fold in moments.rows.folds])
+def evidences(fits: Mapping[Left, Tried], folds: Sequence[int]) -> tuple[float, Array]:
+    """Evidence for an effect, any of its shapes, of all folds and of all but each (folds,)."""
+    total = {left: _mean(fit.evidence) for left, fit in fits.items()}
+    return total[None], np.array([total[fold] for fold in folds])
+
+
+def _mean(evidence: Array) -> float:
+    """Of shapes that are equally likely."""
+    return float(logsumexp(evidence) - np.log(len(evidence)))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.signal import lfilter
 
 from flexhex.diagnosis.selection.rows import Rows
@@ -57,6 +58,9 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
     )
     memory = _memory(rows, axis)
     listed.append(("history", memory, (np.eye(memory[0].shape[1]),)))
+    whole = [np.hstack(own) for own in zip(*(values for _, values, _ in listed), strict=True)]
+    middle = [ways[len(ways) // 2] for _, _, ways in listed]
+    listed.append(("all of these", whole, (block_diag(*middle),)))
     return [
         Generic(name, rows.raw(own), rows.white(axis, own), ways)
         for name, values, ways in listed

@@ -13,8 +13,8 @@ from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
     GONE,
     Tried,
+    evidences,
     free,
-    predicted,
     products,
     tried,
 )
@@ -36,14 +36,20 @@ HALVINGS = 4
 
 @dataclass(frozen=True)
 class Score:
-    """A hypothesis beside a model. by_fold (folds,): what it adds to the log predictive density of
-    each left-out fold [nats]; size: relative RMS of its torque beyond what the model takes up;
-    shape: place of the best one by all folds."""
+    """A hypothesis beside a model. whole: evidence of all folds, without (folds,): of all but each,
+    relative to the model alone [nats]; size: relative RMS of its torque beyond what the model takes
+    up; shape: place of the best one by all folds."""
 
     hypothesis: Hypothesis
-    by_fold: Array
+    whole: float
+    without: Array
     size: float
     shape: int = 0
+
+    @property
+    def by_fold(self) -> Array:
+        """What it adds to the log predictive density of each left-out fold (folds,) [nats]."""
+        return self.whole - self.without
 
     @property
     def gain(self) -> float:
@@ -52,8 +58,14 @@ class Score:
 
     @property
     def elsewhere(self) -> float:
-        """The same without the fold that is predicted best: no single one decides."""
-        return self.gain - float(self.by_fold.max())
+        """Evidence without the fold that shows it best: no single one decides [nats]."""
+        return float(self.without.min())
+
+    @property
+    def worst(self) -> float:
+        """What it adds to the fold that it predicts worst: below zero, this one speaks against it
+        [nats]."""
+        return float(self.by_fold.min())
 
 
 def effect_score(
@@ -67,7 +79,8 @@ def effect_score(
     torque = {i: own[shape] @ gains for i, own in effect.raw.items()}
     cross = [moments.twin_X[i].T @ (own[shape] @ gains) for i, own in effect.white.items()]
     taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
-    return Score(effect, predicted(moments, fits), size_of(moments, -taken_up, torque), shape)
+    size = size_of(moments, -taken_up, torque)
+    return Score(effect, *evidences(fits, moments.rows.folds), size, shape)
 
 
 def refined(
@@ -108,8 +121,8 @@ def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
-    """Relative RMS of a torque (R,) [N m] of some axes (none: of all) and a step (m,) of the model's
-    coefficients together, on the axis of these that feels them most."""
+    """Relative RMS of a torque (R,) [N m] of some axes (none: of all) and a step (m,) of the
+    coefficients of the model together, on the axis of these that feels them most."""
     found = []
     for i in torque or range(moments.rows.n):
         whole = moments.X[i] @ step + torque.get(i, 0.0)
@@ -117,10 +130,13 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     return max(found)
 
 
-def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Score:
-    """Something without a name, of any of these kinds and sizes, on left-out folds."""
+def generic_score(
+    moments: Moments, listed: Sequence[NamelessHypothesis], most: float = SIZES[-1]
+) -> Score:
+    """Something without a name, of any of these kinds and of sizes up to `most`, on left-out
+    folds."""
     rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in SIZES]
+    best, size, priors = listed[0].columns, 0.0, _priors(most)
     for left in [None, *rows.folds]:
         evidence = list[float]()
         for kind in listed:
@@ -135,8 +151,8 @@ def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Sco
                     gains = way @ vectors @ (turned / (values + prior))
                     torque = {i: raw[0] @ gains for i, raw in kind.columns.raw.items()}
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
-        total[left] = float(logsumexp(evidence))
-    return Score(best, np.array([total[None] - total[fold] for fold in rows.folds]), size)
+        total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
+    return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
 def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
@@ -156,7 +172,13 @@ def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria)
             step = -(moved @ gains)
             step[places] += gains
             size = size_of(moments, step, {})
-    return Score(change, np.array([total[None] - total[f] for f in moments.rows.folds]), size)
+    without = np.array([total[fold] for fold in moments.rows.folds])
+    return Score(change, total[None], without, size)
+
+
+def _priors(most: float) -> list[float]:
+    """Inverse variances of the coefficients; the smallest size is always there."""
+    return [size**-2.0 for size in SIZES if size <= max(most, SIZES[0])]
 
 
 def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:

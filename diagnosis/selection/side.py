@@ -14,7 +14,7 @@ from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.rounds import Round
 from flexhex.diagnosis.scored import Found, Scored
-from flexhex.diagnosis.selection.choose import Accepted, Selection, form_error, passes, select
+from flexhex.diagnosis.selection.choose import Accepted, Selection, select, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
@@ -46,7 +46,10 @@ def selected(
     for axis, open_ in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         torque = f"{open_.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        if open_.instead or sum(a.score.size**2 for a in own) < open_.size**2:
+        if (
+            open_.instead
+            or sum(a.score.size**2 for a in own) < (open_.size / criteria.largest_rest) ** 2
+        ):
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{open_.what}")
         else:
@@ -87,12 +90,14 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
     for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
         own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
         gain = sum(score.gain for score in own)
-        error = max((form_error(score, criteria) for score in own), default=0.0)
+        # errors in their form are theirs
+        gain += max(selection.bent[axis].gain, 0.0)
         for score, least, instead in (
-            (alone, gain + log(criteria.odds) + error**2 * gain, True),
+            (alone, gain + log(criteria.odds), True),
             (beside, chance, False),
         ):
-            if passes(score, max(least, chance), criteria) and score.size > criteria.smallest_rest:
+            large = score.size > criteria.smallest_rest
+            if large and score.gain > max(least, chance) and shown(score, criteria):
                 size = max(score.size, found[axis].size if axis in found else 0.0)
                 what = f": it goes with {score.hypothesis.id}"
                 found[axis] = Nameless(size, instead, what)
