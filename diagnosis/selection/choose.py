@@ -98,7 +98,7 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
         moments = with_accepted(moments, found.score, criteria)
-    accepted = alike(accepted)
+    accepted = one_cause(accepted)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
     axes = range(rows.n)
     others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
@@ -226,7 +226,7 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
     return Accepted(chosen, tuple(rivals))
 
 
-def alike(accepted: Sequence[Accepted]) -> list[Accepted]:
+def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     """The same, with the name that most axes can have where several would do on each: one cause is
     simpler than two."""
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]

@@ -44,7 +44,8 @@ class Rows:
         layout, n = made.layout, made.base.n
         count = len(layout.axis) // n
         order = np.argsort(layout.fold[:count], kind="stable")
-        to = csr_array((np.ones(count), (np.arange(count), layout.partner[:count])))
+        partner = layout.partner[:count] if made.between else np.arange(count)
+        to = csr_array((np.ones(count), (np.arange(count), partner)))
         prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in made.known])
         y, B = ([[v[:, i] for v in listed] for i in range(n)] for listed in (made.y, made.B))
         return Rows(
