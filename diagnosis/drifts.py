@@ -31,11 +31,11 @@ from flexhex.diagnosis.selection.hypotheses import (
     EffectHypothesis,
     Hypotheses,
     NamelessHypothesis,
+    nameless,
 )
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import generic_score
-from flexhex.diagnosis.selection.side import grouped
-from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.selection.side import Side, grouped
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -67,7 +67,11 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     for axis in range(rows.n):
         wander = generic_score(hypotheses.moments, [_offsets(rows, axis)]).gain
         least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
-        own = [s for s in scores if s.hypothesis.axis == axis]
+        own = [
+            s
+            for s in scores
+            if s.hypothesis.axis == axis and isinstance(s.hypothesis, EffectHypothesis)
+        ]
         if own and passes(own[0], (), least, criteria):
             kept.append(simplest(own[0], own, criteria))
     if not kept:
@@ -76,7 +80,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     others = None
     if judged:
         others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
-    return [Side(held, (), others, tuple(named_of(held, ())), (), ())]
+    return [Side(held, others, tuple(named_of(held)))]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
@@ -86,10 +90,7 @@ def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
         np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
         for k, block in enumerate(rows.made.blocks)
     ]
-    raw, white = {axis: rows.raw(own)[None]}, {axis: rows.white(axis, own)[None]}
-    low = np.full(count, -np.inf)
-    columns = EffectHypothesis("offsets", axis, ({},), raw, white, low, count, "", False, 1)
-    return NamelessHypothesis(columns, (np.eye(count),))
+    return nameless(axis, "offsets", rows.raw(own), rows.white(axis, own), (np.eye(count),))
 
 
 def without(held: Joint, drift: Joint) -> Calibrated:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import Joint, axis_rms, steady
+from flexhex.diagnosis.answer import Joint, steady
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.found import Part
 from flexhex.diagnosis.known import about_known
-from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Elsewhere:
         self._bench = bench.beside(self.there)
         self._thin: dict[int, list[Array]] = {}
 
-    def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:
+    def residual(self, parts: Sequence[Part], beta: Sequence[Array], q: Array) -> list[Array]:
         """Torque that base model and effects do not explain there (m, n) [N m] of each block."""
         left = self.there.residual(q)
         for part, gains in zip(parts, beta, strict=True):
@@ -44,13 +44,3 @@ class Elsewhere:
                 else:
                     left[k][:, part.axis or 0] -= torque
         return left
-
-    def squares(self, parts: Sequence[Scored]) -> Array:
-        """Mean squares (n,) of what parts leave there when fitted anew, shapes as they are."""
-        regression = self.ours.made.regression
-        if parts:
-            regression = regression.extended([part.columns for part in parts])
-        n_base = len(self.ours.made.known)
-        sizes = np.cumsum([part.columns.values.shape[1] for part in parts])[:-1]
-        beta = np.split(regression.q[n_base:], sizes) if parts else []
-        return axis_rms(self.blocks, self.residual(parts, beta, regression.q[:n_base])) ** 2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import axis_rms, repeat_rms
 from flexhex.diagnosis.noise import measured
-from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.verdict import Gap
 
 Array = NDArray[np.float64]

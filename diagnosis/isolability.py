@@ -21,7 +21,6 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import ORDER, Noise
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
-from flexhex.diagnosis.scored import PROMISING
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
 from flexhex.fmus.common.errors import LogError
 
@@ -32,8 +31,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 NOISE = 0.005
 """Noise of a smoothed torque that is assumed before anything was measured [N m]."""
-CLEAR = 4.0
-"""An effect is found when it lowers the sum of squares by so many times what is looked at."""
+CLEAR = 100.0
+"""Fall of the sum of squares, in units of the noise, from which on an effect is found."""
 ALIKE = 0.9
 """Share from which on two effects count as one that cannot be told apart."""
 
@@ -100,7 +99,7 @@ def isolability(
         if falls[j] <= ABSORBED * float((columns.values**2).sum()):
             continue  # the base model takes it up whole
         share[j] = np.clip(falls / falls[j], 0.0, 1.0)
-        smallest[j] = torque * np.sqrt(CLEAR * PROMISING / falls[j])
+        smallest[j] = torque * np.sqrt(CLEAR / falls[j])
     progress("done", 3, 3)
     places = tuple((axis + 1,) if name in bench.effects else () for name in names)
     return Isolability(tuple(names), places, share, smallest)

@@ -32,16 +32,10 @@ STILL = 2e-3
 @dataclass(frozen=True)
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `flexhex.diagnosis.bases`. log: how to read.
-
-    confidence: trials for each row of the confusion table, 0: none. selection: search by the log
-    density of left-out trajectories, `flexhex.diagnosis.selection`, which is to replace the rounds.
-    """
+    `flexhex.diagnosis.bases`. log: how to read."""
 
     base: str = "hexapod"
     log: logs.Options = field(default_factory=logs.Options)
-    confidence: int = 20
-    selection: bool = False
 
 
 @dataclass(frozen=True)

@@ -34,9 +34,7 @@ class Named:
     parameters: estimates by name, `name[axis]` where several axes have the effect and
     `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
     estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
-    gap that repeats on its axes, explained together with the other effects. confusion: what is
-    said when an effect of this size is put into the user's own model, motion and noise: shares
-    of trials, for it and for each rival as the truth.
+    gap that repeats on its axes, explained together with the other effects.
     """
 
     id: str
@@ -47,7 +45,6 @@ class Named:
     rivals: tuple[str, ...] = ()
     experiment: str | None = None
     share: float = math.nan
-    confusion: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -58,7 +55,6 @@ class Named:
             "rivals": list(self.rivals),
             "experiment": self.experiment,
             "share": _finite(self.share),
-            "confusion": {name: dict(row) for name, row in self.confusion.items()},
         }
 
 
@@ -121,10 +117,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Candidate:
-    """How one effect did in one round: best axes and shape, and what it gains.
+    """How a hypothesis did in one round: axis and shape, and what it predicts.
 
-    gain: share of the repeatable residual that it explains on trajectories left out of the fit of
-    its gains; p_value: of its cluster-robust Wald test, not corrected for the number of candidates.
+    gain: what it adds to the log density of left-out trajectories [nats]; size: RMS of its torque
+    beyond what the base model takes up, relative to that of the axis.
     """
 
     round: int
@@ -132,7 +128,7 @@ class Candidate:
     axes: tuple[int, ...]
     shape: Mapping[str, float]
     gain: float
-    p_value: float
+    size: float
     chosen: bool = False
     rival: bool = False
 

@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import GAP
 from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import LEAST, Run
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.play import encoder_step
 
 Array = NDArray[np.float64]
+GAP = 0.002
+"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
 NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0

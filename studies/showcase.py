@@ -78,7 +78,7 @@ def show(number: int, seed: int, machines: int, out: Path) -> Line:
     line["hidden"] = [vars(h) for h in hidden] if number else _default_hidden()
     runs, locked = record(machine_file, folder, own)
     _say(number, began, "recorded")
-    found = diagnose(runs, locked, machine_file, Options(confidence=0))
+    found = diagnose(runs, locked, machine_file, Options())
     _say(number, began, f"{found.verdict}: {', '.join(e.id for e in found.effects)}")
     line["diagnosis"] = found.data()
     for sub in ("model", "model/before"):

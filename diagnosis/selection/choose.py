@@ -97,20 +97,19 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
             break
         found = simplest(passed[0], scores, criteria)
         accepted.append(found)
-        moments = with_accepted(moments, found.score, criteria)
+        moments = with_accepted(moments, hypotheses, found.score, criteria)
     accepted = one_cause(accepted)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
-    axes = range(rows.n)
-    others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
-    alone = [
-        generic_score(rebuilt(hypotheses, own, criteria), hypotheses.generic(axis))
-        for axis, own in zip(axes, others, strict=True)
-    ]
-    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
-    bent = [
-        generic_score(moments, hypotheses.generic(axis), bend_of(accepted, axis, criteria))
-        for axis in axes
-    ]
+    alone, beside, bent = list[Score](), list[Score](), list[Score]()
+    for axis in range(rows.n):
+        others = [a for a in accepted if a.score.hypothesis.axis != axis]
+        listed = hypotheses.generic(axis)
+        beside.append(generic_score(moments, listed))
+        bent.append(generic_score(moments, listed, bend_of(accepted, axis, criteria)))
+        if len(others) < len(accepted):
+            alone.append(generic_score(rebuilt(hypotheses, others, criteria), listed))
+        else:
+            alone.append(beside[-1])
     return Selection(
         tuple(accepted),
         arbitrated,
@@ -133,7 +132,7 @@ def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Crit
     """The model with these accepted."""
     moments = hypotheses.moments
     for each in accepted:
-        moments = with_accepted(moments, each.score, criteria)
+        moments = with_accepted(moments, hypotheses, each.score, criteria)
     return moments
 
 
@@ -246,17 +245,19 @@ def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
     return best.gain - score.gain < log(criteria.odds) + error**2 * best.gain
 
 
-def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments:
+def with_accepted(
+    moments: Moments, hypotheses: Hypotheses, score: Score, criteria: Criteria
+) -> Moments:
     """The model with a hypothesis accepted."""
     hypothesis = score.hypothesis
     if isinstance(hypothesis, ChangedParameter):
         return moments.loosened(hypothesis.places, criteria.loose**-2.0)
-    assert isinstance(hypothesis, EffectHypothesis)
-    return moments.extended(effect_term(moments, hypothesis, score.shape))
+    return moments.extended(effect_term(moments, hypotheses, score))
 
 
 def rest_of(moments: Moments) -> tuple[Rest, ...]:
-    """What repeats of each axis in the fit to all folds and is explained by nothing."""
+    """What passes have in common of each axis in the fit to all folds, and nothing explains: it
+    repeats, or comes again with the opposite sign, as an oscillation of its own may."""
     rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
     weight = float(pairs.sum()) or np.inf
     chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
@@ -264,8 +265,8 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
     for i in range(rows.n):
         left = rows.y[i] - moments.X[i] @ q
         white = rows.white_y[i] - moments.white_X[i] @ q
-        size = np.sqrt(max(float(left @ (pairs @ left)) / weight, 0.0)) / rows.torque_rms[i]
+        size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
         # whitened noise has a variance of one
-        sure = float(white @ (pairs @ white)) / chance
+        sure = abs(float(white @ (pairs @ white))) / chance
         found.append(Rest(float(size), sure))
     return tuple(found)

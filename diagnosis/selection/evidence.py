@@ -60,9 +60,11 @@ def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
 def free(moments: Moments, effect: EffectHypothesis) -> Array:
     """Inverse variances (shapes, k) of an effect's gains: its torque may be as large as all that
     the axis feels."""
-    squares = np.sum([(own**2).mean(axis=1) for own in effect.white.values()], axis=0)
-    torque = np.mean([moments.rows.white_rms[i] ** 2 for i in effect.white])
-    return np.asarray(np.maximum(squares, 1e-300) / torque)
+    rows = moments.rows
+    own = np.sum([effect.products(rows, fold).own for fold in rows.folds], axis=0)
+    squares = np.diagonal(own, axis1=1, axis2=2) / rows.count
+    torque = np.mean([rows.white_rms[i] ** 2 for i in effect.felt])
+    return np.asarray(np.maximum(squares, np.finfo(float).tiny) / torque)
 
 
 def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Array) -> Tried:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.selection.generic import Generic, generic
+from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
@@ -31,18 +32,27 @@ class Products:
     own: Array
 
 
+@dataclass(frozen=True)
+class Columns:
+    """Columns of all shapes side by side on each axis that feels them, per unit of their gains: raw
+    (R, shapes * k) [N m], white the same whitened."""
+
+    raw: Mapping[int, Array]
+    white: Mapping[int, Array]
+
+
 @dataclass(frozen=True, eq=False)
 class EffectHypothesis:
-    """An effect with all shapes of its grid: raw (shapes, R, k) [N m] per unit of its gains on each
-    axis that feels it, white the same whitened; low (k,): least gains; freedom: numbers that a fit
-    may choose; extends: the simpler effect that it becomes without its further gains; choices:
-    shapes that those of the grid were picked from."""
+    """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
+    felt: axes that feel it; low (k,): least gains; freedom: numbers that a fit may choose; extends:
+    the simpler effect that it becomes without its further gains; choices: shapes that those of the
+    grid were picked from."""
 
     id: str
     axis: Axis
     shapes: tuple[Mapping[str, float], ...]
-    raw: Mapping[int, Array]
-    white: Mapping[int, Array]
+    columns: Callable[[], Columns]
+    felt: tuple[int, ...]
     low: Array
     freedom: int
     extends: str
@@ -55,48 +65,44 @@ class EffectHypothesis:
         """Gains."""
         return len(self.low)
 
+    @cached_property
+    def _known(self) -> dict[Term | None, dict[int, Any]]:
+        """Products with the base model, None, and with terms, of each fold."""
+        return {}
+
     def products(self, rows: Rows, fold: int) -> Products:
         """Products of the columns with the base model's, with the torque, and with each other;
         these not between passes: noise in a column must not make it seem small. Kept."""
-        if fold not in self._products:
-            part, width = rows.parts[fold], self.width
-            count = len(self.shapes) * width
-            cross, right = np.zeros((rows.nb, count)), np.zeros(count)
-            own = np.zeros((len(self.shapes), width, width))
-            for i, columns in self.stacked.items():
-                cross += rows.twin_B[i][part].T @ columns[part]
-                right += columns[part].T @ rows.twin_y[i][part]
-                single = self.white[i][:, part]
-                own += single.transpose(0, 2, 1) @ single
-            self._products[fold] = Products(cross, right, own)
-        return self._products[fold]
+        if None not in self._known:
+            white = self.columns().white
+            self._known[None] = {f: self._products(rows, white, p) for f, p in rows.parts.items()}
+        found: Products = self._known[None][fold]
+        return found
+
+    def _products(self, rows: Rows, white: Mapping[int, Array], part: slice) -> Products:
+        width, count = self.width, len(self.shapes)
+        cross, right = np.zeros((rows.nb, count * width)), np.zeros(count * width)
+        own = np.zeros((count, width, width))
+        for i, columns in white.items():
+            cross += rows.twin_B[i][part].T @ columns[part]
+            right += columns[part].T @ rows.twin_y[i][part]
+            single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
+            own += single @ single.transpose(0, 2, 1)
+        return Products(cross, right, own)
 
     def beside(self, term: Term, rows: Rows, fold: int) -> Array:
         """Products (k', shapes * k) of an accepted term's columns with these, between passes.
         Kept."""
-        if (term, fold) not in self._beside:
-            part, common = rows.parts[fold], term.white.keys() & self.stacked.keys()
-            found = np.zeros((len(term.prior), len(self.shapes) * self.width))
-            for i in common:
-                found += (rows.twins[part] @ term.white[i]).T @ self.stacked[i][part]
-            self._beside[term, fold] = found
-        return self._beside[term, fold]
-
-    @cached_property
-    def _products(self) -> dict[int, Products]:
-        return {}
-
-    @cached_property
-    def _beside(self) -> dict[tuple[Term, int], Array]:
-        return {}
-
-    @cached_property
-    def stacked(self) -> dict[int, Array]:
-        """Whitened columns (R, shapes * k) side by side."""
-        return {
-            i: np.ascontiguousarray(w.transpose(1, 0, 2)).reshape(w.shape[1], -1)
-            for i, w in self.white.items()
-        }
+        if term not in self._known:
+            common = term.white.keys() & set(self.felt)
+            white = self.columns().white if common else {}
+            empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
+            self._known[term] = {
+                f: sum(((rows.twins[p] @ term.white[i]).T @ white[i][p] for i in common), empty)
+                for f, p in rows.parts.items()
+            }
+        found: Array = self._known[term][fold]
+        return found
 
 
 @dataclass(frozen=True)
@@ -132,7 +138,6 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
-        self._generic: dict[int, Sequence[NamelessHypothesis]] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -168,26 +173,35 @@ class Hypotheses:
     def _made(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
-        at, item = axis or 0, self.bench.effects.get(name)
-        thin = [self.bench.thin(name, at, shape) for shape in shapes]
-        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [at]
-        raw, white = dict[int, Array](), dict[int, Array]()
-        for i in felt:
-            own = [[v[:, i] if v.ndim == 3 else v for v in listed] for listed in thin]
-            raw[i] = np.stack([self.rows.raw(values) for values in own])
-            white[i] = np.stack([self.rows.white(i, values) for values in own])
-        width = next(iter(raw.values())).shape[2]
+        item = self.bench.effects.get(name)
+        first = self._columns(name, axis, shapes[:1])
+        felt, width = tuple(first.raw), next(iter(first.raw.values())).shape[1]
+
+        def columns() -> Columns:
+            return first if len(shapes) == 1 else self._columns(name, axis, shapes)
+
+        made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
-            low, free = np.full(width, -np.inf), width
-            return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, free, "", False, 1)
+            return EffectHypothesis(*made, np.full(width, -np.inf), width, "", False, 1)
         effect = item.effect
         low = np.array([gain.low for gain in effect.gains])
-        known = (item.freedom, effect.extends, effect.exact, effect.most)
-        return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, *known)
+        return EffectHypothesis(*made, low, item.freedom, effect.extends, effect.exact, effect.most)
+
+    def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
+        thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
+        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [axis or 0]
+        raw, white = dict[int, Array](), dict[int, Array]()
+        for i in felt:
+            own = [
+                np.hstack([v[:, i] if v.ndim == 3 else v for v in block])
+                for block in zip(*thin, strict=True)
+            ]
+            raw[i], white[i] = self.rows.raw(own), self.rows.white(i, own)
+        return Columns(raw, white)
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance, and all of a body together."""
+        """Base parameters that have a tolerance, and all of a body or of a group together."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
             if 0 < known.tolerance < np.inf and known.group not in ("history", "delay"):
@@ -195,21 +209,25 @@ class Hypotheses:
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
                     bodies.setdefault(owner, []).append(place)
+                if known.group != known.name:
+                    bodies.setdefault(known.group, []).append(place)
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
         return [*single, *whole]
 
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
-        """What an axis may have without a name; kept."""
-        if axis not in self._generic:
-            self._generic[axis] = [
-                NamelessHypothesis(_made_of(axis, found), found.ways)
-                for found in generic(self.rows, axis)
-            ]
-        return self._generic[axis]
+        """What an axis may have without a name."""
+        return [
+            nameless(axis, f.argument, f.raw, f.white, f.ways) for f in generic(self.rows, axis)
+        ]
 
 
-def _made_of(axis: int, found: Generic) -> EffectHypothesis:
-    count = found.raw.shape[1]
-    raw, white = {axis: found.raw[None]}, {axis: found.white[None]}
+def nameless(
+    axis: int, argument: str, raw: Array, white: Array, ways: tuple[Array, ...]
+) -> NamelessHypothesis:
+    """Something without a name from its columns raw, white (R, k) on an axis."""
+    made, count = Columns({axis: raw}, {axis: white}), raw.shape[1]
     low = np.full(count, -np.inf)
-    return EffectHypothesis(found.argument, axis, ({},), raw, white, low, count, "", False, 1)
+    columns = EffectHypothesis(
+        argument, axis, ({},), lambda: made, (axis,), low, count, "", False, 1
+    )
+    return NamelessHypothesis(columns, ways)

@@ -34,17 +34,19 @@ HALVINGS = 4
 """Of the distance between shapes of a grid."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """A hypothesis beside a model. whole: evidence of all folds, without (folds,): of all but each,
     relative to the model alone [nats]; size: relative RMS of its torque beyond what the model takes
-    up; shape: place of the best one by all folds."""
+    up; shape: place of the best one by all folds; still: places of gains that are zero there, as
+    they may not be negative."""
 
     hypothesis: Hypothesis
     whole: float
     without: Array
     size: float
     shape: int = 0
+    still: tuple[int, ...] = ()
 
     @property
     def by_fold(self) -> Array:
@@ -76,11 +78,13 @@ def effect_score(
         effect, fits = refined(moments, hypotheses, effect, fits)
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
-    torque = {i: own[shape] @ gains for i, own in effect.raw.items()}
-    cross = [moments.twin_X[i].T @ (own[shape] @ gains) for i, own in effect.white.items()]
+    columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
+    torque = {i: own @ gains for i, own in columns.raw.items()}
+    cross = [moments.twin_X[i].T @ (own @ gains) for i, own in columns.white.items()]
     taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
     size = size_of(moments, -taken_up, torque)
-    return Score(effect, *evidences(fits, moments.rows.folds), size, shape)
+    still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
+    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still)
 
 
 def refined(
@@ -113,11 +117,12 @@ def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tup
     return below or above, above or below
 
 
-def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
-    """An effect of one shape as a term."""
-    raw = {i: own[shape] for i, own in effect.raw.items()}
-    white = {i: own[shape] for i, own in effect.white.items()}
-    return Term(raw, white, free(moments, effect)[shape])
+def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
+    """An effect of its best shape as a term."""
+    effect = score.hypothesis
+    assert isinstance(effect, EffectHypothesis)
+    columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
+    return Term(dict(columns.raw), dict(columns.white), free(moments, effect)[score.shape])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
@@ -149,7 +154,7 @@ def generic_score(
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
                     gains = way @ vectors @ (turned / (values + prior))
-                    torque = {i: raw[0] @ gains for i, raw in kind.columns.raw.items()}
+                    torque = {i: raw @ gains for i, raw in kind.columns.columns().raw.items()}
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)

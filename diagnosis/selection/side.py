@@ -9,31 +9,50 @@ from math import log
 from flexhex.diagnosis.answer import Joint, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import changed_of
 from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.found import Found, Part
+from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.regression import Columns
-from flexhex.diagnosis.rounds import Round
-from flexhex.diagnosis.scored import Found, Scored
 from flexhex.diagnosis.selection.choose import Accepted, Selection, select, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.verdict import Candidate, Changed, Named
 
 Say = Callable[[str], None]
+SHOWN = 8
+"""Candidates of a round that the page shows."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One place where model and data meet: what was found there, and what remains (axes from 0)."""
+
+    held: Joint
+    others: Elsewhere | None
+    named: tuple[Named, ...]
+    changed: tuple[Changed, ...] = ()
+    remains: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything was found or is left here."""
+        return bool(self.named or self.remains)
 
 
 def selected(
     bench: Bench,
     judged: Sequence[Run],
     say: Say,
-    least: float = 0.0,
     drift: Joint | None = None,
     criteria: Criteria = USUAL,
 ) -> Side:
-    """What explains the runs, as `flexhex.diagnosis.sides.side_of` says it.
+    """What explains the runs beside a base model.
 
-    least: not asked, the criteria have a smallest effect for all places alike.
+    judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
     """
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
@@ -46,22 +65,36 @@ def selected(
     for axis, open_ in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         torque = f"{open_.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        if (
-            open_.instead
-            or sum(a.score.size**2 for a in own) < (open_.size / criteria.largest_rest) ** 2
-        ):
+        size = sum(a.score.size**2 for a in own)
+        if open_.instead or size < (open_.size / criteria.largest_rest) ** 2:
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{open_.what}")
         else:
             notes.append(f"{torque} beside what was found: the form of that is not exact")
-    open_axes = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
-    held = joint(bench, grouped(bench, kept))
+    bodies = [
+        a.score.hypothesis.places
+        for a in selection.accepted
+        if isinstance(a.score.hypothesis, ChangedParameter)
+    ]
+    freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
+    held = joint(bench, grouped(bench, kept), freed)
+    poor = poor_axes(made, held.residual)
+    if poor:
+        kept = [a for a in kept if a.score.hypothesis.axis not in poor]
+        held = joint(bench, grouped(bench, kept), freed)
+        notes.append(sentence(poor))
     others = None
     if judged:
         others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
-    rounds = _rounds(bench, selection)
+    named = {a.score.hypothesis.axis for a in kept}
     return Side(
-        held, tuple(rounds), others, tuple(named_of(held, rounds)), tuple(open_axes), tuple(notes)
+        held,
+        others,
+        tuple(named_of(held)),
+        tuple(changed_of(held, bodies)),
+        tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
+        tuple(notes),
+        tuple(_candidates(selection)),
     )
 
 
@@ -107,42 +140,35 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
     """Accepted effects of one kind on several axes as one."""
-    parts: dict[str, list[Scored]] = {}
+    parts: dict[str, list[Part]] = {}
     rivals: dict[str, list[str]] = {}
     for each in accepted:
-        name = each.score.hypothesis.id
-        parts.setdefault(name, []).append(part_of(bench, each.score))
+        hypothesis = each.score.hypothesis
+        assert isinstance(hypothesis, EffectHypothesis)
+        shape = dict(hypothesis.shapes[each.score.shape])
+        part = Part.of(bench, hypothesis.id, hypothesis.axis, shape, each.score.still)
+        parts.setdefault(hypothesis.id, []).append(part)
         others = [r.hypothesis for r in each.rivals]
-        rivals.setdefault(name, []).extend(o.id for o in others if isinstance(o, EffectHypothesis))
+        listed = [o.id for o in others if isinstance(o, EffectHypothesis)]
+        rivals.setdefault(hypothesis.id, []).extend(listed)
     return [Found(name, tuple(p), tuple(dict.fromkeys(rivals[name]))) for name, p in parts.items()]
 
 
-def part_of(bench: Bench, score: Score) -> Scored:
-    """A scored effect with its columns."""
-    hypothesis = score.hypothesis
-    assert isinstance(hypothesis, EffectHypothesis)
-    shape = dict(hypothesis.shapes[score.shape])
-    columns = bench.columns(hypothesis.id, hypothesis.axis or 0, shape)
-    if hypothesis.axis is None:
-        columns = Columns(None, columns.values)
-    gain = bench.made.regression.gain(columns)
-    return Scored(hypothesis.id, hypothesis.axis, shape, gain, columns)
-
-
-def _rounds(bench: Bench, selection: Selection) -> list[Round]:
-    """Rounds as the page shows them."""
+def _candidates(selection: Selection) -> list[Candidate]:
+    """The best hypotheses of every round, and which of them was accepted."""
     found = []
-    for number, scores in enumerate(selection.rounds):
-        chosen = selection.accepted[number] if number < len(selection.accepted) else None
-        best: dict[str, Score] = {}
-        for score in scores:
-            if isinstance(score.hypothesis, EffectHypothesis):
-                best.setdefault(score.hypothesis.id, score)
-        total = max(max(rest.size for rest in selection.before) ** 2, 1e-300)
-        tried = tuple(Found(name, (part_of(bench, s),), ()) for name, s in list(best.items())[:4])
-        shares = {name: float(s.size**2 / total) for name, s in best.items()}
-        named = None
-        if chosen is not None and isinstance(chosen.score.hypothesis, EffectHypothesis):
-            (named,) = grouped(bench, [chosen])
-        found.append(Round(tried, shares, named))
+    for number, scores in enumerate(selection.rounds, start=1):
+        chosen = selection.accepted[number - 1] if number <= len(selection.accepted) else None
+        same = () if chosen is None else (chosen.score, *chosen.rivals)
+        for score in [*same, *(s for s in scores if s not in same)][:SHOWN]:
+            first = chosen is not None and score is chosen.score
+            found.append(_candidate(number, score, first, score in same and not first))
     return found
+
+
+def _candidate(number: int, score: Score, chosen: bool, rival: bool) -> Candidate:
+    hypothesis = score.hypothesis
+    shapes = hypothesis.shapes if isinstance(hypothesis, EffectHypothesis) else ()
+    shape = dict(shapes[score.shape]) if shapes else {}
+    axes = () if hypothesis.axis is None else (hypothesis.axis + 1,)
+    return Candidate(number, hypothesis.id, axes, shape, score.gain, score.size, chosen, rival)

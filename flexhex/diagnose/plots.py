@@ -54,7 +54,7 @@ def gap_bars(
 
 
 def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
-    """What each candidate of a round explains, best on top: chosen, rivals, others."""
+    """What each candidate of a round predicts, best on top: chosen, rivals, others."""
     best = sorted(candidates, key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
     kinds = [
         ("named", AFTER, [c for c in best if c.chosen]),
@@ -66,10 +66,8 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
             "type": "bar",
             "orientation": "h",
             "y": [label(c) for c in kind],
-            "x": [float(f"{100 * max(c.gain, 0.0):.4g}") for c in kind],
-            "hovertext": [
-                f"p = {c.p_value:.2g}, not corrected for the number of candidates" for c in kind
-            ],
+            "x": [float(f"{max(c.gain, 0.0):.4g}") for c in kind],
+            "hovertext": [f"{100 * c.size:.2g} % of the torque" for c in kind],
             "name": text,
             "marker": {"color": colour},
         }
@@ -79,11 +77,11 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
     order = {"categoryorder": "array", "categoryarray": [label(c) for c in best]}
     return figure(
         f"Round {number}",
-        "share of the repeatable residual [%]",
+        "gain on left-out trajectories [nats]",
         "",
         bars,
         yaxis={**order, "automargin": True, "title": {"text": ""}, "tickfont": {"size": 11}},
-        xaxis={"range": [0, 100]},
+        xaxis={"rangemode": "tozero"},
         legend={**TOP, "traceorder": "normal"},
         margin=MARGIN,
         height=165 + 30 * len(best),

@@ -22,7 +22,7 @@ from tests.conftest import MACHINE_FILE
 from tests.studies.test_hidden import seed_of
 
 EFFECT = "cogging_harmonic"
-OPTIONS = Options(confidence=0)
+OPTIONS = Options()
 pytestmark = pytest.mark.slow
 
 

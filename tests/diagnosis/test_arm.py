@@ -129,7 +129,7 @@ def test_axis_does_not_couple_with_itself() -> None:
 
 @cache
 def measured(runs: tuple[int, ...]) -> Diagnosis:
-    options = Options(base="schunk", confidence=0)
+    options = Options(base="schunk")
     return diagnose([run(k) for k in runs], [run(k) for k in LOCKED], options=options)
 
 

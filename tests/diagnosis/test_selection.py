@@ -19,7 +19,7 @@ from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.choose import Selection, select
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.hypotheses import Columns, EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.side import nameless, selected
@@ -42,8 +42,8 @@ def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
 
 def effect_of(columns: Array) -> EffectHypothesis:
     """An effect of one shape with these columns (R, k)."""
-    low, own = np.full(columns.shape[1], -np.inf), {0: columns[None]}
-    return EffectHypothesis("any", 0, ({},), own, own, low, 1, "", False, 1)
+    low, own = np.full(columns.shape[1], -np.inf), Columns({0: columns}, {0: columns})
+    return EffectHypothesis("any", 0, ({},), lambda: own, (0,), low, 1, "", False, 1)
 
 
 def log_density(y: Array, columns: Array, variance: Array) -> float:

@@ -7,11 +7,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import flexhex.diagnosis.sides as sides
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import flexhex.diagnosis.sides as sides
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import write
 
@@ -72,7 +72,7 @@ def test_effects_that_harm_go_one_by_one(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.slow
 def test_friction_that_the_locked_runs_have_not_is_withdrawn(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{s}_{k}.csv", s, k, 0.12) for s, k in TWICE]
-    options = Options(base="axis", confidence=0)
+    options = Options(base="axis")
     said = {}
     for friction in (0.12, 0.0):
         locked = [write(tmp_path / f"locked {friction}.csv", 3, 1, friction)]
