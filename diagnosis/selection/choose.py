@@ -64,16 +64,13 @@ class Selection:
     """What was chosen, in its order; what is left on each axis, before and after; all scores of
     every round.
 
-    arbitrated: there was another trajectory to predict. alone: of each axis something without a
-    name in place of what was accepted there; beside: the same beside all that was accepted; bent:
-    the same, no larger than errors in the form of what was accepted.
+    arbitrated: there was another trajectory to predict. beside: of each axis something without a
+    name beside all that was accepted.
     """
 
     accepted: tuple[Accepted, ...]
     arbitrated: bool
-    alone: tuple[Score, ...]
     beside: tuple[Score, ...]
-    bent: tuple[Score, ...]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
@@ -100,40 +97,15 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         moments = with_accepted(moments, hypotheses, found.score, criteria)
     accepted = one_cause(accepted)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
-    alone, beside, bent = list[Score](), list[Score](), list[Score]()
-    for axis in range(rows.n):
-        others = [a for a in accepted if a.score.hypothesis.axis != axis]
-        listed = hypotheses.generic(axis)
-        beside.append(generic_score(moments, listed))
-        bent.append(generic_score(moments, listed, bend_of(accepted, axis, criteria)))
-        if len(others) < len(accepted):
-            alone.append(generic_score(rebuilt(hypotheses, others, criteria), listed))
-        else:
-            alone.append(beside[-1])
+    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in range(rows.n)]
     return Selection(
         tuple(accepted),
         arbitrated,
-        tuple(alone),
         tuple(beside),
-        tuple(bent),
         before,
         rest_of(moments),
         tuple(rounds),
     )
-
-
-def bend_of(accepted: Sequence[Accepted], axis: int, criteria: Criteria) -> float:
-    """Relative RMS of errors in the form of what was accepted on an axis."""
-    own = [a.score for a in accepted if a.score.hypothesis.axis in (axis, None)]
-    return float(np.linalg.norm([form_error(score, criteria) * score.size for score in own]))
-
-
-def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Criteria) -> Moments:
-    """The model with these accepted."""
-    moments = hypotheses.moments
-    for each in accepted:
-        moments = with_accepted(moments, hypotheses, each.score, criteria)
-    return moments
 
 
 def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteria) -> bool:

@@ -135,13 +135,10 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     return max(found)
 
 
-def generic_score(
-    moments: Moments, listed: Sequence[NamelessHypothesis], most: float = SIZES[-1]
-) -> Score:
-    """Something without a name, of any of these kinds and of sizes up to `most`, on left-out
-    folds."""
+def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Score:
+    """Something without a name, of any of these kinds and sizes, on left-out folds."""
     rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, _priors(most)
+    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in SIZES]
     for left in [None, *rows.folds]:
         evidence = list[float]()
         for kind in listed:
@@ -179,11 +176,6 @@ def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria)
             size = size_of(moments, step, {})
     without = np.array([total[fold] for fold in moments.rows.folds])
     return Score(change, total[None], without, size)
-
-
-def _priors(most: float) -> list[float]:
-    """Inverse variances of the coefficients; the smallest size is always there."""
-    return [size**-2.0 for size in SIZES if size <= max(most, SIZES[0])]
 
 
 def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:

@@ -65,12 +65,12 @@ def selected(
     for axis, open_ in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         torque = f"{open_.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        size = sum(a.score.size**2 for a in own)
-        if open_.instead or size < (open_.size / criteria.largest_rest) ** 2:
+        share = open_.size / max(sum(a.score.size**2 for a in own) ** 0.5, 1e-12)
+        if share > criteria.largest_rest:
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{open_.what}")
         else:
-            notes.append(f"{torque} beside what was found: the form of that is not exact")
+            notes.append(f"{torque}, {share:.0%} of what was found: its form is not exact")
     bodies = [
         a.score.hypothesis.places
         for a in selection.accepted
@@ -100,41 +100,26 @@ def selected(
 
 @dataclass(frozen=True)
 class Nameless:
-    """Something without a name: relative RMS; whether it predicts better than all names together;
-    what it goes with, as a phrase, where that is known."""
+    """Something without a name: relative RMS; what it goes with, as a phrase, where that is
+    known."""
 
     size: float
-    instead: bool = False
     what: str = ""
 
 
 def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
     """Axes on which something without a name is left: smooth in the motion, or of any other form as
-    long as it repeats.
-
-    Where a smooth function predicts better than all that was accepted, that is an imitation. On one
-    trajectory alone only what repeats counts.
-    """
+    long as it repeats. On one trajectory alone only what repeats counts."""
     left = selection.rest if selection.arbitrated else selection.before
     found = {k: Nameless(rest.size) for k, rest in enumerate(left) if rest.matters(criteria)}
     if not selection.arbitrated:
         return found
-    chance = log(len(selection.alone) / criteria.false_alarms)
-    for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
-        own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
-        gain = sum(score.gain for score in own)
-        # errors in their form are theirs
-        gain += max(selection.bent[axis].gain, 0.0)
-        for score, least, instead in (
-            (alone, gain + log(criteria.odds), True),
-            (beside, chance, False),
-        ):
-            large = score.size > criteria.smallest_rest
-            if large and score.gain > max(least, chance) and shown(score, criteria):
-                size = max(score.size, found[axis].size if axis in found else 0.0)
-                what = f": it goes with {score.hypothesis.id}"
-                found[axis] = Nameless(size, instead, what)
-                break
+    least = log(len(selection.beside) / criteria.false_alarms)
+    for axis, score in enumerate(selection.beside):
+        large = score.size > criteria.smallest_rest
+        if large and score.gain > least and shown(score, criteria):
+            size = max(score.size, found[axis].size if axis in found else 0.0)
+            found[axis] = Nameless(size, f": it goes with {score.hypothesis.id}")
     return found
 
 
