@@ -52,6 +52,10 @@ def diagnose(
     base, asked, trouble = asked_of(paths, locked, machine_file, options)
     if trouble:
         return asked.cannot_tell(trouble)
+    if len(asked.runs) == 1:
+        return asked.cannot_tell(
+            "one run cannot tell what its noise is: run it again, and another trajectory"
+        )
     progress("fitting the base model", 1, 4)
     made, coarse, smoothed = fitted(base, asked.runs)
     if smoothed:
@@ -151,7 +155,7 @@ def _verdict(
     if named:
         return "set" if any(effect.rivals for effect in named) else "named"
     if not made.noise.repeats:
-        notes.append("no trajectory was run twice: what does not repeat cannot be set apart")
+        notes.append("no trajectory was run twice, so noise cannot be set apart: run each again")
         return "changed" if changed else "cannot tell"
     if any(side.remains for side in sides):
         if all(coarse[axis] > 0.0 for side in sides for axis in side.remains):

@@ -9,7 +9,7 @@ not fitted to, and how large is it?
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -54,10 +54,6 @@ class Rest:
     size: float
     deviations: float
 
-    def matters(self, criteria: Criteria) -> bool:
-        """Whether it is large and sure enough."""
-        return self.size > criteria.smallest_rest and self.deviations > criteria.deviations
-
 
 @dataclass(frozen=True)
 class Selection:
@@ -65,12 +61,13 @@ class Selection:
     every round.
 
     arbitrated: there was another trajectory to predict. beside: of each axis something without a
-    name beside all that was accepted.
+    name beside all that was accepted; unsure: sizes below which it may be noise, by axis.
     """
 
     accepted: tuple[Accepted, ...]
     arbitrated: bool
     beside: tuple[Score, ...]
+    unsure: Mapping[int | None, float]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
@@ -89,7 +86,12 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
         rounds.append(tuple(scores))
         known = [each.score for each in accepted]
-        passed = [s for s in scores if passes(s, known, least, criteria)]
+        alone = unrepeated(moments, known)
+        passed = [
+            s
+            for s in scores
+            if passes(s, known, least, criteria) and s.size > alone[s.hypothesis.axis]
+        ]
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
@@ -102,6 +104,7 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         tuple(accepted),
         arbitrated,
         tuple(beside),
+        unrepeated(moments, [a.score for a in accepted]),
         before,
         rest_of(moments),
         tuple(rounds),
@@ -113,7 +116,8 @@ def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteri
 
     An effect that another axis has already is no surprise, and as a whole it is large enough.
     """
-    again = any(k.hypothesis.id == score.hypothesis.id for k in known)
+    axes = {k.hypothesis.axis for k in known if k.hypothesis.id == score.hypothesis.id}
+    again = bool(axes) and score.hypothesis.axis not in axes
     least = log(criteria.odds) if again else least
     large = again or score.size > criteria.smallest_effect
     least += log(score.hypothesis.choices) + blurred(score, known, criteria)
@@ -195,6 +199,23 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
         if score is not chosen and score.hypothesis.extends != chosen.hypothesis.id
     ]
     return Accepted(chosen, tuple(rivals))
+
+
+def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
+    """Least relative RMS of an effect on each axis, or on the whole, where nothing repeats.
+
+    Noise moves the joints as well and is in the columns; what explains less than half of all that
+    is left, or less than an effect that is known there, may be the answer of the feedback to it.
+    """
+    rows, q = moments.rows, moments.fit(None).q
+    if rows.pairs.nnz:
+        return dict.fromkeys([None, *range(rows.n)], 0.0)
+    left = [np.sqrt(((rows.y[i] - moments.X[i] @ q) ** 2).mean()) for i in range(rows.n)]
+    sizes = [float(rms / rows.torque_rms[i]) / 2**0.5 for i, rms in enumerate(left)]
+    for i in range(rows.n):
+        own = [k.size for k in known if k.hypothesis.axis in (i, None)]
+        sizes[i] = max([sizes[i], *own])
+    return {None: min(sizes), **dict(enumerate(sizes))}
 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import log
 
-from flexhex.diagnosis.answer import Joint, joint
+import numpy as np
+
+from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.changed import changed_of
@@ -57,20 +59,24 @@ def selected(
     made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+    others = None
+    if judged:
+        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
-        notes.append(f"{listed} would fit, but nothing shows it on another trajectory: record one")
-        kept = []
+        kept = validated(bench, kept, others, criteria)
+        if not kept:
+            text = "would fit, but one trajectory cannot show it: record another one"
+            notes.append(f"{listed} {text}")
     remains = nameless(selection, criteria)
-    for axis, open_ in remains.items():
+    for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        torque = f"{open_.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        share = open_.size / max(sum(a.score.size**2 for a in own) ** 0.5, 1e-12)
-        if share > criteria.largest_rest:
+        torque = f"{left.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
+        if left.size > tolerated(own, criteria):
             kept = [a for a in kept if a not in own]
-            notes.append(f"{torque} and is explained by no effect of the library{open_.what}")
+            notes.append(f"{torque} and is explained by no effect of the library{left.what}")
         else:
-            notes.append(f"{torque}, {share:.0%} of what was found: its form is not exact")
+            notes.append(f"{torque} beside what was found: its form is not exact")
     bodies = [
         a.score.hypothesis.places
         for a in selection.accepted
@@ -83,9 +89,6 @@ def selected(
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
         held = joint(bench, grouped(bench, kept), freed)
         notes.append(sentence(poor))
-    others = None
-    if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     named = {a.score.hypothesis.axis for a in kept}
     return Side(
         held,
@@ -96,6 +99,20 @@ def selected(
         tuple(notes),
         tuple(_candidates(selection)),
     )
+
+
+def validated(
+    bench: Bench, kept: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
+) -> list[Accepted]:
+    """Effects of an only trajectory on those axes whose torque they predict on held-out runs."""
+    if others is None:
+        return []
+    held, plain = joint(bench, grouped(bench, kept)), bench.made.regression.q
+    before = axis_rms(others.blocks, others.residual((), (), plain))
+    after = axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q))
+    least = criteria.smallest_effect * bench.made.torque_rms
+    better = set(np.flatnonzero(before**2 - after**2 > least**2))
+    return [a for a in kept if a.score.hypothesis.axis in (*better, None)]
 
 
 @dataclass(frozen=True)
@@ -110,17 +127,26 @@ class Nameless:
 def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
     """Axes on which something without a name is left: smooth in the motion, or of any other form as
     long as it repeats. On one trajectory alone only what repeats counts."""
-    left = selection.rest if selection.arbitrated else selection.before
-    found = {k: Nameless(rest.size) for k, rest in enumerate(left) if rest.matters(criteria)}
-    if not selection.arbitrated:
-        return found
-    least = log(len(selection.beside) / criteria.false_alarms)
-    for axis, score in enumerate(selection.beside):
-        large = score.size > criteria.smallest_rest
-        if large and score.gain > least and shown(score, criteria):
-            size = max(score.size, found[axis].size if axis in found else 0.0)
-            found[axis] = Nameless(size, f": it goes with {score.hypothesis.id}")
+    rest = selection.rest if selection.arbitrated else selection.before
+    chance = log(len(rest) / criteria.false_alarms)
+    found = dict[int, Nameless]()
+    for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
+        own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
+        least = min(criteria.smallest_rest, tolerated(own, criteria) or np.inf)
+        if left.deviations > criteria.deviations and left.size > least:
+            found[axis] = Nameless(left.size)
+        if selection.arbitrated and beside.gain > chance and shown(beside, criteria):
+            size = max(beside.size, left.size if axis in found else 0.0)
+            if size > max(least, selection.unsure[axis]):
+                found[axis] = Nameless(size, f": it goes with {beside.hypothesis.id}")
     return found
+
+
+def tolerated(accepted: Sequence[Accepted], criteria: Criteria) -> float:
+    """Relative RMS of a rest on an axis that leaves its effects their names: less for several, as
+    together they can imitate more."""
+    size = float(np.linalg.norm([a.score.size for a in accepted]))
+    return criteria.largest_rest * size / max(len(accepted), 1)
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:

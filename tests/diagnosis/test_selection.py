@@ -22,7 +22,7 @@ from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Columns, EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.side import nameless, selected
+from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]
@@ -149,9 +149,7 @@ def test_what_the_library_has_not_is_left_without_a_name(strange: Torque, tmp_pa
     """Names that fit a part of it are imitations: a smooth function predicts better than they."""
     selection = chosen(tmp_path, strange)
     found = nameless(selection, USUAL)[0]
-    assert found.size > 0.005
-    names = sum(a.score.size**2 for a in selection.accepted) ** 0.5
-    assert found.size > USUAL.largest_rest * names
+    assert found.size > tolerated(selection.accepted, USUAL)
 
 
 def test_one_trajectory_names_nothing(tmp_path: Path) -> None:
