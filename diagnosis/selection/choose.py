@@ -219,13 +219,15 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
-    """The same, with the name that most axes can have where several would do on each: one cause is
-    simpler than two."""
+    """The same, with the name that most axes can have where several that are equally simple would
+    do on each: one cause is simpler than two."""
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
     count = Counter(name for own in places for name in own)
     found = []
     for each, own in zip(accepted, places, strict=True):
-        name = max(own, key=lambda name: (count[name], name == each.score.hypothesis.id))
+        first = each.score.hypothesis
+        same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
+        name = max(same, key=lambda name: (count[name], name == first.id))
         rivals = tuple(score for score in own.values() if score is not own[name])
         found.append(Accepted(own[name], rivals))
     return found
@@ -256,8 +258,8 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
     chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
     found = []
     for i in range(rows.n):
-        left = rows.y[i] - moments.X[i] @ q
-        white = rows.white_y[i] - moments.white_X[i] @ q
+        left = rows.level(rows.y[i] - moments.X[i] @ q)
+        white = rows.level(rows.white_y[i] - moments.white_X[i] @ q)
         size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
         # whitened noise has a variance of one
         sure = abs(float(white @ (pairs @ white))) / chance

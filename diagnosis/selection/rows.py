@@ -111,6 +111,25 @@ class Rows:
         """Torque RMS (n,) of each axis in units of its noise's innovations."""
         return np.asarray(self.torque_rms / self.made.noise.scale)
 
+    @cached_property
+    def _lines(self) -> list[tuple[Index, Array]]:
+        """Of each run its rows and an orthonormal base (rows, 2) of straight lines along them."""
+        counts = [int(good.sum()) for good in self.made.kept]
+        run = np.repeat(np.arange(len(counts)), counts)[self.order]
+        found = []
+        for number in range(len(counts)):
+            own = np.flatnonzero(run == number)
+            line = np.stack([np.ones(len(own)), np.arange(len(own))], axis=1)
+            found.append((own, np.linalg.qr(line)[0]))
+        return found
+
+    def level(self, values: Array) -> Array:
+        """Values (R,) without a straight line through each run: offsets wander from run to run."""
+        found = values.copy()
+        for own, line in self._lines:
+            found[own] -= line @ (line.T @ values[own])
+        return found
+
     def raw(self, values: Sequence[Array]) -> Array:
         """Rows (R, ...) of values (m, ...) in each block."""
         return np.asarray(kept(self.made, values)[self.order])

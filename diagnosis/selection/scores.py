@@ -55,7 +55,13 @@ class Score:
 
     @property
     def gain(self) -> float:
-        """What it adds to the log predictive density of all folds [nats]."""
+        """What it adds to the log predictive density of all folds [nats].
+
+        Parameters follow the other folds beyond their tolerances, too: that they changed predicts
+        nothing more, but the tolerances speak against it. Of these, the evidence.
+        """
+        if isinstance(self.hypothesis, ChangedParameter):
+            return self.whole
         return float(self.by_fold.sum())
 
     @property
@@ -67,7 +73,7 @@ class Score:
     def worst(self) -> float:
         """What it adds to the fold that it predicts worst: below zero, this one speaks against it
         [nats]."""
-        return float(self.by_fold.min())
+        return 0.0 if isinstance(self.hypothesis, ChangedParameter) else float(self.by_fold.min())
 
 
 def effect_score(

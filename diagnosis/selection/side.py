@@ -153,7 +153,7 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
     """Accepted effects of one kind on several axes as one."""
     parts: dict[str, list[Part]] = {}
     rivals: dict[str, list[str]] = {}
-    for each in accepted:
+    for each in sorted(accepted, key=lambda a: a.score.hypothesis.axis or 0):
         hypothesis = each.score.hypothesis
         assert isinstance(hypothesis, EffectHypothesis)
         shape = dict(hypothesis.shapes[each.score.shape])

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis import drives, late, workflow
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.found import Found
 from flexhex.diagnosis.path import PathBase, driven
-from flexhex.diagnosis.scored import Found
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
