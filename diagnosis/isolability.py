@@ -137,7 +137,7 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     item = bench.effects.get(name)
     shape = {}
     if item:
-        shape = bench.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
+        shape = bench.scales.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
     if "source" in shape:
         shape["source"] = float((axis + 1) % bench.n + 1)
     columns = bench.columns(name, axis, shape)

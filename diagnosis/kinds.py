@@ -55,6 +55,11 @@ def kinds_of(owner: object, n: int) -> Kinds:
     return found
 
 
+def units_of(owner: object, n: int, unit: str) -> tuple[str, ...]:
+    """The unit of each axis of what has this one on axes that turn."""
+    return tuple(kind.unit(unit) for kind in kinds_of(owner, n))
+
+
 def powers(unit: str) -> tuple[int, int]:
     """Powers of torque and of angle in a unit for axes that turn: 1 and -2 in `N m/rad2`."""
     above, _, below = unit.partition("/")

@@ -36,7 +36,7 @@ class Bump(Effect):
     spec = Experiment("triangle")
 
     def __init__(self, low: float, high: float) -> None:
-        """low, high: the stroke [rad]."""
+        """low, high: the stroke [rad], in the sizes of the library where the axis slides."""
         stroke = high - low
         grid = tuple(float(v) for v in np.linspace(low, high, PLACES + 2)[1:-1])
         widths = tuple(stroke * w for w in WIDTHS)
@@ -64,10 +64,12 @@ def without_places(bench: Bench, found: Sequence[Found], notes: list[str]) -> li
         if bump is not None and bump.gain.outside > _needed(gained, freedom):
             bumped.add(axis)
             names = ", ".join(dict.fromkeys(part.id for part in curves))
-            where = f"near {bump.shape['place']:.3f} rad on axis {axis + 1}"
+            kind = bench.scales.kinds[axis]
+            place = f"{bump.shape['place']:.3g} {kind.unit('rad')}"
+            where = f"near {place} on axis {axis + 1}"
             notes.append(
-                f"a torque {where} alone explains as much as {names}: the library has no effect of"
-                " that kind"
+                f"a {kind.effort} {where} alone explains as much as {names}: the library has no"
+                " effect of that kind"
             )
     kept = [
         replace(
@@ -92,7 +94,8 @@ def _bump(bench: Bench, axis: int, others: Sequence[Scored]) -> Scored | None:
     """The best bump on an axis beside what else was found there."""
     made = bench.made
     angles = np.concatenate([block.run.motion.theta[:, axis] for block in made.blocks])
-    shape = Bump(float(angles.min()), float(angles.max()))
+    size = bench.scales.scale("rad", axis)
+    shape = Bump(float(angles.min()) / size, float(angles.max()) / size)
     regression = made.regression
     if others:
         regression = regression.extended([part.columns for part in others])

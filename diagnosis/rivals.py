@@ -72,7 +72,7 @@ def _plausible(bench: Bench, winner: Found, other: Found) -> bool:
     edge = any(
         not s.low * (1 + EDGE) < part.shape[s.name] < s.high * (1 - EDGE)
         for part in other.parts
-        for s in its.searched
+        for s in bench.searched(other.id, part.axis or 0)
         if s.low > 0
     )
     return its.freedom <= mine.freedom and not edge

@@ -147,16 +147,16 @@ def _without(columns: Columns, still: Sequence[int]) -> Columns:
 def allowed(bench: Bench, scored: Scored) -> bool:
     """Whether the gains may have these signs and sizes: no friction pushes."""
     deviation = np.sqrt(np.maximum(np.diag(scored.gain.covariance), 0.0))
-    return possible(bench, scored.id, scored.gain.beta, deviation)
+    return possible(bench, (scored.id, scored.axis), scored.gain.beta, deviation)
 
 
-def possible(bench: Bench, name: str, beta: Array, deviation: Array) -> bool:
-    """Whether gains of an effect are within its bounds, or may be: two deviations."""
-    item = bench.effects.get(name)
-    if item is None:
+def possible(bench: Bench, place: tuple[str, int | None], beta: Array, deviation: Array) -> bool:
+    """Whether gains of an effect on an axis are within its bounds, or may be: two deviations."""
+    name, axis = place
+    if name not in bench.effects:
         return True
-    bounds = zip(item.effect.gains, beta, 2 * deviation, strict=True)
-    return all(gain.low - s <= value <= gain.high + s for gain, value, s in bounds)
+    values = zip(bench.scales.bounds(name, axis or 0), beta, 2 * deviation, strict=True)
+    return all(low - s <= value <= high + s for (low, high), value, s in values)
 
 
 def _refined(
@@ -167,8 +167,8 @@ def _refined(
     A sharp maximum may hide beside a blunt one of the grid: a mode that rings for long is missed
     by all but its neighbours.
     """
-    grid, item = bench.grid(name, axis), bench.effects.get(name)
-    searched = item.searched if item else []
+    grid = bench.grid(name, axis)
+    searched = bench.searched(name, axis)
     if not searched:
         return grid[int(np.argmax(falls))]
     groups: dict[float, int] = {}

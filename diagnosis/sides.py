@@ -228,9 +228,13 @@ def _remains(held: Joint, notes: list[str]) -> tuple[int, ...]:
     """Axes on which something repeats that nothing explains."""
     gap, remains = _open(held)
     if gap.any():
-        axes = ", ".join(str(i + 1) for i in np.flatnonzero(gap))
-        size = float(remains[gap].max())
-        notes.append(
-            f"{size:.2g} N m on axis {axes} repeats and is explained by no effect of the library"
-        )
+        kinds = held.bench.scales.kinds
+        for kind in dict.fromkeys(kinds):
+            own = [i for i in np.flatnonzero(gap) if kinds[i] is kind]
+            size = f"{float(remains[own].max(initial=0.0)):.2g} {kind.unit('N m')}"
+            axes = ", ".join(str(i + 1) for i in own)
+            if own:
+                notes.append(
+                    f"{size} on axis {axes} repeats and is explained by no effect of the library"
+                )
     return tuple(int(i) for i in np.flatnonzero(gap))

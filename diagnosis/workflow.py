@@ -22,6 +22,7 @@ from flexhex.diagnosis.drives import drives_of
 from flexhex.diagnosis.fit import beside
 from flexhex.diagnosis.gaps import Before, before_of, gap_of
 from flexhex.diagnosis.guard import delayed, poor_axes
+from flexhex.diagnosis.kinds import KINDS
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.naming import tried_of
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
@@ -34,6 +35,7 @@ Array = NDArray[np.float64]
 RANGE, LITTLE_KNOWN = (0.4, 2.5), (0.0, 20.0)
 """Smallest and largest change of a parameter that is believed, relative: of what a drawing tells,
 and of damping, which it does not."""
+DAMPING = {kind.unit("N m s/rad") for kind in KINDS}
 SEARCHES, BENT = 3, 0.05
 """Searches of the mechanism at most; relative change of a width that asks for another one."""
 Progress = Callable[[str, int, int], None]
@@ -177,8 +179,8 @@ def _possible(change: Changed) -> bool:
     """
     value, nominal = change.estimate.value, change.nominal
     low, high = change.estimate.ci95
-    small = abs(nominal) <= max((high - low) / 2, 1e-9)
-    least, most = LITTLE_KNOWN if change.estimate.unit == "N m s/rad" else RANGE
+    small = abs(nominal) <= (high - low) / 2
+    least, most = LITTLE_KNOWN if change.estimate.unit in DAMPING else RANGE
     return small or (least < value / nominal < most)
 
 

@@ -44,7 +44,8 @@ def selected(
     remains = nameless(selection, criteria)
     for axis, size in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        torque = f"{size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
+        unit = bench.scales.kinds[axis].unit("N m")
+        torque = f"{size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
         if sum(a.score.size**2 for a in own) < size**2:
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library")

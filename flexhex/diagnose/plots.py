@@ -111,7 +111,9 @@ def residual_map(m: Map) -> Figure:
     ]
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
     name = f"over {m.over}"
-    return figure(name, f"{m.over} [{m.unit}]", "[N m]", lines, xaxis={"nticks": 6}, **small)
+    return figure(
+        name, f"{m.over} [{m.unit}]", f"[{m.residual}]", lines, xaxis={"nticks": 6}, **small
+    )
 
 
 def spectrum_map(m: Map) -> Figure:
@@ -122,7 +124,9 @@ def spectrum_map(m: Map) -> Figure:
         "yaxis": {"type": "log", "exponentformat": "power"},
     }
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
-    return figure(f"axis {m.axis}", f"frequency [{m.unit}]", "N m/√Hz", lines, **logs, **small)
+    return figure(
+        f"axis {m.axis}", f"frequency [{m.unit}]", f"{m.residual}/√Hz", lines, **logs, **small
+    )
 
 
 def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:

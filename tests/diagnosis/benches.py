@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.kinds import ROTARY
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.rounds import Round
+from flexhex.diagnosis.scales import Scales
+from flexhex.fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
 
 Array = NDArray[np.float64]
 N = 2
 ROWS = layout(N)
 NAMES = ("one", "two", "three", "four", "five", "six", "seven", "eight")
+
+
+def usual(effects: Mapping[str, Any]) -> Scales:
+    """Axes that turn, of the torque and motion that the library's sizes are for."""
+    inner = {name: item.effect for name, item in effects.items()}
+    return Scales((ROTARY,) * 6, ((1.0, 1.0),) * 6, inner)
 
 
 @dataclass
@@ -54,12 +65,19 @@ class Bench:
 
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
-        gains = [SimpleNamespace(low=self.low, high=np.inf)]
+        gains = [SimpleNamespace(low=self.low, high=np.inf, unit="1")]
         common = {"confused_with": self.confused, "extends": "", "exact": self.exact}
         effect = SimpleNamespace(gains=gains, **common)
         item = SimpleNamespace(effect=effect, shapes=[{}], searched=[], freedom=1)
         freer = SimpleNamespace(**{**vars(item), "freedom": 2, "shapes": [{}, {}]})
         return {name: freer if name in self.freer else item for name in self.drawn}
+
+    @property
+    def scales(self) -> Scales:
+        return usual(self.effects)
+
+    def searched(self, name: str, axis: int) -> list[Shape]:
+        return []
 
     def names(self, axis: int | None) -> list[str]:
         return list(self.drawn) if axis is not None else []

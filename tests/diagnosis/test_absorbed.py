@@ -20,6 +20,7 @@ from flexhex.diagnosis.calibrate import LOOSE
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.scored import Found, Scored
+from tests.diagnosis.benches import usual
 from tests.diagnosis.rowsets import layout, signals
 
 Array = NDArray[np.float64]
@@ -68,7 +69,9 @@ def found(off: dict[str, float], gains: Sequence[float], seed: int = 0, **more: 
         instant = np.tile(np.linspace(0, 1, 600), len(tau) // 600)[:, None]
         return Columns(axis, tau if id == GAIN else tau * np.hstack([instant, instant**2]))
 
-    bench: Any = SimpleNamespace(made=made, n=N, effects=EFFECTS, columns=columns)
+    bench: Any = SimpleNamespace(
+        made=made, n=N, effects=EFFECTS, columns=columns, scales=usual(EFFECTS)
+    )
     nothing = Columns(0, np.random.default_rng(9).standard_normal((len(torque) // N, 1)))
     others = [
         Found(id, (Scored(id, 0, {}, None, nothing),), ())  # type: ignore[arg-type]

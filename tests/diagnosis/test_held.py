@@ -22,7 +22,7 @@ class Warming(Bench):
 
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
-        gains = [SimpleNamespace(low=0.0, high=np.inf)] * 2
+        gains = [SimpleNamespace(low=0.0, high=np.inf, unit="1")] * 2
         common = {"confused_with": (), "extends": self.extends, "exact": False}
         effect = SimpleNamespace(gains=gains, shapes=[], **common)
         item = SimpleNamespace(effect=effect, shapes=[{}, {}], searched=[], freedom=2)

@@ -26,7 +26,7 @@ class Nested(Bench):
 
     @property
     def effects(self) -> dict[str, SimpleNamespace]:
-        gains = [SimpleNamespace(low=-np.inf, high=np.inf)]
+        gains = [SimpleNamespace(low=-np.inf, high=np.inf, unit="1")]
         common = {"confused_with": (), "exact": False}
         one = SimpleNamespace(gains=gains, extends="", **common)
         two = SimpleNamespace(gains=2 * gains, extends="one", **common)
