@@ -50,7 +50,8 @@ def gap_bars(
         line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
         bars.append({**line, "name": "non-repeatable"})
     layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
-    return figure(name, "", f"RMS [{unit}]", bars, yaxis={"rangemode": "tozero"}, **layout)
+    label_y = f"RMS [{unit}]" if unit else "RMS"
+    return figure(name, "", label_y, bars, yaxis={"rangemode": "tozero"}, **layout)
 
 
 def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
