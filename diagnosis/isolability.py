@@ -17,10 +17,12 @@ from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.gram import ABSORBED
+from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import ORDER, Noise
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
+from flexhex.diagnosis.scales import Scales
 from flexhex.diagnosis.scored import PROMISING
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
 from flexhex.fmus.common.errors import LogError
@@ -31,7 +33,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 NOISE = 0.005
-"""Noise of a smoothed torque that is assumed before anything was measured [N m]."""
+"""Noise of a smoothed torque that is assumed before anything was measured [N m], of an axis of the
+library's usual torque."""
 CLEAR = 4.0
 """An effect is found when it lowers the sum of squares by so many times what is looked at."""
 ALIKE = 0.9
@@ -43,13 +46,14 @@ class Isolability:
     """Effects by id and the axis they were tried on (from 1, empty: the whole machine).
 
     share (k, k): how much of one effect the other can take over, 1 = cannot be told apart, on the
-    diagonal 1; smallest (k,) [N m]: torque RMS from which on an effect is found, NaN: never.
+    diagonal 1; smallest (k,) [unit]: torque RMS from which on an effect is found, NaN: never.
     """
 
     effects: tuple[str, ...]
     axes: tuple[tuple[int, ...], ...]
     share: Array
     smallest: Array
+    unit: str = "N m"
 
     def rivals(self, k: int, alike: float = ALIKE) -> list[int]:
         """Effects that cannot be told from effect k, the most alike first."""
@@ -64,7 +68,7 @@ class Isolability:
             "effects": list(self.effects),
             "axes": [list(axes) for axes in self.axes],
             "share": [[float(v) if math.isfinite(v) else None for v in row] for row in self.share],
-            "smallest": {"unit": "N m", "values": smallest},
+            "smallest": {"unit": self.unit, "values": smallest},
         }
 
 
@@ -81,15 +85,19 @@ def isolability(
     """
     progress("reading", 0, 3)
     planned = [read_trajectory(path, options.log) for path in paths]
-    log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
+    first = planned[0]
+    log = Log.of(first.name, first.ts, first.r, np.zeros_like(first.r), first.kinds)
     base = base_of(options.base, machine_file, log)
     for t, path in zip(planned, paths, strict=True):
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
+        refuse_others(str(path), t.kinds, kinds_of(base, base.n), "the base model")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
-    axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
     bench = Bench(made, compiled(base.n, without=base.holds))
+    moved = np.std(np.concatenate([t.r for t in planned]), axis=0)
+    # angles and lengths compare by what the library's motions are for
+    axis = int(np.argmax([m / bench.scales.scale("rad", i) for i, m in enumerate(moved)]))
     names = [*bench.names(axis), *bench.whole]  # one axis alone has no coupling
     share, smallest = np.eye(len(names)), np.full(len(names), np.nan)
     for j, truth in enumerate(names):
@@ -103,7 +111,8 @@ def isolability(
         smallest[j] = torque * np.sqrt(CLEAR * PROMISING / falls[j])
     progress("done", 3, 3)
     places = tuple((axis + 1,) if name in bench.effects else () for name in names)
-    return Isolability(tuple(names), places, share, smallest)
+    unit = bench.scales.kinds[axis].unit("N m")
+    return Isolability(tuple(names), places, share, smallest, unit)
 
 
 def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
@@ -121,10 +130,18 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
         tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
         runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
     n = base.n
-    noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
+    noise = _noise(np.full(n, NOISE))
     listed = blocks(base, runs, base.spacing)
     late = base.late * listed[0].run.tau.ts
-    return about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
+    made = about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
+    scales = Scales.of(made, ())
+    return replace(made, noise=_noise([NOISE * scales.scale("N m", i) for i in range(n)]))
+
+
+def _noise(size: Sequence[float] | Array) -> Noise:
+    """White noise of this size on each axis."""
+    n = len(size)
+    return Noise(np.zeros((n, ORDER)), np.array(size), np.array(size), False)
 
 
 def _supposed(known: Known) -> float:
@@ -143,7 +160,8 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     columns = bench.columns(name, axis, shape)
     gains = np.array([g.typical for g in item.effect.gains]) if item else np.full(2, 0.01)
     values = columns.values @ gains[:, None]
-    return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * NOISE
+    noise = float(bench.made.noise.scale[axis])
+    return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * noise
 
 
 def _as_data(regression: Regression, columns: Columns) -> Regression:
