@@ -65,11 +65,9 @@ USED = 0.95
 """Part of the allowed angles, speeds and accelerations that a motion uses."""
 LONGEST = 4.0
 """Durations that one cycle of a slow triangle may take."""
-USUAL_REACH = 0.2
-"""Amplitude [rad] of the machine that the library's motions are for; an axis that slides has their
-amplitudes, speeds and accelerations in proportion to its own."""
-LAG = 0.02
-"""Time [s] over which the speeds and accelerations of a log are taken."""
+USUAL_REACH, LAG = 0.2, 0.02
+"""Amplitude [rad] that the library's motions are for, an axis that slides has them in proportion;
+time [s] over which the speeds and accelerations of a log are taken."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +75,7 @@ class Limits:
     """Where and how fast the axes may go.
 
     low, high (n,) [rad]; speed (n,) [rad/s]; acceleration (n,) [rad/s2]; amplitude (n,) [rad]: of a
-    motion whose effect asks for none. kinds: of the axes, none where all turn; m for rad where one
-    slides.
+    motion whose effect asks for none; m for rad where an axis slides. kinds: none where all turn.
     """
 
     low: Array
@@ -116,8 +113,8 @@ class Limits:
     @property
     def size(self) -> Array:
         """Lengths (n,) of the library's motions on each axis, relative to its angles."""
-        turns = [kind.turns for kind in kinds_of(self, len(self.low))]
-        return np.where(turns, 1.0, self.reach / USUAL_REACH)
+        turn = [k.turns for k in kinds_of(self, len(self.low))]
+        return np.where(turn, 1.0, self.reach / USUAL_REACH)
 
 
 def _seen(log: Log) -> tuple[Array, Array, Array, Array]:
@@ -137,10 +134,8 @@ def make(spec: Experiment, limits: Limits, ts: float = 0.25e-3, name: str = "nex
         raise UsageError(f"{spec.kind!r} is no kind of experiment, there are {', '.join(MOTIONS)}")
     given = {**DEFAULTS, **spec.parameters}
     asked = given["amplitude"] * limits.size if "amplitude" in given else limits.amplitude
-    wanted = np.minimum(asked, limits.reach)
-    r, _, _ = MOTIONS[spec.kind](given, wanted, limits, ts)
-    before, after = (np.zeros((round(s / ts), r.shape[1])) for s in (BEFORE, AFTER))
-    moved = np.concatenate([before, r, after]) + limits.middle
+    r, _, _ = MOTIONS[spec.kind](given, np.minimum(asked, limits.reach), limits, ts)
+    moved = np.pad(r, ((round(BEFORE / ts), round(AFTER / ts)), (0, 0))) + limits.middle
     meta = {"trajectory": name, "kind": spec.kind}
     meta |= {key: f"{value:g}" for key, value in spec.parameters.items() if key != "passes"}
     meta["passes"] = f"{given['passes']:g}"

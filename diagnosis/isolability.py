@@ -22,7 +22,6 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import ORDER, Noise
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
-from flexhex.diagnosis.scales import Scales
 from flexhex.diagnosis.scored import PROMISING
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
 from flexhex.fmus.common.errors import LogError
@@ -33,8 +32,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 NOISE = 0.005
-"""Noise of a smoothed torque that is assumed before anything was measured [N m], of an axis of the
-library's usual torque."""
+"""Noise of a smoothed torque that is assumed before anything was measured [N m, N]."""
 CLEAR = 4.0
 """An effect is found when it lowers the sum of squares by so many times what is looked at."""
 ALIKE = 0.9
@@ -94,10 +92,8 @@ def isolability(
         refuse_others(str(path), t.kinds, kinds_of(base, base.n), "the base model")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
+    axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
     bench = Bench(made, compiled(base.n, without=base.holds))
-    moved = np.std(np.concatenate([t.r for t in planned]), axis=0)
-    # angles and lengths compare by what the library's motions are for
-    axis = int(np.argmax([m / bench.scales.scale("rad", i) for i, m in enumerate(moved)]))
     names = [*bench.names(axis), *bench.whole]  # one axis alone has no coupling
     share, smallest = np.eye(len(names)), np.full(len(names), np.nan)
     for j, truth in enumerate(names):
@@ -130,18 +126,10 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
         tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
         runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
     n = base.n
-    noise = _noise(np.full(n, NOISE))
+    noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
     listed = blocks(base, runs, base.spacing)
     late = base.late * listed[0].run.tau.ts
-    made = about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
-    scales = Scales.of(made, ())
-    return replace(made, noise=_noise([NOISE * scales.scale("N m", i) for i in range(n)]))
-
-
-def _noise(size: Sequence[float] | Array) -> Noise:
-    """White noise of this size on each axis."""
-    n = len(size)
-    return Noise(np.zeros((n, ORDER)), np.array(size), np.array(size), False)
+    return about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
 
 
 def _supposed(known: Known) -> float:
@@ -160,8 +148,7 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     columns = bench.columns(name, axis, shape)
     gains = np.array([g.typical for g in item.effect.gains]) if item else np.full(2, 0.01)
     values = columns.values @ gains[:, None]
-    noise = float(bench.made.noise.scale[axis])
-    return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * noise
+    return Columns(columns.axis, values), float(np.sqrt((values**2).mean())) * NOISE
 
 
 def _as_data(regression: Regression, columns: Columns) -> Regression:
