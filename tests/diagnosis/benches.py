@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.kinds import ROTARY
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.rounds import Round
 from flexhex.diagnosis.scales import Scales
 from flexhex.fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
+from tests.diagnosis.usual import usual
 
 Array = NDArray[np.float64]
 N = 2
 ROWS = layout(N)
 NAMES = ("one", "two", "three", "four", "five", "six", "seven", "eight")
-
-
-def usual(effects: Mapping[str, Any]) -> Scales:
-    """Axes that turn, of the torque and motion that the library's sizes are for."""
-    inner = {name: item.effect for name, item in effects.items()}
-    return Scales((ROTARY,) * 6, ((1.0, 1.0),) * 6, inner)
 
 
 @dataclass

@@ -20,8 +20,8 @@ from flexhex.diagnosis.calibrate import LOOSE
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.scored import Found, Scored
-from tests.diagnosis.benches import usual
 from tests.diagnosis.rowsets import layout, signals
+from tests.diagnosis.usual import usual
 
 Array = NDArray[np.float64]
 N, EACH, TOLERANCE = 2, 6, 0.03

@@ -14,6 +14,7 @@ from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.experiment import Limits, make
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import read_log
+from flexhex.diagnosis.prepare import asked_of, fitted
 from flexhex.diagnosis.trajectory import read_trajectory, write_trajectory
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
@@ -138,8 +139,6 @@ def test_a_machine_of_both_kinds_has_the_units_of_each_axis(engine: bool, tmp_pa
 def test_terms_of_a_slide_are_those_of_a_mass() -> None:
     """Along a line gravity is the same everywhere: no sine of a length."""
     paths = write(Path(mkdtemp()) / "runs", SLIDES)
-    from flexhex.diagnosis.prepare import asked_of, fitted
-
     base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
     assert not trouble
     assert {k.name: k.unit for k in base.linear} == {

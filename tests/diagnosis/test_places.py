@@ -14,7 +14,7 @@ import flexhex.diagnosis.places as places
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.scored import Found
 from flexhex.fmus.common.effects import Signals, library
-from tests.diagnosis.benches import usual
+from tests.diagnosis.usual import usual
 
 EFFECTS = {c.effect.id: c for c in compiled(2)}
 

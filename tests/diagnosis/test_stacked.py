@@ -11,8 +11,8 @@ import pytest
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.stacked import deviations_of, stack
 from flexhex.fmus.common.effects import Shape
-from tests.diagnosis.benches import usual
 from tests.diagnosis.rowsets import layout, regression, signals
+from tests.diagnosis.usual import usual
 
 ROWS = layout()
 SHAPE = Shape("w", "rad", 0.1, 10.0, 2.0, (1.0, 2.0))
