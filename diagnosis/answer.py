@@ -126,7 +126,7 @@ def _stepped(
     _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
     shapes = [dict(part.shape) for part in parts]
     for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
-        shape = next(s for s in bench.effects[parts[k].id].searched if s.name == name)
+        shape = bench.scales.ranges(parts[k].id, parts[k].axis or 0)[name]
         shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
     moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
     after, _ = regression.fall(

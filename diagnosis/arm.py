@@ -3,9 +3,10 @@
     tau = sum over links of (body torque by Newton and Euler) + J_r thetadd
 
 linear in mass, first and second moments of each link and in the rotor inertia J_r of each axis,
-seen behind its gear. Rotors are free. An offset is left out, since it could
-pass for the friction of an axis that moves one way only. Viscous friction is left out like dry
-friction: an arm with gears has much of both, and both are for the library to find.
+seen behind its gear; where a joint slides tau is a force, J_r a mass. Rotors are free. An offset is
+left out, since it could pass for the friction of an axis that moves one way only. Viscous friction
+is left out like dry friction: an arm with gears has much of both, and both are for the library to
+find.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import LATE, Known, Motion
+from flexhex.diagnosis.kinds import ROTARY, Kind, Kinds
 from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.numeric.rows import native
@@ -35,16 +37,17 @@ THICK = 0.05
 
 @dataclass(frozen=True)
 class Link:
-    """A link that turns about its own z axis.
+    """A link that turns about its own z axis, or slides along it.
 
     at (3,) [m], rpy (3,) [rad]: where its axis stands in the link before (x, then y, then z of
-    the fixed frame); mass [kg]; centre (3,) [m] of mass in its own frame.
+    the fixed frame); mass [kg]; centre (3,) [m] of mass in its own frame; kind: of its joint.
     """
 
     at: tuple[float, float, float]
     rpy: tuple[float, float, float]
     mass: float
     centre: tuple[float, float, float]
+    kind: Kind = ROTARY
 
 
 @dataclass(frozen=True)
@@ -60,24 +63,32 @@ class Arm:
 
 
 def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
-    """Torques (n,) [N m] of links with ten parameters each, p (10 n,).
+    """Torques (n,) [N m], or forces [N], of links with ten parameters each, p (10 n,).
 
     Outward: rates and accelerations of each link's origin in its own frame; inward:
         f = m a + (S(wd) + S(w) S(w)) mc
         n = S(mc) a + J wd + S(w) J w        about the link's origin
-    Gravity enters as an acceleration of the foot.  [Featherstone, Rigid Body Dynamics, 2008, ch. 5]
+    A joint that slides moves its link's origin, by 2 S(w) xd + xdd more, and takes f along its axis
+    instead of n. Gravity enters as an acceleration of the foot.  [Featherstone, Rigid Body
+    Dynamics, 2008, ch. 5]
     """
     S = ca.skew
     z = ca.SX([0, 0, 1])
     w, wd, a = ca.SX.zeros(3), ca.SX.zeros(3), -ca.SX(list(arm.gravity))
     turns, arms, forces, moments = [], [], [], []
     for k, link in enumerate(arm.links):
-        R = ca.mtimes(ca.SX(_rotation(link.rpy)), _about_z(theta[k]))
-        r = ca.SX(list(link.at))
+        x, xd, xdd = (z * v[k] for v in (theta, thetad, thetadd))
+        R, r = ca.SX(_rotation(link.rpy)), ca.SX(list(link.at))
+        if link.kind.turns:
+            R = ca.mtimes(R, _about_z(theta[k]))
+        else:
+            r = r + ca.mtimes(R, x)
         a = ca.mtimes(R.T, a + ca.cross(wd, r) + ca.cross(w, ca.cross(w, r)))
-        before = ca.mtimes(R.T, w)
-        w = before + z * thetad[k]
-        wd = ca.mtimes(R.T, wd) + z * thetadd[k] + ca.cross(before, z * thetad[k])
+        w, wd = ca.mtimes(R.T, w), ca.mtimes(R.T, wd)
+        if link.kind.turns:
+            w, wd = w + xd, wd + xdd + ca.cross(w, xd)
+        else:
+            a = a + 2 * ca.cross(w, xd) + xdd
         ten = p[10 * k : 10 * k + 10]
         mc, J = ten[1:4], ca.blockcat(inertia_rows([ten[4 + j] for j in AS_BODIES]))
         forces.append(ten[0] * a + ca.mtimes(S(wd) + ca.mtimes(S(w), S(w)), mc))
@@ -88,7 +99,7 @@ def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX
     f, n = ca.SX.zeros(3), ca.SX.zeros(3)
     for k in reversed(range(len(arm.links))):
         f, n = f + forces[k], n + moments[k]
-        tau.insert(0, n[2])
+        tau.insert(0, n[2] if arm.links[k].kind.turns else f[2])
         f = ca.mtimes(turns[k], f)
         n = ca.mtimes(turns[k], n) + ca.cross(arms[k], f)
     return ca.vertcat(*tau)
@@ -109,7 +120,8 @@ class RigidArmBase:
         self.arm, self.n = arm, len(arm.links)
         self.window = max(0.0105, 16 * ts)
         self.spacing = max(0.005, 2 * ts)
-        self.linear = (*_inertias(arm), *_rotors(self.n))
+        self.kinds = tuple(link.kind for link in arm.links)
+        self.linear = (*_inertias(arm), *_rotors(self.kinds))
         n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))
         p = ca.SX.sym("p", len(self.linear))
@@ -142,7 +154,7 @@ class RigidArmBase:
         return empty, empty
 
     def torque(self, motion: Motion, p: Array) -> Array:
-        """B p (samples, n) [N m]."""
+        """B p (samples, n) [N m, N]."""
         rows, cols = self._at
         pick = np.zeros((len(rows), self.n))
         pick[np.arange(len(rows)), rows] = p[cols]
@@ -172,8 +184,12 @@ def _inertias(arm: Arm) -> list[Known]:
     return listed
 
 
-def _rotors(n: int) -> list[Known]:
-    return [Known(f"J_r[{i + 1}]", "kg m2", 0.0, np.inf, "J_r", i) for i in range(n)]
+def _rotors(kinds: Kinds) -> list[Known]:
+    named = [(f"{kind.inertia}_r", kind.unit("kg m2")) for kind in kinds]
+    return [
+        Known(f"{name}[{i + 1}]", unit, 0.0, np.inf, name, i)
+        for i, (name, unit) in enumerate(named)
+    ]
 
 
 def _rotation(rpy: tuple[float, float, float]) -> Array:

@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n).
+    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n): angles or
+    positions.
 
     noise: standard deviation (n,) [rad] of the angles' white noise; None: they have none.
     derived: rates and accelerations are differences of the angles, so their noise is in them.
@@ -75,7 +76,11 @@ cycles of a controller, of a bus and of a logger. One tolerance."""
 
 
 class Base(Protocol):
-    """A machine's own model for the diagnosis."""
+    """A machine's own model for the diagnosis.
+
+    Its axes turn, unless it has `kinds` (`flexhex.diagnosis.kinds.kinds_of`). What is said here to
+    be in rad or N m is in m or N for an axis that slides.
+    """
 
     n: int
     """Axes."""

@@ -22,7 +22,7 @@ def _hexapod(machine_file: Path | None, log: Log) -> Base:
 
 
 def _axis(machine_file: Path | None, log: Log) -> Base:
-    return AxisBase(log["theta"].width, log["theta"].ts)
+    return AxisBase(log["theta"].width, log["theta"].ts, log.kinds)
 
 
 def _schunk(machine_file: Path | None, log: Log) -> Base:

@@ -12,6 +12,7 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.late import DELAY, LAG, Late, LateBench, bends, lag_or_delay
 from flexhex.diagnosis.path import PathBase, driven
 from flexhex.diagnosis.selection.side import Side, selected
@@ -33,7 +34,7 @@ def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> l
     if not driven(runs, 0.0):
         return []
     base = made.base
-    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    path = PathBase(made.torque_rms, base.window, made.spacing, base.settle, kinds_of(base, base.n))
     common = common_lag(path, runs)
     there = calibrate(path, blocks(path, driven(runs, common), path.spacing))
     drives = compiled(base.n, {name: e for name, e in library().items() if e.reported})

@@ -17,6 +17,7 @@ from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.gram import ABSORBED
+from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import ORDER, Noise
 from flexhex.diagnosis.regression import Columns, Regression
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 NOISE = 0.005
-"""Noise of a smoothed torque that is assumed before anything was measured [N m]."""
+"""Noise of a smoothed torque that is assumed before anything was measured [N m, N]."""
 CLEAR = 100.0
 """Fall of the sum of squares, in units of the noise, from which on an effect is found."""
 ALIKE = 0.9
@@ -42,13 +43,14 @@ class Isolability:
     """Effects by id and the axis they were tried on (from 1, empty: the whole machine).
 
     share (k, k): how much of one effect the other can take over, 1 = cannot be told apart, on the
-    diagonal 1; smallest (k,) [N m]: torque RMS from which on an effect is found, NaN: never.
+    diagonal 1; smallest (k,) [unit]: torque RMS from which on an effect is found, NaN: never.
     """
 
     effects: tuple[str, ...]
     axes: tuple[tuple[int, ...], ...]
     share: Array
     smallest: Array
+    unit: str = "N m"
 
     def rivals(self, k: int, alike: float = ALIKE) -> list[int]:
         """Effects that cannot be told from effect k, the most alike first."""
@@ -63,7 +65,7 @@ class Isolability:
             "effects": list(self.effects),
             "axes": [list(axes) for axes in self.axes],
             "share": [[float(v) if math.isfinite(v) else None for v in row] for row in self.share],
-            "smallest": {"unit": "N m", "values": smallest},
+            "smallest": {"unit": self.unit, "values": smallest},
         }
 
 
@@ -80,11 +82,13 @@ def isolability(
     """
     progress("reading", 0, 3)
     planned = [read_trajectory(path, options.log) for path in paths]
-    log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
+    first = planned[0]
+    log = Log.of(first.name, first.ts, first.r, np.zeros_like(first.r), first.kinds)
     base = base_of(options.base, machine_file, log)
     for t, path in zip(planned, paths, strict=True):
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
+        refuse_others(str(path), t.kinds, kinds_of(base, base.n), "the base model")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
     axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
@@ -102,7 +106,8 @@ def isolability(
         smallest[j] = torque * np.sqrt(CLEAR / falls[j])
     progress("done", 3, 3)
     places = tuple((axis + 1,) if name in bench.effects else () for name in names)
-    return Isolability(tuple(names), places, share, smallest)
+    unit = bench.scales.kinds[axis].unit("N m")
+    return Isolability(tuple(names), places, share, smallest, unit)
 
 
 def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
@@ -136,7 +141,7 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     item = bench.effects.get(name)
     shape = {}
     if item:
-        shape = bench.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
+        shape = bench.scales.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
     if "source" in shape:
         shape["source"] = float((axis + 1) % bench.n + 1)
     columns = bench.columns(name, axis, shape)

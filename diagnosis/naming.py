@@ -49,11 +49,12 @@ def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
     """Gains, then shapes, of one part."""
     part, effect = held.parts[k], library()[held.parts[k].id]
     found = {}
+    kind = held.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
-        found[gain.name] = _estimate(float(value), float(std), gain.unit)
+        found[gain.name] = _estimate(float(value), float(std), kind.unit(gain.unit))
     for shape in effect.shapes:
         std = held.shape_deviation[k].get(shape.name, 0.0)
-        found[shape.name] = _estimate(part.shape[shape.name], std, shape.unit)
+        found[shape.name] = _estimate(part.shape[shape.name], std, kind.unit(shape.unit))
     return found
 
 

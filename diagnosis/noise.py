@@ -17,7 +17,7 @@ ORDER = 2
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
 LEAST = 1e-9
-"""Smallest scale [N m]: noiseless data must not divide by zero."""
+"""Smallest scale, relative to the torque's RMS: noiseless data must not divide by zero."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,9 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         a[i], scale[i] = _regressed([trace[:, i] for trace in traces], masks)
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         floor[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    return Noise(a, np.maximum(scale, LEAST), floor, bool(found))
+    torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
+    least = LEAST * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
+    return Noise(a, np.maximum(scale, least), floor, bool(found))
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask]) -> tuple[Array, float]:

@@ -65,14 +65,14 @@ def deviations_of(
 
 def _reach(bench: Bench, part: Part, name: str) -> float:
     """How far a shape could be from its value and still mean about the same."""
-    shape = next(s for s in bench.effects[part.id].searched if s.name == name)
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
     value = abs(part.shape[name])
     return min(value, shape.high - shape.low) if shape.low >= 0 and value > 0 else shape.high
 
 
 def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: Array) -> Array:
     """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
-    shape = next(s for s in bench.effects[part.id].effect.shapes if s.name == name)
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
     value = part.shape[name]
     step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
     ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]

@@ -81,7 +81,7 @@ class Changed:
 
 @dataclass(frozen=True)
 class Gap:
-    """Difference between model and data [unit], RMS of each axis; floor: what does not repeat.
+    """Difference between model and data, RMS of each axis in its unit; floor: what does not repeat.
 
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
     after: with what was found. repeat: the part of `before` that repeats between passes.
@@ -89,7 +89,7 @@ class Gap:
     of the torque itself.
     """
 
-    unit: str
+    units: tuple[str, ...]
     torque: Array
     nominal: Array
     before: Array
@@ -99,17 +99,24 @@ class Gap:
     repeat_after: Array
     locked: Mapping[str, Array] = field(default_factory=dict)
 
+    @property
+    def unit(self) -> str:
+        """The unit of all axes; "" where they differ, so that no total makes sense."""
+        return self.units[0] if len(set(self.units)) == 1 else ""
+
     def data(self) -> dict[str, Any]:
-        """As in `--json`: totals over the axes, of locked runs where there are any."""
+        """As in `--json`: totals over the axes, of locked runs where there are any; null where
+        axes differ in unit."""
         shown = {"before": self.before, "after": self.after, "floor": self.floor, **self.locked}
         rows = {**shown, "nominal": self.locked.get("nominal", self.nominal)}
         per_axis = {
-            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()}
-            for i in range(len(self.before))
+            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
+            for i, unit in enumerate(self.units)
         }
+        totals = {name: rms(v) if self.unit else math.nan for name, v in rows.items()}
         return {
-            "unit": self.unit,
-            **{name: _finite(rms(values)) for name, values in rows.items()},
+            "unit": self.unit or None,
+            **{name: _finite(value) for name, value in totals.items()},
             "per_axis": per_axis,
             "judged_on": "locked" if self.locked else "the same runs",
         }
@@ -135,7 +142,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Map:
-    """Repeating residual of an axis over one quantity, before and after [N m].
+    """Repeating residual [`residual`] of an axis over one quantity [unit], before and after.
 
     centre (bins,), before, after (bins,): means; spread (bins,): standard error of a mean.
     """
@@ -147,6 +154,7 @@ class Map:
     before: Array
     after: Array
     spread: Array
+    residual: str = "N m"
 
 
 @dataclass(frozen=True)

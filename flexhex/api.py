@@ -169,8 +169,9 @@ def read_log(
 ) -> Log:
     """Read a measured or simulated log: CSV, HDF5, MAT; Parquet and MDF4 with their extras.
 
-    torque_constant [N m/A]: of a log in A, one or one for each axis. units: by channel,
-    `{"theta": "deg"}`. rename: name in the file -> channel. LogError for what cannot be read.
+    torque_constant [N m/A, N/A]: of a log in A, one or one for each axis. units: by channel,
+    `{"theta": "deg"}`, or for each axis, `{"theta": "deg, mm"}`. rename: name in the file ->
+    channel. LogError for what cannot be read.
 
     >>> log = flexhex.read_log("result.h5")
     >>> log.theta.shape[1]

@@ -163,8 +163,8 @@ class Hypotheses:
 
     def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
         """Shapes that may take any value: name and bounds."""
-        item = self.bench.effects.get(effect.id)
-        return [(s.name, s.low, s.high) for s in item.searched] if item else []
+        found = self.bench.searched(effect.id, effect.axis or 0)
+        return [(s.name, s.low, s.high) for s in found]
 
     def _loaded(self, name: str) -> bool:
         """Whether an effect goes with the torque."""

@@ -71,7 +71,8 @@ def selected(
     remains = nameless(selection, criteria)
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        torque = f"{left.size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
+        unit = bench.scales.kinds[axis].unit("N m")
+        torque = f"{left.size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
         if left.size > tolerated(own, criteria):
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{left.what}")

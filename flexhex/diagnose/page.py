@@ -19,6 +19,7 @@ from flexhex.diagnose.view import (
     GAP,
     LOOPS,
     SIDES,
+    axis_names,
     changed_rows,
     effect_rows,
     gap_rows,
@@ -79,7 +80,8 @@ def _gap(found: Diagnosis) -> list[Part]:
     if not np.isfinite(gap.before).any():
         return []
     values = judged(found)
-    drawn = gap_bars("Residual", gap.unit, values["before"], values["after"], values["floor"])
+    sides = values["before"], values["after"], values["floor"]
+    drawn = gap_bars("Residual", gap.unit, *sides, [f"axis {name}" for name in axis_names(gap)])
     text = (
         "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
     )

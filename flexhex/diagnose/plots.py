@@ -50,7 +50,8 @@ def gap_bars(
         line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
         bars.append({**line, "name": "non-repeatable"})
     layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
-    return figure(name, "", f"RMS [{unit}]", bars, yaxis={"rangemode": "tozero"}, **layout)
+    label_y = f"RMS [{unit}]" if unit else "RMS"
+    return figure(name, "", label_y, bars, yaxis={"rangemode": "tozero"}, **layout)
 
 
 def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
@@ -109,7 +110,9 @@ def residual_map(m: Map) -> Figure:
     ]
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
     name = f"over {m.over}"
-    return figure(name, f"{m.over} [{m.unit}]", "[N m]", lines, xaxis={"nticks": 6}, **small)
+    return figure(
+        name, f"{m.over} [{m.unit}]", f"[{m.residual}]", lines, xaxis={"nticks": 6}, **small
+    )
 
 
 def spectrum_map(m: Map) -> Figure:
@@ -120,7 +123,9 @@ def spectrum_map(m: Map) -> Figure:
         "yaxis": {"type": "log", "exponentformat": "power"},
     }
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
-    return figure(f"axis {m.axis}", f"frequency [{m.unit}]", "N m/√Hz", lines, **logs, **small)
+    return figure(
+        f"axis {m.axis}", f"frequency [{m.unit}]", f"{m.residual}/√Hz", lines, **logs, **small
+    )
 
 
 def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:

@@ -32,7 +32,7 @@ def named(id: str, parts: Parts, rivals: tuple[str, ...] = ()) -> Named:
 
 
 def diagnosis(effects: tuple[Named, ...] = (), changed: tuple[Changed, ...] = ()) -> Diagnosis:
-    gap = Gap("N m", *(NOTHING for _ in range(7)))
+    gap = Gap(("N m",) * 6, *(NOTHING for _ in range(7)))
     return Diagnosis("named", effects, changed, gap, runs=("logs/a1.h5",))
 
 

@@ -33,7 +33,9 @@ def gap(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Gap:
     repeat, repeat_after = size * shown, left * shown
     before, after = np.hypot(FLOOR, repeat), np.hypot(FLOOR, repeat_after)
     locked = {"nominal": before * 1.2, "before": before, "after": after * 1.05, "floor": FLOOR}
-    return Gap("N m", TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked)
+    return Gap(
+        ("N m",) * N, TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked
+    )
 
 
 def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
@@ -142,7 +144,7 @@ CANNOT = Diagnosis(
     "cannot tell",
     (),
     (),
-    Gap("N m", TORQUE, *(np.full(N, np.nan) for _ in range(6))),
+    Gap(("N m",) * N, TORQUE, *(np.full(N, np.nan) for _ in range(6))),
     notes=("no trajectory was run twice, so what repeats is not known",),
     findings=FINDINGS,
     runs=("run1.csv",),

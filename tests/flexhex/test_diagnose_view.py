@@ -46,7 +46,7 @@ SENTENCES = {
     "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
     " 0.0290 N m RMS, 1.3 % of the torque.",
     "none": "No effect is missing: the model explains these runs down to the non-repeatable"
-    " residual (0.00900 N m RMS, of which 0.00900 is non-repeatable).",
+    " residual (0.00900 N m RMS, of which 0.00900 N m is non-repeatable).",
     "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"
     " run twice, so what repeats is not known.",
 }

@@ -74,12 +74,30 @@ def test_columns_of_the_file_are_named_where_channels_are_missing(tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    "header",
-    ["time [s],theta[1] [mm],tau_meas[1] [N m]", "time [s],theta[1] [rad],tau_meas[1] [N]"],
+    ("header", "text"),
+    [
+        (
+            "time [s],theta[1] [mm],tau_meas[1] [N m]",
+            r"tau_meas\[1\] is in 'N m', but theta\[1\] .* linear axis, which wants 'N' here",
+        ),
+        (
+            "time [s],theta[1] [rad],tau_meas[1] [N]",
+            r"tau_meas\[1\] is in 'N', but theta\[1\] .* rotary axis, which wants 'N m' here",
+        ),
+    ],
 )
-def test_linear_axis_is_refused_as_one(header: str, tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="only rotary axes are supported so far"):
+def test_force_beside_an_angle_is_refused_with_what_is_wanted(
+    header: str, text: str, tmp_path: Path
+) -> None:
+    with pytest.raises(LogError, match=text):
         read_log(log_file(tmp_path, header))
+
+
+def test_log_of_a_slide_is_no_log_of_the_hexapod(machine: Machine, tmp_path: Path) -> None:
+    log = read_log(log_file(tmp_path, "time [s],theta[1] [mm],tau_meas[1] [N]"))
+    text = r"axis 1 is linear \(position in m, force in N\), that of tflex is rotary: .*--base axis"
+    with pytest.raises(LogError, match=text):
+        fit(machine, [log])
 
 
 def test_log_of_one_axis_is_sent_to_its_base(machine: Machine, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from studies.mujoco import draw as drawing
 from studies.mujoco import hexapod, inside, outside
 from studies.mujoco.case import Case, Wanted
 from studies.mujoco.draw import draw
-from studies.mujoco.machine import Array
+from studies.mujoco.machine import Array, rotation
 from studies.mujoco.make import Simulated, make, runs_of, truth_of
 from studies.mujoco.model import compiled, inverse, places
 from studies.mujoco.observable import gap, observable
@@ -128,6 +128,17 @@ def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id:
     assert size[axes].min() > 0.01
     others = [k for k in range(found.case.machine.n) if k not in axes]
     assert seen[others].max(initial=0.0) < 1e-6
+
+
+def test_axes_of_a_gantry_stand_at_right_angles_the_third_upright() -> None:
+    """Axes that are not would push each other, though nothing is hidden."""
+    machine = next(m for m in (draw(s, kind="gantry").machine for s in range(20)) if m.n == 3)
+    frame, along = np.eye(3), []
+    for link in machine.links:
+        frame = frame @ rotation(link.rpy)
+        along.append(frame[:, 2])
+    assert np.array(along) @ np.array(along).T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.abs(along[2]) == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
 
 
 def test_what_the_base_model_can_take_up_is_not_observable() -> None:

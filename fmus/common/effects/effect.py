@@ -116,6 +116,7 @@ class Effect:
               logged too; None: all of it
     extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
+    turning   whether only an axis that turns can have it
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
     """
@@ -136,6 +137,7 @@ class Effect:
     behind: Effect | None = None
     extends: str = ""
     most: int = 1
+    turning: bool = False
     exact: bool = False
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
