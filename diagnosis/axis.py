@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import LATE, Known, Motion
+from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -40,6 +40,7 @@ class AxisBase:
     complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    geometry: Geometry | None = None
 
     def __init__(self, n: int, ts: float) -> None:
         self.n = n

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import LATE, Known, Motion
+from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.diagnosis.closure import Closure, dahl_scan
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
@@ -49,6 +49,7 @@ class HexapodBase:
     late = LATE
     holds = frozenset({"viscous_friction"})
     complete = True
+    geometry: Geometry | None = None
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.n, self.given = machine, machine.n_arms, machine.effects
