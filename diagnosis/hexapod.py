@@ -17,6 +17,8 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.diagnosis.closure import Closure, dahl_scan
+from flexhex.diagnosis.geometry import TOLERANCE
+from flexhex.diagnosis.hexapod_geometry import geometry_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
     INERTIA_NAMES,
@@ -49,7 +51,6 @@ class HexapodBase:
     late = LATE
     holds = frozenset({"viscous_friction"})
     complete = True
-    geometry: Geometry | None = None
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.n, self.given = machine, machine.n_arms, machine.effects
@@ -87,15 +88,24 @@ class HexapodBase:
         ]
         self._full, self._torque = native(functions)
         self._closure, self._dahl = Closure(model), dahl_scan(n)
+        self.geometry: Geometry | None = None
+        if self.machine.has_platform:
+            self.geometry = geometry_of(
+                self.machine, TOLERANCE, self._solved, len(self._kept), len(self.linear)
+            )
+
+    def _solved(self, motion: Motion) -> tuple[Array, Array, Array]:
+        """Coordinates (samples, n_x), joint rates and accelerations (samples, n)."""
+        if self._closure not in motion.solved:
+            motion.solved[self._closure] = self._closure.solve(motion.theta)
+        return motion.solved[self._closure], motion.thetad, motion.thetadd
 
     def _states(self, motion: Motion) -> Iterator[tuple[slice, tuple[Array, Array, Array]]]:
         """Coordinates, rates and accelerations (`CHUNK`, n_x) of part after part of a motion."""
-        if self._closure not in motion.solved:
-            motion.solved[self._closure] = self._closure.solve(motion.theta)
-        x = motion.solved[self._closure]
+        x, thetad, thetadd = self._solved(motion)
         for at in range(0, len(x), CHUNK):
             part = slice(at, at + CHUNK)
-            rates = self._closure.rates(x[part], motion.thetad[part], motion.thetadd[part])
+            rates = self._closure.rates(x[part], thetad[part], thetadd[part])
             yield part, (x[part], *rates)
 
     def loaded(self, p: Array, payload: float) -> Array:
