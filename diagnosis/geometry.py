@@ -22,9 +22,6 @@ from flexhex.diagnosis.base import Known, Motion
 from flexhex.numeric.rows import RowFunction
 
 Array = NDArray[np.float64]
-TOLERANCE = 0.002
-"""One standard deviation of a place relative to the machine's length, and of an angle [rad]: parts
-that are machined and assembled, not calibrated, are 0.1 to 0.5 % off."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.diagnosis.closure import Closure, dahl_scan
-from flexhex.diagnosis.geometry import TOLERANCE
 from flexhex.diagnosis.hexapod_geometry import geometry_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
@@ -36,12 +35,6 @@ from flexhex.numeric.rows import native
 Array = NDArray[np.float64]
 CHUNK = 4000
 """Samples whose columns are held at a time."""
-INERTIA, STIFFNESS, ACTUATOR = 0.015, 0.05, 0.05
-"""One standard deviation of a nominal value, relative."""
-CENTRE = 5e-4
-"""One standard deviation of a centre of mass [m]."""
-WIDTH = 0.1
-"""One standard deviation of the hysteresis' width, relative."""
 
 
 class HexapodBase:
@@ -58,9 +51,9 @@ class HexapodBase:
         self._kept = [k for k, known in enumerate(listed) if not known.group.startswith("c[")]
         self.linear = (*(listed[k] for k in self._kept), *_mechanism(machine))
         self.curved = tuple(known for known in listed if known.group.startswith("c["))
-        sigma = machine.actuator.sigma
+        sigma, spread = machine.actuator.sigma, machine.tolerance.sigma * machine.actuator.sigma
         self.widths = tuple(
-            Known(f"sigma[{i + 1}]", "rad", sigma, WIDTH * sigma, f"sigma[{i + 1}]", i)
+            Known(f"sigma[{i + 1}]", "rad", sigma, spread, f"sigma[{i + 1}]", i)
             for i in range(self.n)
         )
         self._build(len(listed))
@@ -89,9 +82,9 @@ class HexapodBase:
         self._full, self._torque = native(functions)
         self._closure, self._dahl = Closure(model), dahl_scan(n)
         self.geometry: Geometry | None = None
-        if self.machine.has_platform:
+        if self.machine.has_platform and self.machine.tolerance.geometry:
             self.geometry = geometry_of(
-                self.machine, TOLERANCE, self._solved, len(self._kept), len(self.linear)
+                self.machine, self._solved, len(self._kept), len(self.linear)
             )
 
     def _solved(self, motion: Motion) -> tuple[Array, Array, Array]:
@@ -176,7 +169,7 @@ def _actuator(machine: Machine) -> list[Known]:
     nominal, listed = base_parameters(machine), []
     per = len(actuator_parameters(machine)) // machine.n_arms
     for k, (par, value) in enumerate(zip(actuator_parameters(machine), nominal, strict=False)):
-        spread = ACTUATOR * max(abs(value), par.floor)
+        spread = machine.tolerance.actuator * max(abs(value), par.floor)
         listed.append(Known(par.name, par.unit, float(value), spread, par.name, k // per))
     return listed
 
@@ -190,18 +183,22 @@ def _mechanism(machine: Machine) -> list[Known]:
     for name, unit in zip(names, units, strict=True):
         body, _, entry = name.partition(".")
         kind = body.partition("[")[0]
-        spread = STIFFNESS * abs(of[name]) if kind == "flexure" else _inertia(of, body, entry)
+        spread = _spread(machine, of, body, entry)
         listed.append(Known(name, unit, float(of[name]), spread, f"{kind}.{entry}"))
     return listed
 
 
-def _inertia(of: Mapping[str, float], body: str, entry: str) -> float:
-    """Tolerance of one entry of a body's inertia."""
-    value = abs(of[f"{body}.{entry}"])
+def _spread(machine: Machine, of: Mapping[str, float], body: str, entry: str) -> float:
+    """Tolerance of one entry of a body's inertia, or of a flexure's stiffness."""
+    known, value = machine.tolerance, abs(of[f"{body}.{entry}"])
+    if body.startswith("flexure"):
+        return known.stiffness * value
+    if entry == "m":
+        return known.mass * value
     if entry.startswith("mc"):
-        mass = of.get(f"{body}.m", abs(of.get(f"{body}.mc_x", 0.0)) / 0.1)
-        return INERTIA * value + CENTRE * mass
-    if entry.startswith("J_") and entry in INERTIA_NAMES:
-        mean = sum(of[f"{body}.J_{a}{a}"] for a in "xyz") / 3
-        return INERTIA * value + 0.01 * mean
-    return INERTIA * value
+        mass = of.get(f"{body}.m", machine.bodies.upper.m)
+        length = max(machine.geometry.L, machine.geometry.l or 0.0)
+        return float(np.hypot(known.mass * value, known.centre * length * mass))
+    mean = sum(of.get(f"{body}.J_{a}{a}", 0.0) for a in "xyz") / 3
+    # the share of the mean is that of principal axes which stand a little otherwise
+    return float(known.inertia * np.hypot(value, mean))

@@ -35,8 +35,9 @@ ENTRIES = (
 """Errors of an arm and their units."""
 
 
-def misplacements(machine: Machine, tolerance: float) -> tuple[Known, ...]:
-    """Errors of all arms; tolerance: relative to the longer of L and l, and of angles [rad]."""
+def misplacements(machine: Machine) -> tuple[Known, ...]:
+    """Errors of all arms, with the tolerance of the machine file."""
+    tolerance = machine.tolerance.geometry
     length = max(machine.geometry.L, machine.platform.l)
     return tuple(
         Known(
@@ -53,7 +54,6 @@ def misplacements(machine: Machine, tolerance: float) -> tuple[Known, ...]:
 
 def geometry_of(
     machine: Machine,
-    tolerance: float,
     state: Callable[[Motion], Sequence[Array]],
     first: int,
     n_p: int,
@@ -63,7 +63,7 @@ def geometry_of(
     state: coordinates x~, joint rates and accelerations of a motion; first: where the mechanism's
     parameters begin among n_p linear ones.
     """
-    errors = misplacements(machine, tolerance)
+    errors = misplacements(machine)
     model, e = Model(machine), ca.SX.sym("e", len(errors))
     model.frames = displaced(model.frames, e)
     n = model.n

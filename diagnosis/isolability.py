@@ -82,7 +82,7 @@ def isolability(
     progress("reading", 0, 3)
     planned = [read_trajectory(path, options.log) for path in paths]
     log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
-    base = base_of(options.base, machine_file, log)
+    base = base_of(options.base, machine_file, log, options.tolerance)
     for t, path in zip(planned, paths, strict=True):
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -34,6 +34,7 @@ class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
     `flexhex.diagnosis.bases`. log: how to read.
 
+    tolerance: in place of the machine file's, by the keys of its section.
     confidence: trials for each row of the confusion table, 0: none. selection: search by the log
     density of left-out trajectories, `flexhex.diagnosis.selection`, which is to replace the rounds.
     """
@@ -42,6 +43,7 @@ class Options:
     log: logs.Options = field(default_factory=logs.Options)
     confidence: int = 20
     selection: bool = False
+    tolerance: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def asked_of(
     logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = base_of(options.base, machine_file, ours[0])
+    base = base_of(options.base, machine_file, ours[0], options.tolerance)
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)

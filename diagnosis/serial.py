@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.geometry import TOLERANCE
 from flexhex.fmus.common.inertia import inertia_rows
+from flexhex.fmus.common.machine.sections import Tolerance
 
 Array = NDArray[np.float64]
 AS_BODIES = (0, 3, 5, 1, 2, 4)
@@ -45,7 +45,7 @@ class Arm:
     links: tuple[Link, ...]
     gravity: tuple[float, float, float]
     spread: float = 0.0
-    misplaced: float = TOLERANCE
+    misplaced: float = Tolerance().geometry
 
 
 def newton_euler(
