@@ -212,7 +212,7 @@ def test_hexapod_whose_geometry_is_wrong_leaves_nothing(
     case = draw(5, "nothing", "hexapod")
     nominal = case.machine.chain
     file = tmp_path / "machine.toml"
-    file.write_text(hexapod.toml(nominal, max(case.machine.reach)))
+    file.write_text(hexapod.toml(nominal, max(case.machine.reach), 0.015, 0.005))
     real = replace(case.machine, chain=assembled(nominal, 0.005))
     quiet = replace(case.noise, disturbance=0.0)
     case = replace(case, machine=real, noise=quiet, passes=1, trajectories=case.trajectories[:2])
