@@ -35,12 +35,13 @@ class Derivatives:
 
     def columns(self, motion: Motion, weights: csr_array, p: Array) -> Array:
         """Derivatives (rows, n, n_e) of the torques at parameters p (n_p,); weights (rows, samples)
-        of the smoothing."""
-        n, state = motion.theta.shape[1], [weights @ values for values in self.state(motion)]
-        parameters = np.tile(p, (weights.shape[0], 1))
-        found = np.empty((weights.shape[0], n, len(self.known)))
+        of the smoothing. Zeros in rows that have no sample."""
+        rows, n = np.flatnonzero(weights.sum(axis=1)), motion.theta.shape[1]
+        state = [weights[rows] @ values for values in self.state(motion)]
+        parameters = np.tile(p, (len(rows), 1))
+        found = np.zeros((weights.shape[0], n, len(self.known)))
         for i, seed in enumerate(np.eye(n)):
-            (found[:, i],) = self.pulled(*state, parameters, np.tile(seed, (len(parameters), 1)))
+            (found[rows, i],) = self.pulled(*state, parameters, np.tile(seed, (len(rows), 1)))
         return found
 
 

@@ -189,6 +189,17 @@ def test_columns_are_the_differences_of_a_changed_machine_file(
     assert_close(np.asarray(total), wanted, atol=1e-6 * np.abs(wanted).max())
 
 
+def test_a_row_without_samples_has_no_columns() -> None:
+    geometry = base().geometry
+    assert geometry is not None
+    whole, holed = np.eye(SAMPLES), np.diag([1.0, 0.0, 1.0])
+    wanted, found = (
+        geometry.columns(motion(), csr_array(weights), parameters()) for weights in (whole, holed)
+    )
+    assert (found[1] == 0.0).all()
+    assert (found[[0, 2]] == wanted[[0, 2]]).all()
+
+
 def assembled(nominal: hexapod.Hexapod, size: float) -> hexapod.Hexapod:
     """A hexapod whose joints are `size` of a crank off; its lower arms are as long as they must."""
     rng = np.random.default_rng(3)
