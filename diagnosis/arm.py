@@ -12,7 +12,6 @@ find.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -20,89 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import LATE, Known, Motion
-from flexhex.diagnosis.kinds import ROTARY, Kind, Kinds
-from flexhex.fmus.common.inertia import inertia_rows
+from flexhex.diagnosis import geometry
+from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
+from flexhex.diagnosis.kinds import Kinds
+from flexhex.diagnosis.serial import Arm, misplacements, newton_euler
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_xz", "J_yy", "J_yz", "J_zz")
-AS_BODIES = (0, 3, 5, 1, 2, 4)
-"""Where J_xx, J_yy, J_zz, J_xy, J_xz, J_yz stand among the six J of TEN."""
 TEN_UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
 THICK = 0.05
 """Radius of gyration of a link about its own centre of mass [m]."""
-
-
-@dataclass(frozen=True)
-class Link:
-    """A link that turns about its own z axis, or slides along it.
-
-    at (3,) [m], rpy (3,) [rad]: where its axis stands in the link before (x, then y, then z of
-    the fixed frame); mass [kg]; centre (3,) [m] of mass in its own frame; kind: of its joint.
-    """
-
-    at: tuple[float, float, float]
-    rpy: tuple[float, float, float]
-    mass: float
-    centre: tuple[float, float, float]
-    kind: Kind = ROTARY
-
-
-@dataclass(frozen=True)
-class Arm:
-    """Links from the foot on; gravity (3,) [m/s2] as far as the reported torques carry it.
-
-    spread: tolerance of masses and moments, relative; 0 where the runs cannot better them.
-    """
-
-    links: tuple[Link, ...]
-    gravity: tuple[float, float, float]
-    spread: float = 0.0
-
-
-def newton_euler(arm: Arm, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
-    """Torques (n,) [N m], or forces [N], of links with ten parameters each, p (10 n,).
-
-    Outward: rates and accelerations of each link's origin in its own frame; inward:
-        f = m a + (S(wd) + S(w) S(w)) mc
-        n = S(mc) a + J wd + S(w) J w        about the link's origin
-    A joint that slides moves its link's origin, by 2 S(w) xd + xdd more, and takes f along its axis
-    instead of n. Gravity enters as an acceleration of the foot.  [Featherstone, Rigid Body
-    Dynamics, 2008, ch. 5]
-    """
-    S = ca.skew
-    z = ca.SX([0, 0, 1])
-    w, wd, a = ca.SX.zeros(3), ca.SX.zeros(3), -ca.SX(list(arm.gravity))
-    turns, arms, forces, moments = [], [], [], []
-    for k, link in enumerate(arm.links):
-        x, xd, xdd = (z * v[k] for v in (theta, thetad, thetadd))
-        R, r = ca.SX(_rotation(link.rpy)), ca.SX(list(link.at))
-        if link.kind.turns:
-            R = ca.mtimes(R, _about_z(theta[k]))
-        else:
-            r = r + ca.mtimes(R, x)
-        a = ca.mtimes(R.T, a + ca.cross(wd, r) + ca.cross(w, ca.cross(w, r)))
-        w, wd = ca.mtimes(R.T, w), ca.mtimes(R.T, wd)
-        if link.kind.turns:
-            w, wd = w + xd, wd + xdd + ca.cross(w, xd)
-        else:
-            a = a + 2 * ca.cross(w, xd) + xdd
-        ten = p[10 * k : 10 * k + 10]
-        mc, J = ten[1:4], ca.blockcat(inertia_rows([ten[4 + j] for j in AS_BODIES]))
-        forces.append(ten[0] * a + ca.mtimes(S(wd) + ca.mtimes(S(w), S(w)), mc))
-        moments.append(ca.cross(mc, a) + ca.mtimes(J, wd) + ca.cross(w, ca.mtimes(J, w)))
-        turns.append(R)
-        arms.append(r)
-    tau: list[ca.SX] = []
-    f, n = ca.SX.zeros(3), ca.SX.zeros(3)
-    for k in reversed(range(len(arm.links))):
-        f, n = f + forces[k], n + moments[k]
-        tau.insert(0, n[2] if arm.links[k].kind.turns else f[2])
-        f = ca.mtimes(turns[k], f)
-        n = ca.mtimes(turns[k], n) + ca.cross(arms[k], f)
-    return ca.vertcat(*tau)
 
 
 class RigidArmBase:
@@ -132,7 +60,16 @@ class RigidArmBase:
         nonzeros: Any = Phi.nonzeros()
         entries = ca.vertcat(*nonzeros)
         moved = [theta, thetad, thetadd]
-        (self._entries,) = native([ca.Function("native_arm", moved, [ca.cse(entries)])])
+        functions = [ca.Function("native_arm", moved, [ca.cse(entries)])]
+        errors = tuple(misplacements(arm)) if arm.misplaced else ()
+        if errors:
+            e = ca.SX.sym("e", len(errors))
+            off = newton_euler(arm, theta, thetad, thetadd, p[: 10 * n], e)
+            functions.append(geometry.pulled("native_misplaced", moved, p, e, off))
+        self._entries, *pulled = native(functions)
+        self.geometry: Geometry | None = None
+        if errors:
+            self.geometry = geometry.Derivatives(errors, _state, *pulled)
 
     def loaded(self, p: Array, payload: float) -> Array:
         """Payloads are not told apart here."""
@@ -170,6 +107,10 @@ class RigidArmBase:
         return values
 
 
+def _state(motion: Motion) -> tuple[Array, Array, Array]:
+    return motion.theta, motion.thetad, motion.thetadd
+
+
 def _inertias(arm: Arm) -> list[Known]:
     listed = []
     for k, link in enumerate(arm.links, start=1):
@@ -190,17 +131,3 @@ def _rotors(kinds: Kinds) -> list[Known]:
         Known(f"{name}[{i + 1}]", unit, 0.0, np.inf, name, i)
         for i, (name, unit) in enumerate(named)
     ]
-
-
-def _rotation(rpy: tuple[float, float, float]) -> Array:
-    """Rotation (3, 3) about fixed x, then y, then z."""
-    (sx, sy, sz), (cx, cy, cz) = np.sin(rpy), np.cos(rpy)
-    X = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
-    Y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
-    Z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
-    return np.asarray(Z @ Y @ X)
-
-
-def _about_z(angle: ca.SX) -> ca.SX:
-    s, c = ca.sin(angle), ca.cos(angle)
-    return ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.SX([[0, 0, 1]]))

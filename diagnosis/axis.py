@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import LATE, Known, Motion
+from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.diagnosis.kinds import ROTARY, Kind, Kinds
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
@@ -48,6 +48,7 @@ class AxisBase:
     complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    geometry: Geometry | None = None
 
     def __init__(self, n: int, ts: float, kinds: Kinds = ()) -> None:
         self.n, self.kinds = n, kinds or (ROTARY,) * n

@@ -75,6 +75,20 @@ LATE = 2.5
 cycles of a controller, of a bus and of a logger. One tolerance."""
 
 
+class Geometry(Protocol):
+    """What errors of a machine's geometry do to its torques."""
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """The errors, nominally zero."""
+        ...
+
+    def columns(self, motion: Motion, weights: csr_array, p: Array) -> Array:
+        """Smoothed torque (rows, n, len(known)) for a unit of each, at linear parameters p
+        (n_p,); weights (rows, samples)."""
+        ...
+
+
 class Base(Protocol):
     """A machine's own model for the diagnosis.
 
@@ -90,6 +104,8 @@ class Base(Protocol):
     """Gains of the curved terms, one for each axis, or nothing."""
     widths: tuple[Known, ...]
     """Their nonlinear parameters, likewise."""
+    geometry: Geometry | None
+    """Errors of its geometry, or None where it has none."""
     window: float
     """Length of the smoothing window [s]."""
     spacing: float

@@ -169,7 +169,8 @@ def about(
         for i in range(len(base.curved))
     ]
     delay = Known("delay", "s", 0.0, fitted.late, "delay")
-    known = (*base.linear, *base.curved, *base.widths, delay, *histories)
+    errors = base.geometry.known if base.geometry else ()
+    known = (*base.linear, *base.curved, *base.widths, delay, *errors, *histories)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -179,7 +180,8 @@ def about(
     raws: list[Array] = []
     for block in blocks:
         motion = block.run.motion
-        raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
+        p = base.loaded(fitted.p, block.run.payload)
+        raw = base.torque(motion, p)
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
@@ -188,6 +190,8 @@ def about(
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        if base.geometry:
+            parts.append(base.geometry.columns(motion, block.weights, p))
         for name in listed if len(base.curved) else ():
             own = trajectories is None and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import Known, Motion
+from flexhex.diagnosis.base import Geometry, Known, Motion
 from flexhex.diagnosis.blocks import Run, Signal
 from flexhex.diagnosis.kinds import Kinds, units_of
 from flexhex.diagnosis.smoothing import hann_weights
@@ -39,6 +39,7 @@ class PathBase:
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    geometry: Geometry | None = None
     late = 1e-3
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -34,10 +34,12 @@ deviations of their noise, excite nothing."""
 @dataclass(frozen=True)
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `flexhex.diagnosis.bases`. log: how to read."""
+    `flexhex.diagnosis.bases`. log: how to read. tolerance: in place of the machine file's, by the
+    keys of its section."""
 
     base: str = "hexapod"
     log: logs.Options = field(default_factory=logs.Options)
+    tolerance: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def asked_of(
     logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = base_of(options.base, machine_file, ours[0])
+    base = base_of(options.base, machine_file, ours[0], options.tolerance)
     for log in [*ours, *theirs]:
         width = log["theta"].width
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")

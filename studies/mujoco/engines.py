@@ -54,9 +54,14 @@ def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path)
 def _arm(data: dict[str, Any], ts: float) -> Any:
     """Base model of an arm from its machine file."""
     arm: Any = importlib.import_module("flexhex.diagnosis.arm")
+    serial: Any = importlib.import_module("flexhex.diagnosis.serial")
     spread, rows = data["tolerance_mass"], data["links"]
-    links = [arm.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows]
-    base = arm.RigidArmBase(arm.Arm(tuple(links), tuple(data["gravity"]), spread), ts)
+    links = tuple(
+        serial.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows
+    )
+    misplaced = data["tolerance_geometry"]
+    described = serial.Arm(links, tuple(data["gravity"]), spread, misplaced)
+    base = arm.RigidArmBase(described, ts)
     values = [value for row in rows for value in _ten(row)]
     linear = list(base.linear)
     for k, value in enumerate(values):

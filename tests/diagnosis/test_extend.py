@@ -150,6 +150,13 @@ def test_part_of_one_arm_is_said_not_to_be_written(name: str, tmp_path: Path) ->
     assert load_machine(made.path) == load_machine(MACHINE_FILE)
 
 
+def test_changed_geometry_is_said_not_to_be_written(tmp_path: Path) -> None:
+    change = changed("arm[2].L", 0.0, 1e-3, "m")
+    made = extend(MACHINE_FILE, diagnosis((), (change,)), tmp_path / "new.toml")
+    (text,) = made.left_out
+    assert text == "arm[2].L from 0 to 0.001 m (the loops must close at neutral: not written)"
+
+
 def test_effect_found_again_with_its_shape_grows(tmp_path: Path) -> None:
     once = diagnosis((named("cogging_harmonic", (cogging(2, 0.5, 0.25, 360.0),)),))
     first = extended_file(MACHINE_FILE, once, tmp_path / "first.toml")

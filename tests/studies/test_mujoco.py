@@ -215,8 +215,9 @@ def test_the_loops_of_the_hexapod_close_and_its_file_is_one_of_the_library(tmp_p
         # MuJoCo's constraints are a little soft
         assert np.linalg.norm(ends, axis=1).max() < 1e-5 * case.machine.chain.L
     path = tmp_path / "machine.toml"
-    path.write_text(hexapod.toml(case.written.chain, 0.19))
+    path.write_text(hexapod.toml(case.written.chain, 0.19, 0.0314, 0.0027))
     machine = load_machine(path)
+    assert (machine.tolerance.mass, machine.tolerance.geometry) == (0.0314, 0.0027)
     assert pytest.approx(case.machine.chain.L, rel=0.03) == machine.geometry.L
     assert machine.geometry.L != case.machine.chain.L
 
