@@ -11,7 +11,7 @@ GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os;
 # all tests of a file in one process, so that what they share is made once
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
-.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench results results-studies clean lock
+.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -100,11 +100,19 @@ results-studies: build gateway $(DEV)
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
 	$(BIN)/python -m results.render
 
+# types, Rust and the rest side by side: nothing of the one waits for another
 check: $(DEV)
+	@$(MAKE) --no-print-directory --jobs 2 check-style check-types check-rust
+
+check-style: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run -Werror $$(git ls-files '*.c' '*.h')
+
+check-types: $(DEV)
+	$(BIN)/mypy
+
+check-rust:
 	@if cargo fmt --version && cargo clippy --version; then $(MAKE) --no-print-directory check-gateway; \
 	else echo "gateway/ is not checked: no cargo with rustfmt and clippy on the PATH"; fi
 

@@ -29,14 +29,15 @@ def run(
     progress: Progress | None = None,
     parameters: Parameters | None = None,
     timing: bool = True,
-    cache: Path = library.DEFAULT_CACHE,
+    cache: Path | None = None,
 ) -> Result:
     """Run a .ssp for `duration` [s].
 
     signals: what to log, see `flexhex.ssp.signals.select`; None logs all outputs but the large
     arrays. progress(done, total) [s] is called about ten times a second; Ctrl-C works
     there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6]}`, over what the
-    .ssp says. timing: measure the time in each FMU. cache: where the executor is compiled.
+    .ssp says. timing: measure the time in each FMU. cache: where the executor is
+    compiled, default the user's cache.
 
     Raises UsageError (duration, signals, parameters), InterfaceError (the .ssp) and
     RunError (which FMU refused what, when, and its message).

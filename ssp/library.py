@@ -20,10 +20,12 @@ from pathlib import Path
 
 import fmpy
 
+from flexhex.fmugen import cache as store
 from flexhex.fmugen.compile import compile_object, link_shared, strict
 
 HERE = Path(__file__).resolve().parent
-DEFAULT_CACHE = Path("out") / "lib"
+FALLBACK = Path("out/lib")
+"""Where the executor is kept when the user's cache cannot be written to."""
 
 
 class ComponentData(Structure):
@@ -86,9 +88,12 @@ def build(cache: Path) -> Path:
 
 
 @lru_cache
-def load(cache: Path = DEFAULT_CACHE) -> ctypes.CDLL:
-    """The loaded library with its signatures; calls release the interpreter's lock."""
-    library = ctypes.CDLL(str(build(cache).resolve()))
+def load(cache: Path | None = None) -> ctypes.CDLL:
+    """The loaded library with its signatures; calls release the interpreter's lock.
+
+    cache: where it is compiled, default the objects of the user's cache.
+    """
+    library = ctypes.CDLL(str(build(cache or store.objects(FALLBACK)).resolve()))
     library.executor_open.restype = c_void_p
     library.executor_open.argtypes = (
         POINTER(ComponentData),
