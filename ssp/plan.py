@@ -20,7 +20,7 @@ from flexhex.ssp.results import Array, FmuTime, Group, rate_name
 from flexhex.ssp.signals import Signal
 
 Progress = Callable[[float, float], None]
-_CATEGORIES = ("logStatusError", "logStatusWarning")
+_CATEGORIES = ("logStatusError", "logStatusDiscard", "logStatusWarning")
 
 
 class Plan:

@@ -1,8 +1,8 @@
 /* Which function may be called in which state: FMI 2.0.4, section 4.2.4.
 
-   The standard's states stepInProgress, stepFailed and stepCanceled do not occur, because a step
-   is complete when fmi2DoStep returns. Nor does error: a refused call leaves the instance as it
-   was, and the output fault shows it. */
+   The standard's states stepInProgress, stepFailed and stepCanceled do not occur: a step is
+   complete when fmi2DoStep returns, and one that is discarded was not begun. Nor does error: a
+   refused call leaves the instance as it was, and the output fault shows it. */
 #include "instance.h"
 
 enum {

@@ -20,6 +20,7 @@
 #define flexhex_say FLEXHEX_OWN(_flexhex_say)
 #define flexhex_log FLEXHEX_OWN(_flexhex_log)
 #define flexhex_refuse FLEXHEX_OWN(_flexhex_refuse)
+#define flexhex_discard FLEXHEX_OWN(_flexhex_discard)
 #define flexhex_start FLEXHEX_OWN(_flexhex_start)
 #define flexhex_publish FLEXHEX_OWN(_flexhex_publish)
 #define flexhex_categories FLEXHEX_OWN(_flexhex_categories)
@@ -33,8 +34,14 @@ typedef enum {
   FLEXHEX_TERMINATED = 8
 } flexhex_phase;
 
-typedef enum { FLEXHEX_ERRORS = 1, FLEXHEX_WARNINGS = 2, FLEXHEX_EVENTS = 4 } flexhex_category;
-enum { FLEXHEX_N_CATEGORIES = 3, FLEXHEX_ALL_CATEGORIES = 7 };
+typedef enum {
+  FLEXHEX_ERRORS,
+  FLEXHEX_DISCARDS,
+  FLEXHEX_WARNINGS,
+  FLEXHEX_EVENTS,
+  FLEXHEX_N_CATEGORIES
+} flexhex_category;
+enum { FLEXHEX_ALL_CATEGORIES = (1 << FLEXHEX_N_CATEGORIES) - 1 };
 extern const char *const flexhex_categories[FLEXHEX_N_CATEGORIES];
 
 /* Everything about an instance that changes and that an FMU state must bring back. It is the head
@@ -50,7 +57,7 @@ typedef struct {
 typedef struct {
   fmi2CallbackFunctions functions;
   uint64_t magic;
-  int logging, first_logging; /* categories now, and as instantiated */
+  int logging, first_logging; /* a bit for each category: now, and as instantiated */
   size_t block_size;
   flexhex_head *head; /* start of the block; the next three point into it */
   double *values, *pending;
@@ -115,6 +122,8 @@ void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category 
                  const char *format, ...) FLEXHEX_PRINTF(4, 5);
 /* Say what is wrong, raise the output fault, return fmi2Error; nothing else changes. */
 fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
+/* Say what the FMU cannot do as wanted, return fmi2Discard; nothing changes, fault neither. */
+fmi2Status flexhex_discard(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
 
 /* advance.c */
 /* State and initial outputs from the parameters; false, refused, when those are wrong. */

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from flexhex.check.subject import Subject, parsed
+from flexhex.fmugen.description import LOG_CATEGORIES
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}
@@ -37,7 +38,7 @@ def _identity(subject: Subject) -> Iterator[str]:
     for name, count in Counter(names).items():
         if count > 1:
             yield f"log category {name} is declared {count} times"
-    if subject.ours and names != ["logStatusError", "logStatusWarning", "logEvents"]:
+    if subject.ours and names != list(LOG_CATEGORIES):
         yield f"log categories {', '.join(names) or 'none'}: not those of this adapter"
 
 
