@@ -60,11 +60,12 @@ static double clipped(double value, double limit) {
    added to the next command. The limit itself is taken down to whole steps: what lies beyond
    is never given, so it is not owed either, and the rest stays within half a step. */
 static double command(const feedback_parameters *p, double wanted, double *carried) {
-  if (p->tau_step <= 0.0) {
+  /* a quotient of decimal fractions may fall short of a whole number by rounding */
+  const double steps =
+      p->tau_step > 0.0 ? floor(p->tau_max / p->tau_step * (1.0 + 1e-12)) : INFINITY;
+  if (isinf(steps)) { /* no steps, or too fine to count */
     return clipped(wanted, p->tau_max);
   }
-  /* a quotient of decimal fractions may fall short of a whole number by rounding */
-  const double steps = floor(p->tau_max / p->tau_step * (1.0 + 1e-12));
   const double most = fmin(p->tau_max, p->tau_step * steps);
   const double owed = clipped(wanted, most) + *carried;
   const double given = clipped(p->tau_step * nearbyint(owed / p->tau_step), most);

@@ -43,8 +43,10 @@ typedef struct {
 #endif
 } state;
 
+/* value in whole steps; itself where there is no step, or one too fine to count */
 static double quantised(double value, double step) {
-  return step > 0.0 ? step * nearbyint(value / step) : value;
+  const double count = step > 0.0 ? value / step : INFINITY;
+  return isfinite(count) ? step * nearbyint(count) : value;
 }
 
 static bool whole(const char *name, double value, char *message, size_t size) {
