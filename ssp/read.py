@@ -18,6 +18,13 @@ from flexhex.ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
 from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
 from flexhex.ssp.xml import NAMESPACES, parse
 
+BASE_STEPS = (
+    ("flexhex:Schedule", "baseStep"),
+    ("osp:FixedStepAlgorithm", "baseStepSize"),
+    ("oms:FixedStepMaster", "stepSize"),
+    ("oms:SimulationInformation", "fixedStepSize"),
+)
+"""Elements and attributes that may hold the base step [s]; the first present is taken."""
 _FMU_TYPES = (None, "", "application/x-fmu-sharedlibrary")
 
 
@@ -187,13 +194,9 @@ class _Reader:
 
     def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
         """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""
-        for tag, key in (
-            ("flexhex:Schedule", "baseStep"),
-            ("osp:FixedStepAlgorithm", "baseStepSize"),
-            ("oms:SimulationInformation", "fixedStepSize"),
-        ):
-            found = document.find(f".//{tag}", NAMESPACES)
-            if found is not None and found.get(key):
+        for tag, key in BASE_STEPS:
+            found = document.find(f".//{tag}[@{key}]", NAMESPACES)
+            if found is not None:
                 return self.positive(found.get(key), tag)
         sizes = [i.fmu.step_size for i in instances if i.fmu.step_size]
         if not sizes:

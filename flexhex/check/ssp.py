@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from flexhex.check.fmu import check_fmu
+from flexhex.check.subject import parsed
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.fmu import open_zip, read_bytes, read_member
-from flexhex.ssp.read import Instance, Package, period, read_ssp
+from flexhex.ssp.read import BASE_STEPS, Instance, Package, period, read_ssp
 from flexhex.ssp.xml import NAMESPACES, parse
 
-STEPS = (
-    ("osp:FixedStepAlgorithm", "baseStepSize"),
-    ("oms:SimulationInformation", "fixedStepSize"),
-    ("flexhex:Schedule", "baseStep"),
+OMSIMULATOR = (
+    "ssd:System/ssd:Annotations/ssc:Annotation[1][@type='org.openmodelica']"
+    "/oms:Annotations/oms:SimulationInformation/oms:FixedStepMaster"
 )
-"""Where importers and our executor look for the base step."""
+"""Where OMSimulator looks for its step: the first annotation of the system, no other."""
 
 
 def check_ssp(path: Path) -> list[str]:
@@ -68,14 +68,23 @@ def _schema(document: Any) -> Iterator[str]:
 
 def _steps(package: Package, document: Any) -> Iterator[str]:
     """One base step for all importers; sample times are whole numbers of it."""
-    said = {}
-    for tag, key in STEPS:
-        element = document.find(f".//{tag}", NAMESPACES)
-        if element is not None and element.get(key):
-            said[tag] = float(element.get(key))
-    for tag, step in said.items():
-        if abs(step / package.base - 1) > 1e-9:
-            yield f"{tag} steps by {step:.9g} s, the system by {package.base:.9g} s"
+    said = [
+        (f"{tag} {key}", step)
+        for tag, key in BASE_STEPS
+        for element in document.iterfind(f".//{tag}[@{key}]", NAMESPACES)
+        for step in [parsed(element.get(key))]
+    ]
+    for where, step in said[1:]:
+        # written so that what is no number is blamed too
+        if not abs(step / package.base - 1) <= 1e-9:
+            yield f"{where} is {step:.9g} s, {said[0][0]} {package.base:.9g} s: make them equal"
+    if document.find(".//oms:SimulationInformation", NAMESPACES) is not None:
+        master = document.find(OMSIMULATOR, NAMESPACES)
+        if master is None or not master.get("stepSize"):
+            yield (
+                "oms:SimulationInformation without oms:FixedStepMaster stepSize in the first"
+                " annotation of the system: OMSimulator would step by 0.001 s"
+            )
     for instance in package.instances:
         try:
             period(instance, package.base)

@@ -45,7 +45,21 @@ SYSTEM: Mutants = {
     ),
     "importers told different steps": (
         text('fixedStepSize="0.00025"', 'fixedStepSize="0.0005"', SSD),
-        "steps by 0.0005 s",
+        r": oms:SimulationInformation fixedStepSize is 0.0005 s, flexhex:Schedule baseStep 0.00025",
+    ),
+    "libcosim told another step": (
+        text('baseStepSize="0.00025"', 'baseStepSize="0.0005"', SSD),
+        r": osp:FixedStepAlgorithm baseStepSize is 0.0005 s, flexhex:Schedule baseStep 0.00025 s",
+    ),
+    "step that OMSimulator does not find": (
+        text(
+            '<ssc:Annotation type="org.openmodelica">\n        <oms:Annotations>\n'
+            '          <oms:SimulationInformation name="base_step" method',
+            '<ssc:Annotation type="x"/><ssc:Annotation type="org.openmodelica">'
+            '<oms:Annotations><oms:SimulationInformation name="base_step" method',
+            SSD,
+        ),
+        "OMSimulator would step by 0.001 s",
     ),
     "sample time that is not whole": (
         text(

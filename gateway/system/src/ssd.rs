@@ -9,15 +9,14 @@ use crate::structure::{Element, Structure, Values, Wire};
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+const OMS: &str =
+    "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 /// Elements that may hold the base step [s]; the first present wins.
-const BASE_STEPS: [(&str, &str, &str); 3] = [
+const BASE_STEPS: [(&str, &str, &str); 4] = [
     ("urn:flexhex:schedule", "Schedule", "baseStep"),
     ("http://opensimulationplatform.com/SSP/OSPAnnotations", "FixedStepAlgorithm", "baseStepSize"),
-    (
-        "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
-        "SimulationInformation",
-        "fixedStepSize",
-    ),
+    (OMS, "FixedStepMaster", "stepSize"),
+    (OMS, "SimulationInformation", "fixedStepSize"),
 ];
 
 /// Reads `SystemStructure.ssd` and the parameter sets it refers to.
@@ -171,8 +170,8 @@ fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
 
 fn base_step(root: Node) -> Result<Option<f64>, Error> {
     for (namespace, tag, key) in BASE_STEPS {
-        let found = root.descendants().find(|n| n.has_tag_name((namespace, tag)));
-        if let Some(text) = found.and_then(|n| n.attribute(key)).filter(|t| !t.is_empty()) {
+        let mut named = root.descendants().filter(|n| n.has_tag_name((namespace, tag)));
+        if let Some(text) = named.find_map(|n| n.attribute(key)) {
             let step = text.trim().parse::<f64>().ok();
             return match step.filter(|s| *s > 0.0 && s.is_finite()) {
                 Some(step) => Ok(Some(step)),
