@@ -12,6 +12,8 @@ from tests.conftest import ROOT
 
 LONGEST = 250
 """Lines of a file that needs no reason; a longer one gives its reason after `Long:`."""
+FMI_HEADERS = ROOT / "build" / "runtime" / "fmi2"
+"""The standard's own files, as it publishes them."""
 SCREEN = 60
 """Lines of a screen."""
 
@@ -80,6 +82,7 @@ def test_nothing_generated_is_tracked() -> None:
 
 def test_long_files_give_their_reason() -> None:
     written = [p for p in tracked() if p.suffix in {".py", ".c", ".h", ".rs"}]
+    written = [p for p in written if FMI_HEADERS not in p.parents]
     long = {}
     for path in written:
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -67,7 +67,7 @@ static flexhex_instance *allocate(const fmi2CallbackFunctions *functions, const 
   const size_t size = at_block + block + n_lookup * sizeof(int) + strlen(name) + 1;
   /* both of the importer's functions, or neither */
   const bool theirs = functions->allocateMemory && functions->freeMemory;
-  char *memory = theirs ? functions->allocateMemory(1, size) : calloc(1, size);
+  char *memory = (char *)(theirs ? functions->allocateMemory(1, size) : calloc(1, size));
   if (!memory) {
     return NULL;
   }

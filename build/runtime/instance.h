@@ -71,39 +71,44 @@ typedef struct {
 } flexhex_instance;
 
 /* calls.c */
+/* Every function of FMI: its name here, its name, the phases in which it may be called */
+#define FLEXHEX_CALLS(X)                                                    \
+  X(SET_DEBUG_LOGGING, "fmi2SetDebugLogging", I | M | C | T)                \
+  X(SETUP_EXPERIMENT, "fmi2SetupExperiment", I)                             \
+  X(ENTER_INITIALIZATION_MODE, "fmi2EnterInitializationMode", I)            \
+  X(EXIT_INITIALIZATION_MODE, "fmi2ExitInitializationMode", M)              \
+  X(TERMINATE, "fmi2Terminate", C)                                          \
+  X(RESET, "fmi2Reset", I | M | C | T)                                      \
+  X(GET_REAL, "fmi2GetReal", M | C | T)                                     \
+  X(GET_INTEGER, "fmi2GetInteger", M | C | T)                               \
+  X(GET_BOOLEAN, "fmi2GetBoolean", M | C | T)                               \
+  X(GET_STRING, "fmi2GetString", M | C | T)                                 \
+  X(SET_REAL, "fmi2SetReal", I | M | C)                                     \
+  X(SET_INTEGER, "fmi2SetInteger", I | M | C)                               \
+  X(SET_BOOLEAN, "fmi2SetBoolean", I | M | C)                               \
+  X(SET_STRING, "fmi2SetString", I | M | C)                                 \
+  X(GET_FMU_STATE, "fmi2GetFMUstate", I | M | C | T)                        \
+  X(SET_FMU_STATE, "fmi2SetFMUstate", I | M | C | T)                        \
+  X(FREE_FMU_STATE, "fmi2FreeFMUstate", I | M | C | T)                      \
+  X(SERIALIZED_FMU_STATE_SIZE, "fmi2SerializedFMUstateSize", I | M | C | T) \
+  X(SERIALIZE_FMU_STATE, "fmi2SerializeFMUstate", I | M | C | T)            \
+  X(DESERIALIZE_FMU_STATE, "fmi2DeSerializeFMUstate", I | M | C | T)        \
+  X(GET_DIRECTIONAL_DERIVATIVE, "fmi2GetDirectionalDerivative", M | C | T)  \
+  X(SET_REAL_INPUT_DERIVATIVES, "fmi2SetRealInputDerivatives", I | M | C)   \
+  X(GET_REAL_OUTPUT_DERIVATIVES, "fmi2GetRealOutputDerivatives", C | T)     \
+  X(DO_STEP, "fmi2DoStep", C)                                               \
+  X(CANCEL_STEP, "fmi2CancelStep", 0)                                       \
+  X(GET_STATUS, "fmi2GetStatus", C | T)                                     \
+  X(GET_REAL_STATUS, "fmi2GetRealStatus", C | T)                            \
+  X(GET_INTEGER_STATUS, "fmi2GetIntegerStatus", C | T)                      \
+  X(GET_BOOLEAN_STATUS, "fmi2GetBooleanStatus", C | T)                      \
+  X(GET_STRING_STATUS, "fmi2GetStringStatus", C | T)                        \
+  X(FREE_INSTANCE, "fmi2FreeInstance", I | M | C | T)
 typedef enum {
-  FLEXHEX_SET_DEBUG_LOGGING,
-  FLEXHEX_SETUP_EXPERIMENT,
-  FLEXHEX_ENTER_INITIALIZATION_MODE,
-  FLEXHEX_EXIT_INITIALIZATION_MODE,
-  FLEXHEX_TERMINATE,
-  FLEXHEX_RESET,
-  FLEXHEX_GET_REAL,
-  FLEXHEX_GET_INTEGER,
-  FLEXHEX_GET_BOOLEAN,
-  FLEXHEX_GET_STRING,
-  FLEXHEX_SET_REAL,
-  FLEXHEX_SET_INTEGER,
-  FLEXHEX_SET_BOOLEAN,
-  FLEXHEX_SET_STRING,
-  FLEXHEX_GET_FMU_STATE,
-  FLEXHEX_SET_FMU_STATE,
-  FLEXHEX_FREE_FMU_STATE,
-  FLEXHEX_SERIALIZED_FMU_STATE_SIZE,
-  FLEXHEX_SERIALIZE_FMU_STATE,
-  FLEXHEX_DESERIALIZE_FMU_STATE,
-  FLEXHEX_GET_DIRECTIONAL_DERIVATIVE,
-  FLEXHEX_SET_REAL_INPUT_DERIVATIVES,
-  FLEXHEX_GET_REAL_OUTPUT_DERIVATIVES,
-  FLEXHEX_DO_STEP,
-  FLEXHEX_CANCEL_STEP,
-  FLEXHEX_GET_STATUS,
-  FLEXHEX_GET_REAL_STATUS,
-  FLEXHEX_GET_INTEGER_STATUS,
-  FLEXHEX_GET_BOOLEAN_STATUS,
-  FLEXHEX_GET_STRING_STATUS,
-  FLEXHEX_FREE_INSTANCE,
-  FLEXHEX_N_CALLS
+#define FLEXHEX_MEMBER(call, name, phases) FLEXHEX_##call,
+  FLEXHEX_CALLS(FLEXHEX_MEMBER)
+#undef FLEXHEX_MEMBER
+      FLEXHEX_N_CALLS
 } flexhex_call;
 
 /* The instance behind c when `call` is allowed now; NULL, with a message, when it is not. */

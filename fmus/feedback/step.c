@@ -20,7 +20,7 @@ typedef struct {
 
 static bool start(const feedback_parameters *p, void *memory, feedback_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (p->tau_step > p->tau_max) {
     snprintf(message, size, "tau_step = %.9g N m, more than tau_max = %.9g N m", p->tau_step,
              p->tau_max);
@@ -75,7 +75,7 @@ static double command(const feedback_parameters *p, double wanted, double *carri
 
 static void tick(const feedback_parameters *p, const feedback_inputs *u, void *memory,
                  feedback_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   double r[N], e_I[N];
   delayed(s, u->r, r);
   for (int i = 0; i < N; ++i) {

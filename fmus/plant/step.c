@@ -80,7 +80,7 @@ static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) 
 
 static bool start(const plant_parameters *p, void *memory, plant_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (!whole("substeps", p->substeps, message, size) ||
       !whole("command_delay", p->command_delay, message, size) ||
       !whole("measurement_delay", p->measurement_delay, message, size)) {
@@ -185,7 +185,7 @@ static bool within_stroke(const plant_parameters *p, const motion *now, double r
 }
 
 static void tick(const plant_parameters *p, const plant_inputs *u, void *memory, plant_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   const int substeps = (int)p->substeps;
   const double h = p->Ts / substeps;
   double command[N];
