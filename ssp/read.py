@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
+from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
+from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
 from flexhex.ssp.xml import NAMESPACES, parse
 

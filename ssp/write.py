@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from flexhex.fmugen.pack import write_zip
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable
 from flexhex.ssp.annotations import annotate_component, annotate_system, experiment
-from flexhex.ssp.fmu import Fmu, read_bytes, read_fmu
+from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.system import Box, Component, System, unit_of
 from flexhex.ssp.wiring import Wire, unknown
 from flexhex.ssp.xml import child, root, text_of

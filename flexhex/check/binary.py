@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +40,7 @@ def binary(subject: Subject) -> list[str]:
     name, element = library_name(subject), subject.cosimulation
     if name is None or element is None or element.get("needsExecutionTool") == "true":
         return []
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(subject.path) as archive:
+    with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
         return _tried(plan)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import tempfile
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,7 +52,7 @@ def check_results(path: Path) -> list[Deviation]:
         raise InterfaceError(f"{path}: has no binary for this computer")
     inputs, given = _table(subject, IN)
     outputs, wanted = _table(subject, OUT)
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as archive:
+    with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
         references = {v.name: int(v.reference) for v in subject.variables if v.reference.isdigit()}

@@ -11,8 +11,8 @@ from typing import Any
 
 from flexhex.check.fmu import check_fmu
 from flexhex.check.subject import parsed
+from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.ssp.fmu import open_zip, read_bytes, read_member
 from flexhex.ssp.read import BASE_STEPS, Instance, Package, period, read_ssp
 from flexhex.ssp.xml import NAMESPACES, parse
 
@@ -39,7 +39,7 @@ def check_system(package: Package) -> list[str]:
     """Complaints about the system description alone."""
     path = package.path
     document = parse(
-        read_member(open_zip(read_bytes(path), str(path)), "SystemStructure.ssd", str(path)),
+        read_member(open_zip(path, str(path)), "SystemStructure.ssd", str(path)),
         f"{path}: SystemStructure.ssd",
     )
     return [f"{path}: {text}" for text in _system(package, document)]
