@@ -4,7 +4,7 @@ use roxmltree::{Document, Node};
 
 use crate::archive::Archive;
 use crate::error::Error;
-use crate::structure::{Element, Structure, Values, Wire};
+use crate::structure::{Element, Setting, Structure, Wire};
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
@@ -47,7 +47,7 @@ fn structure(document: &Document, archive: &mut Archive) -> Result<Structure, Er
         wires: grandchildren(top, "Connections", "Connection")
             .map(wire)
             .collect::<Result<_, _>>()?,
-        values: parameter_sets(top, archive)?,
+        settings: parameter_sets(top, archive)?,
         base_step: base_step(root)?,
     })
 }
@@ -102,7 +102,7 @@ fn element(node: Node, archive: &mut Archive) -> Result<Element, Error> {
     Ok(Element {
         name: name.to_owned(),
         source: node.attribute("source").unwrap_or_default().to_owned(),
-        values: parameter_sets(node, archive)?,
+        settings: parameter_sets(node, archive)?,
     })
 }
 
@@ -121,8 +121,8 @@ fn wire(node: Node) -> Result<Wire, Error> {
 }
 
 /// Name and value of every Real in the parameter sets of a component or of the system.
-fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
-    let mut values = Values::new();
+fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Vec<Setting>, Error> {
+    let mut settings = Vec::new();
     let bindings: Vec<Node> = node
         .children()
         .filter(|c| c.has_tag_name((SSD, "ParameterBindings")))
@@ -138,32 +138,34 @@ fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
             Some(source) => {
                 let text = archive.text(source)?;
                 let document = parse(&text, source)?;
-                collect(document.root_element(), prefix, &mut values)?;
+                collect(document.root_element(), prefix, &mut settings)?;
             }
             None => {
                 let set = child(binding, (SSD, "ParameterValues"))
                     .and_then(|v| child(v, (SSV, "ParameterSet")));
                 if let Some(set) = set {
-                    collect(set, prefix, &mut values)?;
+                    collect(set, prefix, &mut settings)?;
                 }
             }
         }
     }
-    Ok(values)
+    Ok(settings)
 }
 
-fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
+fn collect(set: Node, prefix: &str, settings: &mut Vec<Setting>) -> Result<(), Error> {
     let groups = set.children().filter(|c| c.has_tag_name((SSV, "Parameters")));
     for entry in groups.flat_map(|g| g.children()) {
         if !entry.has_tag_name((SSV, "Parameter")) {
             continue;
         }
         let name = entry.attribute("name").unwrap_or_default();
-        let value = child(entry, (SSV, "Real"))
+        let real = child(entry, (SSV, "Real"));
+        let value = real
             .and_then(|real| real.attribute("value")?.trim().parse::<f64>().ok())
             .filter(|value| value.is_finite())
             .ok_or_else(|| Error::new(format!("parameter '{name}' has no finite Real value")))?;
-        values.push((format!("{prefix}{name}"), value));
+        let unit = real.and_then(|real| real.attribute("unit")).unwrap_or_default().to_owned();
+        settings.push(Setting { name: format!("{prefix}{name}"), value, unit });
     }
     Ok(())
 }
