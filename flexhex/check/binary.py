@@ -80,6 +80,7 @@ def _described(v: Scalar) -> dict[str, Any]:
         "name": v.name,
         "reference": int(v.reference) if v.reference.isdigit() else 0,
         "causality": v.causality,
+        "variability": v.variability,
         "start": start if math.isfinite(start) else 0.0,
         "min": low if math.isfinite(low) else None,
         "max": high if math.isfinite(high) else None,

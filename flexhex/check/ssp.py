@@ -48,7 +48,10 @@ def check_system(package: Package) -> list[str]:
 def _system(package: Package, document: Any) -> Iterator[str]:
     yield from _schema(document)
     yield from _steps(package, document)
+    yield from _schedule(package, document)
+    yield from _experiment(document)
     yield from _fed(package)
+    yield from _declared(package, document)
     elements = document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES)
     for element in elements:
         instance = package.instance(element.get("name", ""))
@@ -97,6 +100,52 @@ def _steps(package: Package, document: Any) -> Iterator[str]:
                 f"{instance.name}: made for base steps of {step_size:.9g} s,"
                 f" the system steps by {package.base:.9g} s"
             )
+
+
+def _schedule(package: Package, document: Any) -> Iterator[str]:
+    """The periods that the schedule states are those of the sample times."""
+    schedule = document.find(".//flexhex:Schedule", NAMESPACES)
+    if schedule is None:
+        return
+    stated = {
+        e.get("component", ""): e.get("steps", "")
+        for e in schedule.iterfind("flexhex:Period", NAMESPACES)
+    }
+    for instance in package.instances:
+        try:
+            steps = str(period(instance, package.base))
+        except InterfaceError:  # blamed by _steps
+            continue
+        said = stated.pop(instance.name, None)
+        if said is None:
+            yield f"flexhex:Schedule lacks {instance.name}"
+        elif said != steps:
+            yield f"flexhex:Schedule: {instance.name} every {said} base steps, its Ts says {steps}"
+    for name in stated:
+        yield f"flexhex:Schedule names {name!r}, no component of the system"
+
+
+def _experiment(document: Any) -> Iterator[str]:
+    experiment = document.find("ssd:DefaultExperiment", NAMESPACES)
+    if experiment is None:
+        return
+    start, stop = (parsed(experiment.get(key), 0.0) for key in ("startTime", "stopTime"))
+    # written so that what is no number is blamed too
+    if experiment.get("stopTime") and not start < stop < math.inf:
+        yield f"DefaultExperiment: from {start:.9g} s to {stop:.9g} s, must end after it starts"
+
+
+def _declared(package: Package, document: Any) -> Iterator[str]:
+    """Connections end at connectors that their components declare."""
+    declared = {
+        (element.get("name"), connector.get("name"))
+        for element in document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES)
+        for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES)
+    }
+    for wire in package.wires:
+        for component, name in ((wire.source, wire.output), (wire.target, wire.input)):
+            if (component, name) not in declared:
+                yield f"connection {wire}: {component} declares no connector {name}"
 
 
 def _fed(package: Package) -> Iterator[str]:
