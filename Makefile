@@ -6,8 +6,6 @@ READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
-GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
-
 # all tests of a file in one process, so that what they share is made once
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
@@ -63,7 +61,7 @@ platforms: $(READY)
 
 gateway: $(READY)
 	$(BIN)/python gateway/lock.py write
-	cd gateway && $(GATEWAY) build --release --locked
+	cd gateway && cargo build --release --locked
 
 machine: gateway
 	$(BIN)/flexhex drive
@@ -119,7 +117,7 @@ check-rust:
 check-gateway: $(DEV)
 	$(BIN)/python gateway/lock.py write
 	cd gateway && cargo fmt --all --check
-	cd gateway && $(GATEWAY) clippy --release --locked --workspace --all-targets -- -D warnings
+	cd gateway && cargo clippy --release --locked --workspace --all-targets -- -D warnings
 
 format: $(DEV)
 	$(BIN)/ruff check --fix-only .

@@ -9,9 +9,9 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import UsageError
 from flexhex.ssp import library
-from flexhex.ssp.fmu import read_bytes
 from flexhex.ssp.plan import Plan, Progress
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.results import Result

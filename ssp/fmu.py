@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import math
 import platform
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
-from flexhex.fmus.common.errors import InterfaceError, unreadable
+from flexhex.fmus.common.archive import open_zip, read_member
+from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
@@ -113,33 +110,6 @@ def _described(text: bytes) -> Fmu:
         log_categories=tuple(c.get("name", "") for c in root.iterfind("LogCategories/Category")),
         sha256="",
     )
-
-
-def open_zip(data: bytes, file: str) -> zipfile.ZipFile:
-    """Archive in memory; InterfaceError for anything that is no zip."""
-    try:
-        return zipfile.ZipFile(io.BytesIO(data))
-    except zipfile.BadZipFile:
-        text = "not a zip archive, or a truncated one: copy or build it anew"
-        raise InterfaceError(f"{file}: {text}") from None
-
-
-def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:
-    """One file of an archive; InterfaceError when it is missing or damaged."""
-    try:
-        return archive.read(name)
-    except KeyError:
-        raise InterfaceError(f"{file}: {name} is missing in the archive") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:
-        raise InterfaceError(f"{file}: {name} is damaged in the archive ({error})") from None
-
-
-def read_bytes(path: str | Path) -> bytes:
-    """Contents of a file; InterfaceError when it cannot be read."""
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise InterfaceError(unreadable(path, error)) from None
 
 
 def _variable(element: Any) -> FmuVariable:

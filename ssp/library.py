@@ -18,10 +18,9 @@ from ctypes import (
 from functools import lru_cache
 from pathlib import Path
 
-import fmpy
-
 from flexhex.fmugen import cache as store
 from flexhex.fmugen.compile import compile_object, link_shared, strict
+from flexhex.fmugen.fmu import FMI
 
 HERE = Path(__file__).resolve().parent
 FALLBACK = Path("out/lib")
@@ -78,10 +77,9 @@ class TimesData(Structure):
 
 def build(cache: Path) -> Path:
     """Compile the executor into cache unless the same sources are there; BuildError."""
-    folder = Path(fmpy.__file__).resolve().parent / "c-code"
-    headers = [HERE / "executor.h", *sorted(folder.glob("fmi2*.h"))]
+    headers = [HERE / "executor.h", *sorted(FMI.glob("*.h"))]
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in headers)).hexdigest()
-    flags = (*strict(), f"-I{folder}")
+    flags = (*strict(), f"-I{FMI}")
     compiled = compile_object(HERE / "executor.c", digest, cache, flags)
     library = compiled.with_suffix(".so")
     return library if library.exists() else link_shared([compiled], library, ("-ldl",))

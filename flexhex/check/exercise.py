@@ -77,6 +77,8 @@ TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     claims.first_dependencies,
     claims.categories,
     claims.refusals,
+    claims.parameters,
+    claims.changes,
 )
 
 

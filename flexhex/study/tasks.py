@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError, UsageError, unreadable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, truth_file
@@ -23,7 +24,6 @@ from flexhex.fmus.plant.interface import parameters as plant_parameters
 from flexhex.simulation.cases import SETTLE
 from flexhex.simulation.metrics import rms
 from flexhex.ssp.executor import run
-from flexhex.ssp.fmu import read_bytes
 from flexhex.ssp.read import read_ssp
 from flexhex.study.draws import BUILT, Plan, Values, draw, start_values
 from flexhex.study.store import Scored, Store

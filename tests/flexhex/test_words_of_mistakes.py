@@ -132,11 +132,11 @@ def test_file_to_check_that_is_none_is_bad_input(tmp_path: Path) -> None:
 def test_where_fmpy_stumbles_the_description_is_blamed(
     error: Exception, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def stumbles(path: str) -> list[str]:
+    def stumbles(path: str, **_: bool) -> None:
         raise error
 
-    monkeypatch.setattr("fmpy.validation.validate_fmu", stumbles)
-    (said,) = check_fmu._fmpy(Path("x.fmu"))
+    monkeypatch.setattr("fmpy.model_description.read_model_description", stumbles)
+    (said,) = check_fmu._fmpy(Path("x.fmu"), False)
     assert said.endswith((text, f"{text} ({type(error).__name__})"))
     assert not re.search("NoneType|generator", said)
 
