@@ -18,6 +18,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "5 %": "error of actuators in the generator",
         "15 %": "error of the Dahl width in the generator",
         "10 %": "error of masses that was not tried",
+        "0.05": "default of a tolerance",
+        "0.005": "default of a tolerance",
+        "0.1": "default of a tolerance",
+        "0.002": "default of a tolerance",
+        "0.5 %": "error of parts as they are machined",
     },
     "docs/gateway.md": {
         "10 s": "length of a run of `flexhex drive`",
