@@ -57,3 +57,8 @@ class Scales:
             grid = tuple(times * value for value in s.grid)
             found[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
         return found
+
+    def bounds(self, name: str, axis: int) -> list[tuple[float, float]]:
+        """Least and largest gains of an effect on an axis."""
+        pairs = [(gain, self.scale(gain.unit, axis)) for gain in self.effects[name].gains]
+        return [(times * gain.low, times * gain.high) for gain, times in pairs]

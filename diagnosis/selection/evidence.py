@@ -80,6 +80,11 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     gains[there], fall = bounded(A, rest[there], effect.low)
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
+    # no machine has such a gain: something else looks like it
+    beyond = (gains < effect.low).any(axis=1)
+    if effect.high is not None:
+        beyond |= (gains > effect.high).any(axis=1)
+    evidence[beyond] = 0.0
     return Tried(evidence, gains)
 
 

@@ -44,7 +44,8 @@ class Columns:
 @dataclass(frozen=True, eq=False)
 class EffectHypothesis:
     """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
-    felt: axes that feel it; low (k,): least gains; freedom: numbers that a fit may choose; extends:
+    felt: axes that feel it; low, high (k,): least gains, largest ones or None for none; freedom:
+    numbers that a fit may choose; extends:
     the simpler effect that it becomes without its further gains; choices: shapes that those of the
     grid were picked from."""
 
@@ -59,6 +60,7 @@ class EffectHypothesis:
     exact: bool
     most: int
     choices: int = 1
+    high: Array | None = None
 
     @property
     def width(self) -> int:
@@ -184,8 +186,9 @@ class Hypotheses:
         if item is None:
             return EffectHypothesis(*made, np.full(width, -np.inf), width, "", False, 1)
         effect = item.effect
-        low = np.array([gain.low for gain in effect.gains])
-        return EffectHypothesis(*made, low, item.freedom, effect.extends, effect.exact, effect.most)
+        bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
+        known = (item.freedom, effect.extends, effect.exact, effect.most)
+        return EffectHypothesis(*made, bounds[0], *known, high=bounds[1])
 
     def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
