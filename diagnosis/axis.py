@@ -43,7 +43,7 @@ class AxisBase:
 
     settle = 0.2
     late = LATE
-    holds = frozenset({"viscous_friction"})
+    holds = frozenset({"viscous_friction", "drive_gain"})
     given: tuple[EffectUse, ...] = ()
     complete = False
     curved: tuple[Known, ...] = ()

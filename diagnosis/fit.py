@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint, again, axis_rms
 from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.blocks import LATEST, Block
-from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.blocks import LATEST, Block, torque_at
+from flexhex.diagnosis.calibrate import LOOSE, Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.known import about_known, known_torque
 from flexhex.diagnosis.noise import Noise, measured, unweighted
@@ -19,6 +19,8 @@ from flexhex.diagnosis.noise import Noise, measured, unweighted
 Array = NDArray[np.float64]
 STEPS = 2
 """Gauss-Newton steps."""
+COARSE, FIRM = 4, 1e-9
+"""Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
 MISLED = 1.5
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
@@ -35,7 +37,7 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         np.array([k.nominal for k in base.linear]),
         np.array([k.nominal for k in base.curved]),
         np.array([k.nominal for k in base.widths]),
-        0.0,
+        first_delay(base, blocks),
         base.late * max(block.run.tau.ts for block in blocks),
     )
     flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
@@ -50,6 +52,37 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         made = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
         left = made.residual(made.regression.q)
     return replace(made, noise=unweighted(measured(blocks, left), misled))
+
+
+def first_delay(base: Base, blocks: Sequence[Block]) -> float:
+    """Delay of the torques [s] to whole samples of the log, from which Gauss-Newton steps find the
+    rest: with another one their columns are turned by a good part of a period.
+
+    Of all delays within the tolerance the one at which the linear base model leaves least, if that
+    is less than half of what it leaves without: else something else is missing.
+    """
+    step = max(block.run.tau.ts for block in blocks)
+    most = int(LATEST * base.late)
+    thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
+    scale = np.array([LOOSE * k.tolerance for k in base.linear])
+    nominal = np.array([k.nominal for k in base.linear])
+    scale = np.where(np.isfinite(scale), scale, 1.0)
+    prior = np.diag([1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear])
+    B = np.concatenate([b.linear[::COARSE][t.usable] for b, t in zip(blocks, thin, strict=True)])
+    known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
+    size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
+    weight = np.where(np.diag(prior) > 0, scale, 1.0 / size)
+    left = dict[int, float]()
+    for k in range(-most, most + 1):
+        y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
+        rows = np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
+        # each axis counts by its own torque
+        unit = np.maximum(rows.std(axis=0), np.finfo(float).tiny)
+        C, v = (B * weight / unit[:, None]).reshape(-1, len(weight)), (rows / unit).ravel()
+        G = C.T @ C + prior + FIRM * np.diag((C**2).sum(axis=0) + 1.0)
+        left[k] = float(v @ v - v @ C @ np.linalg.solve(G, C.T @ v))
+    best = min(left, key=lambda k: (left[k], abs(k)))
+    return step * best if left[best] < left[0] / 2 else 0.0
 
 
 def _weighted(

@@ -26,8 +26,9 @@ from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
-SEARCHES, BENT = 3, 0.05
-"""Searches of the mechanism at most; relative change of a width that asks for another one."""
+SEARCHES, BENT, LATER = 3, 0.05, 0.2
+"""Searches of the mechanism at most; change of a width, relative, and of the delay, relative to its
+tolerance, that ask for another one."""
 Progress = Callable[[str, int, int], None]
 USUAL = Options()
 __all__ = ["Options", "diagnose", "diagnose_files", "silent"]
@@ -109,7 +110,7 @@ def _mechanism(
 ) -> tuple[Before, Side]:
     """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
 
-    What is missing bends the fit of the widths, and a bent fit asks for effects that are not
+    What is missing bends the fit of widths and delay, and a bent fit asks for effects that are not
     there; so the search begins anew beside the base model that its own answer leaves.
     """
     found = selected(Bench(made, known), judged, say)
@@ -119,12 +120,21 @@ def _mechanism(
             break
         # the columns and rows of one search at a time: they take most of the memory
         found.held.bench.forget()
-        settled = beside(found.held)
-        if np.abs(np.log(settled.fitted.widths / made.fitted.widths)).max(initial=0.0) < BENT:
+        settled = beside(found.first or found.held)
+        if not _moved(made, settled):
+            settled = beside(found.held)
+        if not _moved(made, settled):
             break
         made = settled
         found = selected(Bench(made, known), judged, say)
     return before, found
+
+
+def _moved(before: Calibrated, after: Calibrated) -> bool:
+    """Whether widths or delay are others."""
+    widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
+    delay = abs(after.fitted.delay - before.fitted.delay)
+    return bool(widths > BENT or delay > LATER * before.fitted.late)
 
 
 def _sought(asked: Asked) -> dict[str, Effect]:

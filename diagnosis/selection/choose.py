@@ -61,7 +61,7 @@ class Selection:
     every round.
 
     arbitrated: there was another trajectory to predict. beside: of each axis something without a
-    name beside all that was accepted; unsure: sizes below which it may be noise, by axis.
+    name beside all that was accepted; unsure: nats below which it may be noise, by axis.
     """
 
     accepted: tuple[Accepted, ...]
@@ -90,7 +90,7 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         passed = [
             s
             for s in scores
-            if passes(s, known, least, criteria) and s.size > alone[s.hypothesis.axis]
+            if passes(s, known, least, criteria) and s.gain > alone[s.hypothesis.axis]
         ]
         if not passed:
             break
@@ -202,20 +202,18 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
 
 
 def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
-    """Least relative RMS of an effect on each axis, or on the whole, where nothing repeats.
+    """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
 
-    Noise moves the joints as well and is in the columns; what explains less than half of all that
-    is left, or less than an effect that is known there, may be the answer of the feedback to it.
+    Noise moves the joints as well and is in the columns. What explains less than half of all that
+    is left may be the answer of the feedback to it, and so may all beside an effect that is known.
     """
     rows, q = moments.rows, moments.fit(None).q
     if rows.pairs.nnz:
         return dict.fromkeys([None, *range(rows.n)], 0.0)
-    left = [np.sqrt(((rows.y[i] - moments.X[i] @ q) ** 2).mean()) for i in range(rows.n)]
-    sizes = [float(rms / rows.torque_rms[i]) / 2**0.5 for i, rms in enumerate(left)]
-    for i in range(rows.n):
-        own = [k.size for k in known if k.hypothesis.axis in (i, None)]
-        sizes[i] = max([sizes[i], *own])
-    return {None: min(sizes), **dict(enumerate(sizes))}
+    left = [float(((rows.white_y[i] - moments.white_X[i] @ q) ** 2).sum()) for i in range(rows.n)]
+    taken = {k.hypothesis.axis for k in known}
+    least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
+    return {None: sum(left) / 4, **dict(enumerate(least))}
 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:

@@ -1,10 +1,11 @@
 """What has no name: smooth functions of one thing that an axis does, or of all of them together.
 
-    tau = f(angle), f(angle) direction, f(rate), f(acceleration), f(torque), f(time), f(all of them)
+    tau = f(angle), f(angle) direction, f(rate), f(acceleration), f(torque), f(all of them)
 
 f is a Gaussian process of unknown length and size, so its evidence is one of closed form; and a
 linear response with memory to rate and acceleration. This is the ceiling of what can be explained
-without knowing what it is.
+without knowing what it is. Time in a run is no argument: offsets wander with it, and what repeats
+of it is seen without a form.
 """
 
 from __future__ import annotations
@@ -53,9 +54,7 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
             listed.append((name, _hats(values), smooth))
     directed = [h * d[:, None] for h, d in zip(listed[0][1], arguments["direction"], strict=True)]
     listed.append(("angle and direction", directed, smooth))
-    listed.append(
-        ("motion", _waves([arguments[name] for name in arguments if name != "time"]), one)
-    )
+    listed.append(("motion", _waves(list(arguments.values())), one))
     memory = _memory(rows, axis)
     listed.append(("history", memory, (np.eye(memory[0].shape[1]),)))
     whole = [np.hstack(own) for own in zip(*(values for _, values, _ in listed), strict=True)]
@@ -75,7 +74,6 @@ def _arguments(rows: Rows, axis: int) -> Mapping[str, list[Array]]:
     for name in ("theta", "thetad", "thetadd"):
         found[name] = [b.smooth(getattr(b.run.motion, name)[:, axis]) for b in made.blocks]
     found["torque"] = [b.smooth(r[:, axis]) for b, r in zip(made.blocks, made.raw, strict=True)]
-    found["time"] = [b.at + b.run.shift - b.run.motion.t0 for b in made.blocks]
     unit = {name: _normal(values) for name, values in found.items()}
     size = float(np.concatenate(found["thetad"]).std()) or 1.0
     direction = [np.tanh(rate / (CREEP * size)) for rate in found["thetad"]]

@@ -29,7 +29,10 @@ SHOWN = 8
 
 @dataclass(frozen=True)
 class Side:
-    """One place where model and data meet: what was found there, and what remains (axes from 0)."""
+    """One place where model and data meet: what was found there, and what remains (axes from 0).
+
+    first: the fit beside what was found first alone.
+    """
 
     held: Joint
     others: Elsewhere | None
@@ -38,6 +41,7 @@ class Side:
     remains: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
+    first: Joint | None = None
 
     @property
     def matters(self) -> bool:
@@ -99,6 +103,7 @@ def selected(
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
+        joint(bench, grouped(bench, kept[:1])),
     )
 
 
@@ -136,9 +141,10 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
         least = min(criteria.smallest_rest, tolerated(own, criteria) or np.inf)
         if left.deviations > criteria.deviations and left.size > least:
             found[axis] = Nameless(left.size)
-        if selection.arbitrated and beside.gain > chance and shown(beside, criteria):
+        nats = max(chance, selection.unsure[axis])
+        if selection.arbitrated and beside.gain > nats and shown(beside, criteria):
             size = max(beside.size, left.size if axis in found else 0.0)
-            if size > max(least, selection.unsure[axis]):
+            if size > least:
                 found[axis] = Nameless(size, f": it goes with {beside.hypothesis.id}")
     return found
 

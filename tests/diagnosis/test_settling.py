@@ -18,12 +18,16 @@ def searched(
     monkeypatch: pytest.MonkeyPatch, widths: list[float], named: bool = True
 ) -> list[float]:
     """Widths beside which was searched; named: an effect was found."""
-    made = [SimpleNamespace(fitted=SimpleNamespace(widths=np.array([w]))) for w in widths]
+    made = [
+        SimpleNamespace(fitted=SimpleNamespace(widths=np.array([w]), delay=0.0, late=1.0))
+        for w in widths
+    ]
     asked: list[Any] = []
 
     def side(bench: Any, *more: Any) -> Any:
         asked.append(bench.made)
-        return SimpleNamespace(held=SimpleNamespace(parts=["part"] if named else [], bench=bench))
+        held = SimpleNamespace(parts=["part"] if named else [], bench=bench)
+        return SimpleNamespace(held=held, first=None)
 
     bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
