@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from flexhex.check import claims, trials
-from flexhex.check.slave import FUNCTIONS, Instance
+from flexhex.check.slave import FUNCTIONS, Instance, RefusedError
 
 
 def say(kind: str, text: str) -> None:
@@ -41,10 +41,6 @@ def identity(library: Any, plan: dict[str, Any]) -> Iterator[str]:
             yield "the binary takes any GUID: one of another build would not be noticed"
 
 
-class RefusedError(Exception):
-    """Nothing further can be tried."""
-
-
 def play(library: Any, plan: dict[str, Any]) -> None:
     """Outputs after each step with the inputs of plan["play"], one line ["row", values] each."""
     given = plan["play"]
@@ -66,6 +62,7 @@ def play(library: Any, plan: dict[str, Any]) -> None:
 
 TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     identity,
+    trials.readable,
     trials.starts,
     trials.steps,
     trials.step_sizes,

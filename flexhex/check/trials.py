@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from flexhex.check.slave import Instance
+from flexhex.check.slave import Instance, RefusedError
 
 Plan = dict[str, Any]
 STEPS = 5
@@ -56,6 +56,18 @@ def course(instance: Instance, plan: Plan, first: int, count: int) -> list[list[
 def same(a: object, b: object) -> bool:
     """Equal to the last bit; nan equals nan."""
     return repr(a) == repr(b)
+
+
+def readable(library: Any, plan: Plan) -> Iterator[str]:
+    """All variables can be read."""
+    instance = initialised(library, plan)
+    listed = plan["variables"]
+    if instance.c and instance.get([v["reference"] for v in listed]) is None:
+        lost = next((v for v in listed if instance.get([v["reference"]]) is None), None)
+        name = f"{lost['name']} cannot be read" if lost else "variables can be read one by one only"
+        raise RefusedError(f"{name}{instance.last}")
+    instance.free()
+    yield from ()
 
 
 def starts(library: Any, plan: Plan) -> Iterator[str]:
