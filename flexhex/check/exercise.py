@@ -62,7 +62,6 @@ def play(library: Any, plan: dict[str, Any]) -> None:
 
 TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     identity,
-    trials.readable,
     trials.starts,
     trials.steps,
     trials.step_sizes,
