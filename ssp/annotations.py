@@ -57,7 +57,13 @@ def _omsimulator(annotations: Any, base: float) -> None:
     information = _simulation_information(
         annotations, name=SOLVER, method="oms_ma", fixedStepSize=step
     )
-    child(information, "oms:FixedStepMaster", description="oms-ma", stepSize=step)
+    child(
+        information,
+        "oms:FixedStepMaster",
+        description="oms-ma",
+        stepSize=step,
+        relativeTolerance="0.0001",  # its schema demands one; a fixed step uses none
+    )
 
 
 def _simulation_information(annotations: Any, **attributes: str) -> Any:

@@ -29,8 +29,8 @@ def check_fmu(path: Path, run: bool = True) -> list[str]:
     stages.append(list(_fmpy(path, any(stages))))
     if version == "2.0" and run and subject.cosimulation is not None:
         stages += [list(sources(subject)), binary(subject)]
-        # with a binary that fails otherwise, results would only say so again
-        stages.append([] if stages[-1] else deviating(subject))
+        # where something else is wrong, results would only say so again
+        stages.append([] if any(stages) else deviating(subject))
     return [f"{path}: {text}" for stage in stages for text in _some(list(dict.fromkeys(stage)))]
 
 

@@ -61,7 +61,9 @@ def _combination(v: Scalar) -> Iterator[str]:
             f"{v.name}: causality {v.causality} with variability {v.variability},"
             f" allowed: {', '.join(sorted(allowed))}"
         )
-    if not v.reference.isdigit() or int(v.reference) >= 2**32:
+    if not v.reference:
+        yield f"{v.name} has no valueReference"
+    elif not v.reference.isdigit() or int(v.reference) >= 2**32:
         yield f"{v.name}: value reference {v.reference!r} is no unsigned 32-bit number"
     has_start = "start" in v.attributes
     wants = v.causality in ("input", "parameter") or v.variability == "constant"
@@ -99,7 +101,8 @@ def _aliases(subject: Subject) -> Iterator[str]:
             yield f"{members[0].name}: constant and fixed variables share reference {reference}"
         outputs = [v.name for v in members if v.causality == "output"]
         if subject.ours and (len(outputs) > 1 or (outputs and settable)):
-            yield f"{outputs[0]} shares value reference {reference} with {members[0].name}"
+            other = next(v.name for v in members if v.name != outputs[0])
+            yield f"{outputs[0]} shares value reference {reference} with {other}"
 
 
 def _units(subject: Subject) -> Iterator[str]:

@@ -144,6 +144,15 @@ VARIABLES: Mutants = {
     "two outputs exchanged": (exchanged, "last is off by|ticks is off by"),
     "written in UTF-16": (utf16, "modelDescription.xml is written in UTF-16, FMI 2.0 wants UTF-8"),
     "no FMI version": (text('fmiVersion="2.0" ', ""), "has no fmiVersion: not the description"),
+    "reference missing": (text(' valueReference="11"', ""), "last has no valueReference$"),
+    "reference that the binary lacks": (
+        text('name="fault" valueReference="16"', 'name="fault" valueReference="77"'),
+        "fault cannot be read .fmi2GetReal: value reference 77 does not exist",
+    ),
+    "two outputs share a reference": (
+        text('name="last" valueReference="11"', 'name="last" valueReference="10"'),
+        "y shares value reference 10 with last$",
+    ),
     "nominal negative": (text('nominal="', 'nominal="-'), "nominal = -"),
     "terminal without variable": (
         text(
