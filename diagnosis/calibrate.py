@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import Block, torque_at
 from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
 from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.rests import moving
 
 Array = NDArray[np.float64]
 LOOSE = 2.0
@@ -67,6 +68,11 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Rows (m, n) of each block in which an axis moves."""
+        return moving(self.blocks, self.base.window, self.spacing)
 
     @property
     def spacing(self) -> float:
@@ -134,11 +140,13 @@ class Calibrated:
         vars(self).pop("regression", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
-        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
+        rests."""
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        slow = self.noise.slow[axis]
         parts = [
-            whiten(v.reshape(len(v), -1), a, scale)[kept]
-            for v, kept in zip(values, self.kept, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
         ]
         return np.concatenate(parts)
 
