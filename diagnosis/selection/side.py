@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -16,10 +16,12 @@ from flexhex.diagnosis.elsewhere import Elsewhere
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.selection.choose import Accepted, Selection, select, shown
+from flexhex.diagnosis.selection.choose import Accepted, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.search import Selection, select
 from flexhex.diagnosis.verdict import Candidate, Changed, Named
 
 Say = Callable[[str], None]
@@ -72,12 +74,12 @@ def selected(
         if not kept:
             text = "would fit, but one trajectory cannot show it: record another one"
             notes.append(f"{listed} {text}")
-    remains = nameless(selection, criteria)
+    remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         unit = bench.scales.kinds[axis].unit("N m")
         torque = f"{left.size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
-        if left.size > tolerated(own, criteria):
+        if left.size > tolerated(own, selection.explained[axis], criteria):
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{left.what}")
         else:
@@ -130,15 +132,22 @@ class Nameless:
     what: str = ""
 
 
-def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
+def nameless(
+    selection: Selection, criteria: Criteria, named: Container[int | None] = ()
+) -> dict[int, Nameless]:
     """Axes on which something without a name is left: smooth in the motion, or of any other form as
-    long as it repeats. On one trajectory alone only what repeats counts."""
-    rest = selection.rest if selection.arbitrated else selection.before
+    long as it repeats. On one trajectory alone only what repeats counts, and what was found there
+    explains nothing unless it is among the axes that are `named`."""
+    after = [selection.arbitrated or axis in named for axis in range(len(selection.rest))]
+    pairs = zip(selection.rest, selection.before, after, strict=True)
+    rest = [one if there else other for one, other, there in pairs]
     chance = log(len(rest) / criteria.false_alarms)
     found = dict[int, Nameless]()
     for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
         own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
-        least = min(criteria.smallest_rest, tolerated(own, criteria) or np.inf)
+        least = min(
+            criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
+        )
         if left.deviations > criteria.deviations and left.size > least:
             found[axis] = Nameless(left.size)
         nats = max(chance, selection.unsure[axis])
@@ -149,11 +158,13 @@ def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
     return found
 
 
-def tolerated(accepted: Sequence[Accepted], criteria: Criteria) -> float:
-    """Relative RMS of a rest on an axis that leaves its effects their names: less for several, as
-    together they can imitate more."""
-    size = float(np.linalg.norm([a.score.size for a in accepted]))
-    return criteria.largest_rest * size / max(len(accepted), 1)
+def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> float:
+    """Relative RMS of a rest on an axis that leaves its effects their names, by what they explain
+    together: less for several, as together they can imitate more; harmonics of one wave count
+    once."""
+    orders = [a.score.order for a in accepted if a.score.order is not None]
+    count = len(accepted) - len(orders) + len(fundamentals(orders))
+    return criteria.largest_rest * explained / count if count else 0.0
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
@@ -176,7 +187,7 @@ def _candidates(selection: Selection) -> list[Candidate]:
     """The best hypotheses of every round, and which of them was accepted."""
     found = []
     for number, scores in enumerate(selection.rounds, start=1):
-        chosen = selection.accepted[number - 1] if number <= len(selection.accepted) else None
+        chosen = next((a for a in selection.accepted if a.round == number), None)
         same = () if chosen is None else (chosen.score, *chosen.rivals)
         for score in [*same, *(s for s in scores if s not in same)][:SHOWN]:
             first = chosen is not None and score is chosen.score
