@@ -12,7 +12,6 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/diagnose.md": {
         "95 %": "level of the intervals",
         "12 s": "length of a logged run",
-        "0.3": "size of a hidden effect",
         "1 %": "error of masses in the generator",
         "3 %": "error of stiffness in the generator",
         "5 %": "error of actuators in the generator",
