@@ -93,6 +93,22 @@ def cases(found: Found) -> str:
     return markdown(head, listed)
 
 
+def sensitivity(found: Found) -> str:
+    """What becomes of the cases where a criterion is halved or doubled."""
+    known, usual = found["variations"], found["variations"]["as it is"]
+    of = f"of {usual['n']} cases: well / wrong / changed"
+    rows = [["as they are", "", f"{usual['good']} / {usual['wrong']}", ""]]
+    for name, value in found["values"].items():
+        each = [known.get(f"{name} x {factor:g}") for factor in (0.5, 2.0)]
+        if any(each):
+            rows.append([f"`{name}`", f"{value:g}", *map(_variation, each)])
+    return markdown(("criterion", "value", f"halved, {of}", "doubled"), rows)
+
+
+def _variation(row: Found) -> str:
+    return f"{row['good']} / {row['wrong']} / {len(row['moved'])}" if row else ""
+
+
 def machines(lines: Found) -> str:
     """Machines of the showcase, failures too."""
     head = (

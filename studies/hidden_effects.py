@@ -149,7 +149,7 @@ def main(arguments: list[str] | None = None) -> int:
     """0; 1 when a case failed."""
     parser = argparse.ArgumentParser(prog="studies.hidden_effects", description=__doc__)
     for name in FAMILIES:
-        parser.add_argument(f"--{name}", type=_range, default=range(0), help="seeds A:B, without B")
+        parser.add_argument(f"--{name}", type=seeds, default=range(0), help="seeds A:B, without B")
     parser.add_argument("--category", help="instead of the one drawn (mujoco)")
     parser.add_argument("--engine", default=TODAY, help="MODULE:FUNCTION")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="an engine has for a case")
@@ -220,7 +220,8 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _range(text: str) -> range:
+def seeds(text: str) -> range:
+    """A:B, or A alone."""
     first, _, end = text.partition(":")
     found = range(int(first), int(end) if end else int(first) + 1)
     if not found or found[0] < 0:
