@@ -135,14 +135,9 @@ def read(store: Path) -> list[Row]:
 
 
 def outcome_of(row: Mapping[str, Any]) -> Outcome:
-    """The outcome of a line."""
-    values: Row = {
-        key: tuple(tuple(v) if isinstance(v, list) else v for v in value)
-        if isinstance(value, list)
-        else value
-        for key, value in row["outcome"].items()
-    }
-    return Outcome(**values)
+    """The outcome of a line, judged by the scorer as it is now."""
+    answer = row["answer"]
+    return score(answer, row["truth"], "" if answer else row["outcome"]["outcome"])
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -202,7 +197,8 @@ def _short(row: Mapping[str, Any]) -> Row:
     axes = [e.get("axes") or [] for e in effects]
     changed = [c["parameter"] for c in (row["answer"] or {}).get("changed", [])]
     seconds = row["processor_seconds"]
-    return {**row["outcome"], "named_axes": axes, "changed": changed, "processor_seconds": seconds}
+    outcome = asdict(outcome_of(row))
+    return {**outcome, "named_axes": axes, "changed": changed, "processor_seconds": seconds}
 
 
 def _line(row: Mapping[str, Any]) -> str:

@@ -29,6 +29,7 @@ from studies.honest_values import (
     closed_of,
     errors_of,
     names_of,
+    predicts,
 )
 
 OBSERVABLE = 0.01
@@ -44,7 +45,8 @@ class Outcome:
     errors: of every parameter that has an interval and a true value, in standard deviations of the
     interval; checks: what must be true of a plain axis, by name; confidence: as the answer gives
     it; closed: share of the gap on the test runs that the named effects closed on their axes;
-    alone: nothing else than one trajectory, or no repeats, was there; impossible: a value that no
+    alone: nothing else than one trajectory, or no repeats, was there; predicts: what is named
+    leaves less of the test runs; impossible: a value that no
     machine has was reported.
     """
 
@@ -65,6 +67,7 @@ class Outcome:
     confidence: float | None = None
     closed: float | None = None
     alone: bool = False
+    predicts: bool = False
     impossible: bool = False
 
     @property
@@ -109,6 +112,7 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
         found.get("confidence"),
         closed_of(found),
         truth["passes"] < 2 or len(truth["trajectories"]) < 3,
+        predicts(found),
         any(
             POSITIVE.search(str(c["parameter"])) and c.get("to", 1.0) <= 0 for c in found["changed"]
         ),

@@ -153,7 +153,7 @@ def _plain(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
 def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     """What an answer must not say, and what it is worth."""
     alone = [o for o in outcomes if o.alone]
-    blind = sum(bool(o.named) and not (o.closed or 0.0) > 0.0 for o in alone)
+    blind = sum(bool(o.named) and not o.predicts for o in alone)
     ending = "a name that does not predict the test runs"
     yield Claim("one trajectory or no repeats", ending, "none", blind, len(alone))
     closed = [o.closed for o in outcomes if o.outcome in RIGHT and o.closed is not None]

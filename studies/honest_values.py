@@ -88,17 +88,25 @@ def checks_of(truth: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, b
 
 
 def closed_of(found: Mapping[str, Any]) -> float | None:
-    """(before - after) / (before - floor), RMS on the test runs over the axes that have a name;
-    None where there is no such gap."""
+    """(before - after) / (before - floor) on the test runs; None where there is no such gap."""
+    before, after, floor = (_left(found, key) for key in ("before", "after", "floor"))
+    if before is None or after is None or floor is None or before <= CLOSABLE * floor:
+        return None
+    return (before - after) / (before - floor)
+
+
+def predicts(found: Mapping[str, Any]) -> bool:
+    """Whether what is named leaves less of the test runs than the model without it."""
+    before, after = (_left(found, key) for key in ("before", "after"))
+    return before is not None and after is not None and after < before
+
+
+def _left(found: Mapping[str, Any], key: str) -> float | None:
+    """RMS that is left of the test runs over the axes that have a name; None where unknown."""
     gap = found.get("gap") or {}
     rows = gap.get("per_axis") or {}
     named = {str(axis) for e in found["effects"] for axis in (e.get("axes") or rows)}
-    shown = [rows[axis] for axis in sorted(named & set(rows))]
-    if gap.get("judged_on") != "locked" or not shown:
+    values = [rows[axis].get(key) for axis in sorted(named & set(rows))]
+    if gap.get("judged_on") != "locked" or not values or None in values:
         return None
-    if any(row.get(key) is None for row in shown for key in ("before", "after", "floor")):
-        return None
-    before, after, floor = (
-        sum(row[key] ** 2 for row in shown) ** 0.5 for key in ("before", "after", "floor")
-    )
-    return (before - after) / (before - floor) if before > CLOSABLE * floor else None
+    return float(sum(value**2 for value in values) ** 0.5)

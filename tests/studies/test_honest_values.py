@@ -46,7 +46,7 @@ def test_plain_axes_want_orders_and_harmonics_and_no_delay() -> None:
     assert rows([outcome])["plain axes", "a delay invented"] == (1, 1)
 
 
-def gap(before: float, after: float, floor: float = 1.0, judged_on: str = "locked") -> Found:
+def gap(before: float, after: float, floor: float | None = 1.0, judged_on: str = "locked") -> Found:
     """Residuals of axis 2; axis 1 has none of it."""
     other = {"before": 9.0, "after": 9.0, "floor": 1.0}
     own = {"before": before, "after": after, "floor": floor}
@@ -67,8 +67,9 @@ def test_one_trajectory_names_only_what_predicts_the_test_runs() -> None:
     few = DRAG | {"trajectories": ["move", "move"]}
     named = said("named", effect("drag", [2]))
     answers = [NONE, named, named | gap(3.0, 3.5), named | gap(3.0, 1.5)]
+    answers.append(named | gap(3.0, 1.5, None))
     row = ("one trajectory or no repeats", "a name that does not predict the test runs")
-    assert rows([score(a, few) for a in answers])[row] == (2, 4)
+    assert rows([score(a, few) for a in answers])[row] == (2, 5)
     assert rows([score(named, DRAG | {"passes": 1})])[row] == (1, 1)
     assert rows([score(named, DRAG)])[row] == (0, 0)
 

@@ -50,6 +50,15 @@ def test_a_study_goes_on_where_it_stopped(toy: Path, capsys: pytest.CaptureFixtu
     assert "no idea" in study.read(toy)[1]["error"]
 
 
+def test_stored_answers_are_judged_by_the_scorer_of_today(toy: Path) -> None:
+    row = study.case(Task("mujoco", 8, "nothing", "toy_engine:right"))
+    assert study.outcome_of(row).outcome == "silent"
+    row["answer"]["effects"] = [{"id": "drag", "axes": [1]}]
+    assert study.outcome_of(row).outcome == "false_alarm"
+    failed = study.case(Task("mujoco", 8, "nothing", "toy_engine:faulty"))
+    assert study.outcome_of(failed).outcome == "failed"
+
+
 def test_a_study_prints_json_for_the_results(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     common = ["--store", str(toy), "--category", "nothing", "--engine", "toy_engine:right"]
     assert study.main(["--mujoco", "8:9", *common, "--json"]) == 0
