@@ -135,6 +135,14 @@ class Calibrated:
         B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
         return Regression(y[:, 0], B, prior, self.layout, drifting=not self.between)
 
+    @property
+    def nominal(self) -> Array:
+        """Coefficients (nb,) of the machine file's own parameters, the clocks brought together."""
+        q = np.zeros(len(self.known))
+        late = next(i for i, k in enumerate(self.known) if k.group == "delay")
+        q[late] = self.fitted.delay / self.scale[late]
+        return q
+
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)

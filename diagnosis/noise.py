@@ -16,8 +16,9 @@ ORDER = 2
 """Order of the model that whitens an axis."""
 ALIKE = 0.02
 """Largest RMS difference of two passes' angles, relative to their motion."""
-LEAST = 1e-9
-"""Smallest scale, relative to the torque's RMS: noiseless data must not divide by zero."""
+INEXACT = 0.003
+"""Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
+passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
 
 
 @dataclass(frozen=True)
@@ -89,31 +90,29 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     else:
         traces, masks = list(residual), [block.usable for block in blocks]
     n = traces[0].shape[1]
+    torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
+    white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
     a, scale, floor, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
     for i in range(n):
         own = [trace[:, i] for trace in traces]
-        a[i], scale[i] = _regressed(own, masks)
+        a[i], scale[i] = _regressed(own, masks, float(white[i]))
         slow[i] = _slow(own, masks, a[i], scale[i])
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         floor[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
-    least = LEAST * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
-    return Noise(a, np.maximum(scale, least), floor, bool(found), slow)
+    return Noise(a, scale, floor, bool(found), slow)
 
 
-def _regressed(traces: Sequence[Array], masks: Sequence[Mask]) -> tuple[Array, float]:
-    """Coefficients (ORDER,) and scale of one axis; zeros where there is nothing to fit."""
+def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:
+    """Coefficients (ORDER,) and scale of one axis' noise with as much white noise [N m] beside."""
     past, now = [], []
     for trace, mask in zip(traces, masks, strict=True):
         good = settled(mask)
         past.append(np.column_stack([np.roll(trace, j) for j in range(1, ORDER + 1)])[good])
         now.append(trace[good])
     X, y = np.concatenate(past), np.concatenate(now)
-    G = X.T @ X
-    if not len(y) or np.linalg.det(G) <= 0:
-        return np.zeros(ORDER), 0.0
-    a = np.linalg.solve(G + 1e-9 * np.trace(G) * np.eye(ORDER), X.T @ y)
-    return a, float(np.sqrt(((y - X @ a) ** 2).mean()))
+    a = np.linalg.solve(X.T @ X + max(len(y), 1) * white**2 * np.eye(ORDER), X.T @ y)
+    left = ((y - X @ a) ** 2).mean() if len(y) else 0.0
+    return np.asarray(a), float(np.sqrt(left + white**2 * (1 + a @ a)))
 
 
 def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:

@@ -115,11 +115,11 @@ def refined(
             now, name = best.shapes[0], shape.name
             below, above = _way(effect, start, name)
             for value in (now[name] - below / 2**level, now[name] + above / 2**level):
-                if shape.low <= value <= shape.high:
-                    other = hypotheses.shaped(effect, {**now, name: value})
-                    trial = tried(moments, other)
-                    if trial[None].evidence[0] > found[None].evidence[0]:
-                        best, found = other, trial
+                value = float(np.clip(value, shape.low, shape.high))
+                other = hypotheses.shaped(effect, {**now, name: value})
+                trial = tried(moments, other)
+                if trial[None].evidence[0] > found[None].evidence[0]:
+                    best, found = other, trial
     return best, found
 
 

@@ -111,17 +111,21 @@ def selected(
 
 
 def validated(
-    bench: Bench, kept: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
+    bench: Bench, accepted: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
 ) -> list[Accepted]:
-    """Effects of an only trajectory on those axes whose torque they predict on held-out runs."""
+    """Effects of an only trajectory, of which each predicts torque on held-out runs, beside those
+    that were accepted before it."""
     if others is None:
         return []
-    held, plain = joint(bench, grouped(bench, kept)), bench.made.regression.q
-    before = axis_rms(others.blocks, others.residual((), (), plain))
-    after = axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q))
-    least = criteria.smallest_effect * bench.made.torque_rms
-    better = set(np.flatnonzero(before**2 - after**2 > least**2))
-    return [a for a in kept if a.score.hypothesis.axis in (*better, None)]
+    least, kept = criteria.smallest_effect * bench.made.torque_rms, list[Accepted]()
+    left = axis_rms(others.blocks, others.beside((), ()))
+    for each in accepted:
+        held, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
+        now = axis_rms(others.blocks, others.beside(held.parts, held.beta))
+        better = left**2 - now**2 > least**2
+        if better.any() if axis is None else better[axis]:
+            kept, left = [*kept, each], now
+    return kept
 
 
 @dataclass(frozen=True)
@@ -149,13 +153,13 @@ def nameless(
         least = min(
             criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
         )
-        if left.deviations > criteria.deviations and left.size > least:
-            found[axis] = Nameless(left.size)
-        nats = max(chance, selection.unsure[axis])
-        if selection.arbitrated and beside.gain > nats and shown(beside, criteria):
-            size = max(beside.size, left.size if axis in found else 0.0)
-            if size > least:
-                found[axis] = Nameless(size, f": it goes with {beside.hypothesis.id}")
+        # what repeats is the size of what goes with the motion, too, where it is well known
+        sure, nats = left.deviations > criteria.deviations, max(chance, selection.unsure[axis])
+        goes = selection.arbitrated and beside.gain > nats and shown(beside, criteria)
+        size = left.size if sure else beside.size if goes else 0.0
+        if size > least:
+            what = f": it goes with {beside.hypothesis.id}" if goes else ""
+            found[axis] = Nameless(size, what)
     return found
 
 
