@@ -25,6 +25,8 @@ TERMS = (
     ("g_s", "N m"),
     ("g_c", "N m"),
 )
+CARRIED = frozenset({"J", "g_s", "g_c"})
+"""Terms that a payload changes."""
 WINDOW = 0.025
 """Smoothing window [s]: the noise of an encoder of a few urad, differentiated twice, must not look
 like a part of the inertia that lags behind; modes up to some 40 Hz stay visible."""
@@ -37,6 +39,7 @@ class AxisBase:
     late = LATE
     holds = frozenset({"viscous_friction"})
     given: tuple[EffectUse, ...] = ()
+    reach = np.inf
     complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
@@ -50,9 +53,11 @@ class AxisBase:
             for i in range(n)
             for name, unit in TERMS
         )
+        changed = [k for k, known in enumerate(self.linear) if known.group in CARRIED]
+        self.payload = tuple(changed)
 
     def loaded(self, p: Array, payload: float) -> Array:
-        """Payloads are not told apart here."""
+        """A payload may be anywhere."""
         return p
 
     def directions(self) -> Mapping[str, Array]:

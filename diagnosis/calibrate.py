@@ -6,17 +6,18 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import Block, torque_at
+from flexhex.diagnosis.blocks import Block, Run, torque_at, torque_rms
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.payloads import Load, carried, columns_of, loads_of
 from flexhex.diagnosis.regression import Regression
 
 Array = NDArray[np.float64]
@@ -34,13 +35,15 @@ STRETCHES = 4
 @dataclass(frozen=True)
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
-    tolerance late [s], and the linear ones p, gains that they belong to."""
+    tolerance late [s], and the linear ones p, gains that they belong to; loads: what payloads add
+    to p, by their name."""
 
     p: Array
     gains: Array
     widths: Array
     delay: float
     late: float
+    loads: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Calibrated:
 
     y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
     is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample
-    (samples, n). between: what is asked for repeats; else it changes from pass to pass.
+    (samples, n). between: what is asked for repeats; else it changes from pass to pass. loads:
+    payloads of the runs; their parameters are the last of `known`.
     """
 
     base: Base
@@ -62,6 +66,7 @@ class Calibrated:
     raw: tuple[Array, ...]
     noise: Noise
     between: bool = True
+    loads: tuple[Load, ...] = ()
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
@@ -76,8 +81,11 @@ class Calibrated:
     @cached_property
     def torque_rms(self) -> Array:
         """RMS of the torque about its mean, of each axis (n,) [N m]."""
-        values = [block.run.tau.values[block.run.tau.valid] for block in self.blocks]
-        return np.asarray(np.concatenate(values).std(axis=0))
+        return torque_rms(self.blocks)
+
+    def linear(self, run: Run) -> Array:
+        """Linear parameters (n_p,) of the fit with what a run carries."""
+        return parameters(self.base, self.loads, self.fitted, run)
 
     @cached_property
     def layout(self) -> Layout:
@@ -152,24 +160,25 @@ def about(
     blocks: Sequence[Block],
     fitted: Fitted,
     noise: Noise,
-    trajectories: Sequence[str] | None = None,
+    ours: Sequence[Block] = (),
     given: Sequence[Array] = (),
 ) -> Calibrated:
     """Columns and torque about given nonlinear values.
 
     given: torque (m, n) [N m] of each block that known effects explain already.
-
-    trajectories: those of the fit, when the blocks are others; their history is not these's.
+    ours: blocks of the fit, when these are others: the parameters are those of the fit, and its
+    runs' history is not these's.
     """
-    names = list(dict.fromkeys(block.run.trajectory for block in blocks))
-    listed = names if trajectories is None else list(trajectories)
+    loads = loads_of(base, ours or blocks)
+    listed = list(dict.fromkeys(block.run.trajectory for block in ours or blocks))
     histories = [
         Known(f"z_0[{i + 1}] of {name}", "1", 0.0, HISTORY, "history", i)
         for name in listed
         for i in range(len(base.curved))
     ]
     delay = Known("delay", "s", 0.0, fitted.late, "delay")
-    known = (*base.linear, *base.curved, *base.widths, delay, *histories)
+    payloads = [known for load in loads for known in load.known]
+    known = (*base.linear, *base.curved, *base.widths, delay, *histories, *payloads)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -179,7 +188,7 @@ def about(
     raws: list[Array] = []
     for block in blocks:
         motion = block.run.motion
-        raw = base.torque(motion, base.loaded(fitted.p, block.run.payload))
+        raw = base.torque(motion, parameters(base, loads, fitted, block.run))
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
@@ -189,8 +198,9 @@ def about(
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
         for name in listed if len(base.curved) else ():
-            own = trajectories is None and name == block.run.trajectory
+            own = not ours and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
+        parts += columns_of(base, loads, block)
         y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
             p0, block.run.payload
         )
@@ -203,7 +213,16 @@ def about(
         ys.append(y)
         raws.append(raw)
     y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
-    return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+    return Calibrated(
+        base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise, loads=loads
+    )
+
+
+def parameters(base: Base, loads: Sequence[Load], fitted: Fitted, run: Run) -> Array:
+    """Linear parameters (n_p,) of a fit with what a run carries."""
+    none = np.zeros(len(base.payload))
+    deltas = [fitted.loads.get(load.name, none) for load in loads]
+    return carried(base, loads, deltas, run, fitted.p)
 
 
 def _history(block: Block, fitted: Fitted) -> Array:

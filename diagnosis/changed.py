@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Known
 from flexhex.diagnosis.calibrate import LOOSE
+from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.verdict import Changed, Estimate
 
@@ -26,8 +27,8 @@ EACH = 4.0
 BESIDE = 0.5
 """An effect that explains less than this share of its own beside a change is that change."""
 MOST = 6
-NO_PARAMETER = ("delay", "history")
-"""Groups of columns that are no parameters of the machine."""
+NO_PARAMETER = ("delay", "history", GROUP)
+"""Groups of columns that are no parameters of the machine itself."""
 CORRELATED = 3.0
 """Rows that count as one, for what the noise model does not know."""
 

@@ -23,8 +23,7 @@ class Elsewhere:
         """drift: what changes from run to run, taken off these too."""
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
-        names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
-        self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, names)
+        self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, ours.blocks)
         if drift is not None:
             self.there = steady(self.there, drift)
         self._bench = bench.beside(self.there)

@@ -95,4 +95,15 @@ def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     most = LATEST * now.late
     delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
-    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay, now.late)
+    widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
+    return Fitted(p, gains, widths, delay, now.late, _payloads(made, step))
+
+
+def _payloads(made: Calibrated, step: Array) -> dict[str, Array]:
+    """What each payload adds to the linear parameters, by its name."""
+    found: dict[str, Array] = {}
+    end = len(made.known)
+    for load in reversed(made.loads):
+        found[load.name] = step[end - len(load.known) : end]
+        end -= len(load.known)
+    return found

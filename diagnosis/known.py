@@ -40,9 +40,9 @@ def about_known(
     blocks: Sequence[Block],
     fitted: Fitted,
     noise: Noise,
-    trajectories: Sequence[str] | None = None,
+    ours: Sequence[Block] = (),
 ) -> Calibrated:
     """`calibrate.about`, with what the model's own effects explain taken off."""
-    plain = about(base, blocks, fitted, noise, trajectories)
+    plain = about(base, blocks, fitted, noise, ours)
     given = known_torque(plain)
-    return about(base, blocks, fitted, noise, trajectories, given) if given else plain
+    return about(base, blocks, fitted, noise, ours, given) if given else plain

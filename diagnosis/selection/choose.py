@@ -9,7 +9,7 @@ not fitted to, and how large is it?
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -22,8 +22,10 @@ from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
     Hypotheses,
+    Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import (
     Score,
@@ -61,7 +63,8 @@ class Rest:
 @dataclass(frozen=True)
 class Selection:
     """What was chosen, in its order; what is left on each axis, before and after; all scores of
-    every round.
+    every round, from the last payload on. bench: of the base model with the payloads that were
+    found.
 
     arbitrated: there was another trajectory to predict. alone: of each axis the generic hypothesis
     in place of what was accepted there; beside: the same beside all that was accepted.
@@ -74,10 +77,27 @@ class Selection:
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
+    bench: Bench
+    payloads: tuple[Accepted, ...] = ()
 
 
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
-    """Accept hypotheses until none gains enough on left-out trajectories."""
+    """Accept hypotheses until none gains enough on left-out trajectories.
+
+    With a payload all begins anew: what was accepted without it may have taken its place.
+    """
+    payloads = list[Accepted]()
+    while True:
+        found = _selected(bench, criteria, say)
+        if not isinstance(found, Accepted):
+            return replace(found, payloads=tuple(payloads))
+        assert isinstance(found.score.hypothesis, Payload)
+        payloads.append(found)
+        bench = found.score.hypothesis.bench
+
+
+def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Accepted:
+    """The same beside one base model, up to the first payload."""
     rows = Rows.of(bench.made)
     hypotheses = Hypotheses(bench, rows)
     moments = hypotheses.moments
@@ -93,6 +113,8 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         if not passed:
             break
         found = simplest(passed[0], scores, criteria)
+        if isinstance(found.score.hypothesis, Payload):
+            return found
         accepted.append(found)
         moments = with_accepted(moments, found.score, criteria)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
@@ -111,6 +133,7 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         before,
         rest_of(moments),
         tuple(rounds),
+        bench,
     )
 
 
@@ -147,7 +170,7 @@ def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
     """Least gain [nats] of a hypothesis that is accepted: all together raise as few false alarms as
     wanted."""
     axes = (*range(hypotheses.rows.n), None)
-    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes)
+    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes) + 1
     return float(np.log(count / criteria.false_alarms))
 
 
@@ -169,6 +192,8 @@ def one_round(
     for change in hypotheses.changes:
         if not set(change.places) <= set(moments.freed):
             found.append(change_score(moments, change, criteria))
+    payload = payload_score(moments, hypotheses, known, criteria)
+    found += [payload] if payload else []
     return sorted((s for s in found if s.gain > 0), key=lambda score: -score.gain)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import NO_PARAMETER
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
@@ -117,7 +118,21 @@ class ChangedParameter:
         return len(self.places) - 1
 
 
-Hypothesis = EffectHypothesis | ChangedParameter
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A payload that `runs` carried and the others did not; bench: of the base model with its
+    columns; choices: ways to cut the runs in two."""
+
+    bench: Bench
+    runs: tuple[str, ...]
+    freedom: int
+    choices: int
+    id: str = "payload"
+    axis: Axis = None
+    extends: str = ""
+
+
+Hypothesis = EffectHypothesis | ChangedParameter | Payload
 
 
 class Hypotheses:
@@ -127,6 +142,7 @@ class Hypotheses:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._generic: dict[int, EffectHypothesis] = {}
+        self.loaded: dict[tuple[bool, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -184,7 +200,7 @@ class Hypotheses:
         """Base parameters that have a tolerance, and all of a body together."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
-            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay"):
+            if 0 < known.tolerance < np.inf and known.group not in NO_PARAMETER:
                 single.append(ChangedParameter(known.name, (place,), known.axis))
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
