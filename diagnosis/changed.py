@@ -52,7 +52,7 @@ def changes(
     """
     if not any(np.isfinite(k.tolerance) for k in known):
         return []
-    G, b, Lambda = _normal(regression, known)
+    G, b, Lambda = normal(regression, known)
     free: list[Direction] = []
     listed = _directions(known, extra, len(b))
     for _ in range(min(MOST, len(listed))):
@@ -68,7 +68,7 @@ def best_change(
     regression: Regression, known: tuple[Known, ...], extra: Mapping[str, Array]
 ) -> float:
     """Fall of the penalised sum of squares that the best single change brings."""
-    G, b, Lambda = _normal(regression, known)
+    G, b, Lambda = normal(regression, known)
     listed = _directions(known, extra, len(b))
     return float(max(_scores(G, b, Lambda, [], listed), default=0.0))
 
@@ -84,10 +84,10 @@ def only_changed(
     if not listed:
         return False
     level = dispersion(plain)
-    G, b, Lambda = _normal(plain, known, level)
+    G, b, Lambda = normal(plain, known, level)
     change = listed[int(np.argmax(_scores(G, b, Lambda, [], listed)))]
     nothing, changed = (_cost(G, b, Lambda, free) for free in ([], [change]))
-    G, b, Lambda = _normal(plain.extended([effect]), known, level)
+    G, b, Lambda = normal(plain.extended([effect]), known, level)
     wider = replace(change, U=np.pad(change.U, ((0, len(b) - len(change.U)), (0, 0))))
     named, both = (_cost(G, b, Lambda, free) for free in ([], [wider]))
     explained = nothing - named
@@ -99,7 +99,7 @@ def dispersion(regression: Regression) -> float:
     return max(1.0, float((regression.residual**2).mean())) * CORRELATED
 
 
-def _normal(
+def normal(
     regression: Regression, known: tuple[Known, ...], level: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Gram matrix, right side, and weights of the nominal values by their tolerances; level: the

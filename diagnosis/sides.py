@@ -36,7 +36,7 @@ from flexhex.diagnosis.rounds import Round, search
 from flexhex.diagnosis.scored import Found, Scored
 from flexhex.diagnosis.stacked import whole
 from flexhex.diagnosis.transfer import not_worse, transferred
-from flexhex.diagnosis.verdict import Named
+from flexhex.diagnosis.verdict import Changed, Named
 
 Array = NDArray[np.float64]
 REST = 0.05
@@ -49,7 +49,8 @@ NOISIER = 1.02
 
 @dataclass(frozen=True)
 class Side:
-    """One place where model and data meet: what was found there, and what remains."""
+    """One place where model and data meet: what was found there, and what remains. payloads: those
+    that no log announces."""
 
     held: Joint
     rounds: tuple[Round, ...]
@@ -57,6 +58,7 @@ class Side:
     named: tuple[Named, ...]
     remains: tuple[int, ...]
     notes: tuple[str, ...]
+    payloads: tuple[Changed, ...] = ()
 
     @property
     def matters(self) -> bool:

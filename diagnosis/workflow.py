@@ -25,6 +25,7 @@ from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.naming import tried_of
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.selection.choose import carrying
 from flexhex.diagnosis.selection.side import selected
 from flexhex.diagnosis.sides import Side, SideOf, side_of
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
@@ -66,6 +67,10 @@ def diagnose(
     if smoothed:
         asked = replace(asked, findings=(*asked.findings, smoothed), coarse=coarse)
     trouble = misfit(made)
+    if trouble and options.selection:
+        # a payload may be most of what does not fit
+        bench = carrying(Bench(made, compiled(made.base.n, _sought(asked), made.base.holds)))
+        made, trouble = bench.made, misfit(bench.made)
     if trouble:
         return asked.cannot_tell(trouble)
     return _searched(made, asked, options, progress)
@@ -100,7 +105,8 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     if sides[0].held.parts:
         extended = extended.extended([part.columns for part in sides[0].held.parts])
     changed = _plausible(changes(extended, made.known, made.base.directions()), named)
-    verdict = _verdict(made, sides, named, changed, notes, asked.coarse)
+    payloads = settled.payloads
+    verdict = _verdict(made, sides, named, [*payloads, *changed], notes, asked.coarse)
     progress("measuring confidence", 4, 5)
     if named and options.confidence:
         named = [
@@ -112,7 +118,7 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     return Diagnosis(
         verdict,
         tuple(named),
-        () if verdict in ("unknown", "cannot tell") else tuple(changed),
+        payloads if verdict in ("unknown", "cannot tell") else (*payloads, *changed),
         gap_of(before if main is settled else before_of(main), main),
         tried_of(main.rounds),
         maps(main.held),

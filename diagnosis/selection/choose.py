@@ -137,6 +137,16 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Accepte
     )
 
 
+def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
+    """The same beside a payload, if the runs show one before any effect is known."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    score = payload_score(hypotheses.moments, hypotheses, (), criteria)
+    if score is None or not passes(score, enough(hypotheses, criteria), criteria):
+        return bench
+    assert isinstance(score.hypothesis, Payload)
+    return score.hypothesis.bench
+
+
 def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Criteria) -> Moments:
     """The model with these accepted."""
     moments = hypotheses.moments

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import log
+from pathlib import Path
 
 from flexhex.diagnosis.answer import Joint, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.elsewhere import Elsewhere
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.rounds import Round
@@ -18,6 +18,7 @@ from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.unannounced import elsewhere, payload_changes
 
 Say = Callable[[str], None]
 
@@ -34,8 +35,9 @@ def selected(
 
     least: not asked, the criteria have a smallest effect for all places alike.
     """
-    made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
+    bench, notes = selection.bench, list[str]()
+    made = bench.made
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
@@ -52,12 +54,26 @@ def selected(
             notes.append(f"{torque} beside what was found: the form of that is not exact")
     open_axes = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
     held = joint(bench, grouped(bench, kept))
+    payloads = payload_changes(held)
+    if payloads and not selection.arbitrated:
+        carriers = ", ".join(Path(run).name for run in payloads[0].runs)
+        notes.append(
+            f"a payload on {carriers} would fit, but nothing shows it on another trajectory: "
+            "record one"
+        )
+        payloads = []
     others = None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
+        others = elsewhere(held, blocks(made.base, judged, made.spacing, JUDGED), drift)
     rounds = _rounds(bench, selection)
     return Side(
-        held, tuple(rounds), others, tuple(named_of(held, rounds)), tuple(open_axes), tuple(notes)
+        held,
+        tuple(rounds),
+        others,
+        tuple(named_of(held, rounds)),
+        tuple(open_axes),
+        tuple(notes),
+        tuple(payloads),
     )
 
 
