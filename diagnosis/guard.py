@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import torque_at
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
@@ -32,12 +33,14 @@ def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
 
 
 def strange_axes(made: Calibrated) -> list[int]:
-    """Axes (from 0) whose torque does not go with that of the machine file's own parameters.
+    """Axes (from 0) whose torque does not go with that of the machine file's own parameters and
+    the payloads of the fit.
 
     A fit may turn the sign of all inertias to please a log whose sign is turned; what it leaves
     then looks like effects.
     """
-    nothing = np.zeros(len(made.known))
+    carried = np.array([known.group == GROUP for known in made.known])
+    nothing = np.where(carried, made.regression.q, 0.0)
     tau = [torque_at(b, made.base.window, made.fitted.delay) for b in made.blocks]
     left = made.residual(nothing)
     usable = [b.usable for b in made.blocks]

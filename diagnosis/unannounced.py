@@ -18,6 +18,9 @@ from flexhex.diagnosis.verdict import Changed, Estimate
 Array = NDArray[np.float64]
 NORMAL = 1.96
 """Standard deviations of a 95 % interval."""
+LENGTHS = 0.003
+"""Relative error of a machine's lengths, and so of a mass that its torques tell: one standard
+deviation."""
 
 
 def payload_changes(held: Joint) -> list[Changed]:
@@ -77,7 +80,7 @@ def _changes(load: Load, value: Array, covariance: Array, reach: float) -> list[
         shown = np.flatnonzero(sure) if sure.any() else [0]
         return [_change(load.known[k].name, value[k], deviation[k], units[k]) for k in shown]
     m = units.index("kg")
-    found = [_change(load.name, value[m], deviation[m], "kg")]
+    found = [_change(load.name, value[m], np.hypot(deviation[m], LENGTHS * value[m]), "kg")]
     for k in (k for k, unit in enumerate(units) if unit == "kg m"):
         centre = value[k] / value[m]
         slope = np.array([1.0, -centre]) / value[m]

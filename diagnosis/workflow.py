@@ -87,7 +87,7 @@ def _searched(made: Calibrated, asked: Asked, options: Options, progress: Progre
     if len(poor) == n:
         return asked.cannot_tell("; ".join(sides[0].notes))
     progress("commanded against reported torque", 3, 5)
-    sides += drives_of(made, asked.runs, judged, search)
+    sides += drives_of(made, [block.run for block in made.blocks], judged, search)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:
         drift, steady = drifts[0].held, without(settled.held, drifts[0].held)
