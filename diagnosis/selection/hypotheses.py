@@ -121,7 +121,7 @@ class ChangedParameter:
 @dataclass(frozen=True, eq=False)
 class Payload:
     """A payload that `runs` carried and the others did not; bench: of the base model with its
-    columns; choices: ways to cut the runs in two."""
+    columns; choices: ways to part the runs."""
 
     bench: Bench
     runs: tuple[str, ...]
@@ -142,7 +142,7 @@ class Hypotheses:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._generic: dict[int, EffectHypothesis] = {}
-        self.loaded: dict[tuple[bool, ...], Bench] = {}
+        self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""

@@ -1,8 +1,7 @@
 """A payload that came or went between runs: which runs had it, and what it predicts.
 
-Runs are sorted by the amount of payload that each shows beside the model, and cut in two. Errors of
-a run go together, so the two halves must stand apart by more than runs of one half do: an F test
-over runs, for as many cuts as there are.
+Which runs: `levels_of` says it, before anything is scored; in how many ways they could have been
+parted counts against it.
 
 Passes with and without the payload are no repeats of one another: products between them would take
 the payload for noise. It is scored in another likelihood of the same runs, the one that they have
@@ -19,7 +18,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
 
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
@@ -32,14 +30,12 @@ from flexhex.diagnosis.selection.hypotheses import (
     Hypotheses,
     Payload,
 )
+from flexhex.diagnosis.selection.levels import Levels, levels_of, partitions
 from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, effect_term, size_of
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-SHARE = 0.01
-"""Weight of the mean run in the amount of payload of a run, which may excite too little of it."""
 MASSIVE = ("kg", "kg m2")
 """Units of parameters that no payload makes smaller: the first one that the base model has."""
 
@@ -47,128 +43,51 @@ MASSIVE = ("kg", "kg m2")
 def payload_score(
     moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
 ) -> Score | None:
-    """A payload on some of the runs, on left-out folds; None where runs do not fall into two."""
-    heavy = two_loads(moments, criteria)
-    if heavy is None:
+    """A payload on some of the runs, on left-out folds; None where runs do not fall into
+    levels."""
+    levels = levels_of(moments, criteria)
+    if levels is None:
         return None
-    bench = _loaded(hypotheses, heavy)
+    bench = _loaded(hypotheses, levels)
     rows = Rows.of(bench.made)
-    count = len(bench.made.base.payload)
+    found = bench.made.loads[-int(levels.max()) :]
+    count = len(found) * len(bench.made.base.payload)
     without, columns = _apart(rows, count)
     plain = _with_known(Moments(without), Hypotheses(bench, without), known, criteria)
-    choices = 2 ** (len(heavy) - 1) - 1
-    load = bench.made.loads[-1]
-    carrying = tuple(b.run.name for b in bench.made.blocks if load.on(b.run))
+    carrying = tuple(b.run.name for b in bench.made.blocks if any(x.on(b.run) for x in found))
+    choices = partitions(len(levels), len(found) + 1)
     by_fold, size = _predicted(plain, columns)
     return Score(Payload(bench, carrying, count, choices), by_fold, size)
 
 
-def two_loads(moments: Moments, criteria: Criteria) -> Mask | None:
-    """Runs (runs,) that carry more than the others, or less, if they surely do."""
-    if not moments.rows.made.base.payload:
-        return None
-    amounts = _amounts(moments)
-    count = len(amounts)
-    names = [block.run.trajectory for block in moments.rows.made.blocks]
-    which = np.unique(names, return_inverse=True)[1]
-    own = np.array([amounts[which == w].mean(axis=0) for w in which])
-    found = list[tuple[float, Mask]]()
-    # trajectories differ in what the model lacks: their passes may show the payload alone
-    for spread in (amounts - amounts.mean(axis=0), amounts - own):
-        direction = np.linalg.svd(spread, full_matrices=False)[2][0]
-        heavy = _cut(spread @ direction)
-        found.append((_chance(amounts @ direction, heavy, which), heavy))
-    chance, heavy = min(found, key=lambda pair: pair[0])
-    return heavy if chance * (2.0 ** (count - 1) - 1) < criteria.false_alarms else None
-
-
-def _amounts(moments: Moments) -> Array:
-    """What each run shows along the payload's columns beside the model (runs, k), in directions of
-    equal torque."""
-    rows = moments.rows
-    blocks, places = rows.made.blocks, list(rows.made.base.payload)
-    run = rows.raw([np.full(len(block.at), k) for k, block in enumerate(blocks)])
-    S, r = np.zeros((len(blocks), len(places), len(places))), np.zeros((len(blocks), len(places)))
-    q = moments.fit(None).q
-    for i in range(rows.n):
-        columns = rows.white(i, [block.linear[:, i, places] for block in blocks])
-        left = rows.white_y[i] - moments.white_X[i] @ q
-        for k in range(len(blocks)):
-            own = columns[run == k]
-            S[k] += own.T @ own
-            r[k] += own.T @ left[run == k]
-    mean = S.mean(axis=0)
-    size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
-    values, vectors = np.linalg.eigh(mean / np.outer(size, size))
-    kept = values > SHARE**2
-    turn = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
-    return np.array(
-        [
-            np.linalg.solve(turn.T @ one @ turn + SHARE * np.eye(kept.sum()), turn.T @ right)
-            for one, right in zip(S, r, strict=True)
-        ]
-    )
-
-
-def _cut(amount: Array) -> Mask:
-    """The larger ones (runs,) where two halves spread least about their means."""
-    order = np.argsort(amount)
-    parts = [(amount[order[:k]], amount[order[k:]]) for k in range(1, len(order))]
-    squares = [len(a) * a.var() + len(b) * b.var() for a, b in parts]
-    heavy = np.zeros(len(amount), dtype=bool)
-    heavy[order[1 + int(np.argmin(squares)) :]] = True
-    return heavy
-
-
-def _chance(amount: Array, heavy: Mask, which: NDArray[np.int64]) -> float:
-    """p-value of the difference of two halves of the runs (runs,), `which` their trajectories.
-
-    Where the cut passes through trajectories by all runs, or by passes of one trajectory alone if
-    that tells more; else passes of a trajectory are one run.
-    """
-    named = which[:, None] == np.unique(which)
-    alone = np.ones((len(amount), 1))
-    if any(0 < heavy[own].sum() < own.sum() for own in named.T):
-        return min(_f_test(amount, heavy, about) for about in (alone, named.astype(float)))
-    means = np.array([amount[own].mean() for own in named.T])
-    halves = np.array([heavy[own][0] for own in named.T])
-    return _f_test(means, halves, np.ones((len(means), 1)))
-
-
-def _f_test(amount: Array, heavy: Mask, about: Array) -> float:
-    """p-value of another mean of some amounts, beside columns (runs, k)."""
-    both = np.column_stack([about, heavy])
-    free = len(amount) - np.linalg.matrix_rank(both)
-    if free < 1:
-        return 1.0
-    before, after = (
-        float(((amount - X @ np.linalg.lstsq(X, amount)[0]) ** 2).sum()) for X in (about, both)
-    )
-    return float(f_distribution.sf((before - after) * free / max(after, 1e-300), 1, free))
-
-
-def _loaded(hypotheses: Hypotheses, heavy: Mask) -> Bench:
-    """The base model fitted to runs of which some carry another payload; kept. The heavier ones
-    carry it."""
+def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
+    """The base model fitted to runs of several levels, each but the lightest a payload; kept."""
     bench, found = hypotheses.bench, hypotheses.loaded
-    key = tuple(bool(h) for h in heavy)
+    key = tuple(int(level) for level in levels)
     if key not in found:
-        made = _calibrated(bench.made, heavy)
+        made = _calibrated(bench.made, levels)
         load = made.loads[-1]
         deltas = zip(load.known, made.fitted.loads[load.name], strict=True)
         sized = [(k.unit, delta / k.tolerance) for k, delta in deltas if k.tolerance]
         unit = next(unit for unit in MASSIVE if any(unit == own for own, _ in sized))
         if sum(size for own, size in sized if own == unit) < 0:
-            made = _calibrated(bench.made, ~heavy)
+            made = _calibrated(bench.made, _turned(levels, made))
         found[key] = bench.beside(made)
     return found[key]
 
 
-def _calibrated(made: Calibrated, heavy: Mask) -> Calibrated:
+def _turned(levels: Levels, made: Calibrated) -> Levels:
+    """The heaviest as the lightest, among runs that carried the same before."""
+    bits = len({load.bit for load in made.loads} - {None}) - int(levels.max())
+    before = np.array([block.run.loads & (1 << bits) - 1 for block in made.blocks])
+    return np.where(before == before[levels > 0][0], levels.max() - levels, levels)
+
+
+def _calibrated(made: Calibrated, levels: Levels) -> Calibrated:
     bit = max(block.run.loads for block in made.blocks).bit_length()
     blocks = [
-        replace(b, run=replace(b.run, loads=b.run.loads | int(more) << bit))
-        for b, more in zip(made.blocks, heavy, strict=True)
+        replace(b, run=replace(b.run, loads=b.run.loads | (1 << bit + level - 1 if level else 0)))
+        for b, level in zip(made.blocks, levels.tolist(), strict=True)
     ]
     return calibrate(made.base, blocks)
 

@@ -1,0 +1,139 @@
+"""Whether runs fall into levels of payload, as far as each of them shows it by itself.
+
+Runs are sorted by the amount of payload that each shows beside the model, and cut into levels.
+Errors of a run go together, so levels must stand apart by more than the runs of one level do: an F
+test over runs, for as many partitions as there are.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from math import comb, factorial, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.moments import Moments
+
+Array = NDArray[np.float64]
+Levels = NDArray[np.int64]
+SHARE = 0.01
+"""Weight of the mean run in the amount of payload of a run, which may excite too little of it."""
+MOST_LEVELS = 3
+"""Levels that are told apart at once; what one of them still holds is asked in the next round."""
+
+
+def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
+    """How much each run carries, as the place of its level (runs,) in their order, if runs of one
+    load surely fall into several levels: as few as will do."""
+    blocks = moments.rows.made.blocks
+    if not moments.rows.made.base.payload:
+        return None
+    amounts, loads = _amounts(moments), np.array([block.run.loads for block in blocks])
+    which = np.unique([block.run.trajectory for block in blocks], return_inverse=True)[1]
+    for count in range(2, MOST_LEVELS + 1):
+        for load in np.unique(loads):
+            alike = loads == load
+            chance, levels = _levels(amounts[alike], which[alike], count)
+            if chance + log(partitions(len(levels), count)) < log(criteria.false_alarms):
+                found = np.zeros(len(loads), dtype=np.int64)
+                found[alike] = levels
+                return found
+    return None
+
+
+def partitions(runs: int, parts: int) -> int:
+    """Ways to part runs into so many non-empty sets: the number of Stirling; at least one."""
+    signed: list[int] = [
+        comb(parts, i) * i**runs * (-1 if (parts - i) % 2 else 1) for i in range(parts + 1)
+    ]
+    return max(sum(signed) // factorial(parts), 1)
+
+
+def _levels(amounts: Array, which: Levels, count: int) -> tuple[float, Levels]:
+    """log p-value and levels (runs,) of the best cut of runs whose trajectories are `which`.
+
+    Along the direction that varies most, of all runs or of passes about their trajectory's mean:
+    trajectories differ in what the model lacks, their passes may show the payload alone.
+    """
+    if len(amounts) <= count:
+        return 0.0, np.zeros(len(amounts), dtype=np.int64)
+    own = np.array([amounts[which == w].mean(axis=0) for w in which])
+    found = list[tuple[float, Levels]]()
+    for spread in (amounts - amounts.mean(axis=0), amounts - own):
+        direction = np.linalg.svd(spread, full_matrices=False)[2][0]
+        levels = _cut(spread @ direction, count)
+        found.append((_chance(amounts @ direction, levels, which), levels))
+    return min(found, key=lambda pair: pair[0])
+
+
+def _amounts(moments: Moments) -> Array:
+    """What each run shows along the payload's columns beside the model (runs, k), in directions of
+    equal torque."""
+    rows = moments.rows
+    blocks, places = rows.made.blocks, list(rows.made.base.payload)
+    run = rows.raw([np.full(len(block.at), k) for k, block in enumerate(blocks)])
+    S, r = np.zeros((len(blocks), len(places), len(places))), np.zeros((len(blocks), len(places)))
+    q = moments.fit(None).q
+    for i in range(rows.n):
+        columns = rows.white(i, [block.linear[:, i, places] for block in blocks])
+        left = rows.white_y[i] - moments.white_X[i] @ q
+        for k in range(len(blocks)):
+            own = columns[run == k]
+            S[k] += own.T @ own
+            r[k] += own.T @ left[run == k]
+    mean = S.mean(axis=0)
+    size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
+    values, vectors = np.linalg.eigh(mean / np.outer(size, size))
+    kept = values > SHARE**2
+    turn = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
+    return np.array(
+        [
+            np.linalg.solve(turn.T @ one @ turn + SHARE * np.eye(kept.sum()), turn.T @ right)
+            for one, right in zip(S, r, strict=True)
+        ]
+    )
+
+
+def _cut(amount: Array, count: int) -> Levels:
+    """Levels (runs,), ascending, where these spread least about their means."""
+    order, best, edges = np.argsort(amount), np.inf, tuple[int, ...]()
+    for cut in combinations(range(1, len(order)), count - 1):
+        parts = np.split(amount[order], cut)
+        squares = sum(len(part) * float(part.var()) for part in parts)
+        if squares < best:
+            best, edges = squares, cut
+    levels = np.zeros(len(amount), dtype=np.int64)
+    for edge in edges:
+        levels[order[edge:]] += 1
+    return levels
+
+
+def _chance(amount: Array, levels: Levels, which: Levels) -> float:
+    """log p-value of the differences of levels of the runs (runs,), `which` their trajectories.
+
+    Where the cut passes through trajectories by all runs, or by passes of one trajectory alone if
+    that tells more; else passes of a trajectory are one run.
+    """
+    named = which[:, None] == np.unique(which)
+    if any(np.ptp(levels[own]) for own in named.T):
+        abouts = (np.ones((len(amount), 1)), named.astype(float))
+        return min(_f_test(amount, levels, about) for about in abouts)
+    means = np.array([amount[own].mean() for own in named.T])
+    return _f_test(means, np.array([levels[own][0] for own in named.T]), np.ones((len(means), 1)))
+
+
+def _f_test(amount: Array, levels: Levels, about: Array) -> float:
+    """log p-value of another mean for every level, beside columns (runs, k)."""
+    both = np.column_stack([about, levels[:, None] == np.unique(levels)[1:]])
+    rank, plain = (int(np.linalg.matrix_rank(X)) for X in (both, about))
+    free, more = len(amount) - rank, rank - plain
+    if free < 1 or more < 1:
+        return 0.0
+    before, after = (
+        float(((amount - X @ np.linalg.lstsq(X, amount)[0]) ** 2).sum()) for X in (about, both)
+    )
+    ratio = (before - after) / more / max(after / free, 1e-300)
+    return float(f_distribution.logsf(ratio, more, free))
