@@ -7,6 +7,8 @@ test over runs, for as many partitions as there are.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from math import comb, factorial, log
 
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
+from flexhex.diagnosis.noise import ORDER, Noise, measured, settled, whiten
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -71,30 +74,60 @@ def _levels(amounts: Array, which: Levels, count: int) -> tuple[float, Levels]:
 
 def _amounts(moments: Moments) -> Array:
     """What each run shows along the payload's columns beside the model (runs, k), in directions of
-    equal torque."""
-    rows = moments.rows
-    blocks, places = rows.made.blocks, list(rows.made.base.payload)
-    run = rows.raw([np.full(len(block.at), k) for k, block in enumerate(blocks)])
-    S, r = np.zeros((len(blocks), len(places), len(places))), np.zeros((len(blocks), len(places)))
-    q = moments.fit(None).q
+    equal torque.
+
+    Passes that differ in load are no noise: the noise is that of what each run leaves beside
+    columns of its own.
+    """
+    made, places = moments.rows.made, list(moments.rows.made.base.payload)
+    left = _left(moments)
+    columns = [block.linear[:, :, places] for block in made.blocks]
+    plain = Noise(np.zeros((made.base.n, ORDER)), made.torque_rms, made.torque_rms, False)
+    turn, found = _fitted(moments, columns, left, plain)
+    own = [rest - C @ (turn @ one) for rest, C, one in zip(left, columns, found, strict=True)]
+    listed = [replace(b, usable=good) for b, good in zip(made.blocks, made.kept, strict=True)]
+    return _fitted(moments, columns, left, measured(listed, own))[1]
+
+
+def _left(moments: Moments) -> list[Array]:
+    """What the model leaves (m, n) [N m] of each block, zero in rows that do not count."""
+    rows, q = moments.rows, moments.fit(None).q
+    sorted_back = np.empty((rows.count, rows.n))
     for i in range(rows.n):
-        columns = rows.white(i, [block.linear[:, i, places] for block in blocks])
-        left = rows.white_y[i] - moments.white_X[i] @ q
-        for k in range(len(blocks)):
-            own = columns[run == k]
-            S[k] += own.T @ own
-            r[k] += own.T @ left[run == k]
+        sorted_back[rows.order, i] = rows.y[i] - moments.X[i] @ q
+    kept = rows.made.kept
+    parts = np.split(sorted_back, np.cumsum([good.sum() for good in kept])[:-1])
+    found = [np.zeros((len(good), rows.n)) for good in kept]
+    for full, good, part in zip(found, kept, parts, strict=True):
+        full[good] = part
+    return found
+
+
+def _fitted(
+    moments: Moments, columns: Sequence[Array], left: Sequence[Array], noise: Noise
+) -> tuple[Array, Array]:
+    """Columns of each run (m, n, k) fitted to what is left (m, n): directions (k, k') of equal
+    torque, amounts in them (runs, k')."""
+    n, k = columns[0].shape[1:]
+    S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
+    for j, (C, y, kept) in enumerate(zip(columns, left, moments.rows.made.kept, strict=True)):
+        good = settled(kept)
+        for i in range(n):
+            both = np.column_stack([C[:, i], y[:, i]])
+            white = whiten(both, noise.a[i], float(noise.scale[i]))[good]
+            S[j] += white[:, :k].T @ white[:, :k]
+            r[j] += white[:, :k].T @ white[:, k]
     mean = S.mean(axis=0)
     size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
     values, vectors = np.linalg.eigh(mean / np.outer(size, size))
-    kept = values > SHARE**2
-    turn = vectors[:, kept] / np.sqrt(values[kept]) / size[:, None]
-    return np.array(
-        [
-            np.linalg.solve(turn.T @ one @ turn + SHARE * np.eye(kept.sum()), turn.T @ right)
-            for one, right in zip(S, r, strict=True)
-        ]
-    )
+    kept_ones = values > SHARE**2
+    turn = vectors[:, kept_ones] / np.sqrt(values[kept_ones]) / size[:, None]
+    firm = SHARE * np.eye(int(kept_ones.sum()))
+    amounts = [
+        np.linalg.solve(turn.T @ one @ turn + firm, turn.T @ right)
+        for one, right in zip(S, r, strict=True)
+    ]
+    return turn, np.array(amounts)
 
 
 def _cut(amount: Array, count: int) -> Levels:

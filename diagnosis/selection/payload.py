@@ -61,7 +61,8 @@ def payload_score(
 
 
 def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
-    """The base model fitted to runs of several levels, each but the lightest a payload; kept."""
+    """The base model fitted to runs of several levels, each but the lightest a payload; the last
+    one is kept."""
     bench, found = hypotheses.bench, hypotheses.loaded
     key = tuple(int(level) for level in levels)
     if key not in found:
@@ -72,6 +73,8 @@ def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
         unit = next(unit for unit in MASSIVE if any(unit == own for own, _ in sized))
         if sum(size for own, size in sized if own == unit) < 0:
             made = _calibrated(bench.made, _turned(levels, made))
+        made.forget()
+        found.clear()
         found[key] = bench.beside(made)
     return found[key]
 

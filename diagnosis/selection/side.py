@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import log
-from pathlib import Path
 
 from flexhex.diagnosis.answer import Joint, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
@@ -56,12 +55,7 @@ def selected(
     held = joint(bench, grouped(bench, kept))
     payloads = payload_changes(held)
     if payloads and not selection.arbitrated:
-        carriers = ", ".join(Path(run).name for run in payloads[0].runs)
-        notes.append(
-            f"a payload on {carriers} would fit, but nothing shows it on another trajectory: "
-            "record one"
-        )
-        payloads = []
+        notes.append("the payload shows on one trajectory only: record it on another one")
     others = None
     if judged:
         others = elsewhere(held, blocks(made.base, judged, made.spacing, JUDGED), drift)
