@@ -188,7 +188,8 @@ def one_round(
     moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
 ) -> list[Score]:
     """Scores of the most promising hypotheses of each axis, best first."""
-    found = list[Score]()
+    payload = payload_score(moments, hypotheses, known, criteria)
+    found = [payload] if payload else list[Score]()
     for axis in (*range(moments.rows.n), None):
         listed = []
         for effect in hypotheses.effects(axis):
@@ -202,8 +203,6 @@ def one_round(
     for change in hypotheses.changes:
         if not set(change.places) <= set(moments.freed):
             found.append(change_score(moments, change, criteria))
-    payload = payload_score(moments, hypotheses, known, criteria)
-    found += [payload] if payload else []
     return sorted((s for s in found if s.gain > 0), key=lambda score: -score.gain)
 
 

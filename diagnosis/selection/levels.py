@@ -8,7 +8,7 @@ test over runs, for as many partitions as there are.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb, factorial, log
 
@@ -22,6 +22,7 @@ from flexhex.diagnosis.selection.moments import Moments
 
 Array = NDArray[np.float64]
 Levels = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 SHARE = 0.01
 """Weight of the mean run in the amount of payload of a run, which may excite too little of it."""
 MOST_LEVELS = 3
@@ -34,13 +35,14 @@ def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
     blocks = moments.rows.made.blocks
     if not moments.rows.made.base.payload:
         return None
-    amounts, loads = _amounts(moments), np.array([block.run.loads for block in blocks])
+    shown, loads = _shown(moments), np.array([block.run.loads for block in blocks])
     which = np.unique([block.run.trajectory for block in blocks], return_inverse=True)[1]
     for count in range(2, MOST_LEVELS + 1):
         for load in np.unique(loads):
             alike = loads == load
-            chance, levels = _levels(amounts[alike], which[alike], count)
-            if chance + log(partitions(len(levels), count)) < log(criteria.false_alarms):
+            least = log(criteria.false_alarms) - log(partitions(int(alike.sum()), count))
+            levels = _levels(shown.of(alike), which[alike], count, least)
+            if levels is not None:
                 found = np.zeros(len(loads), dtype=np.int64)
                 found[alike] = levels
                 return found
@@ -55,26 +57,65 @@ def partitions(runs: int, parts: int) -> int:
     return max(sum(signed) // factorial(parts), 1)
 
 
-def _levels(amounts: Array, which: Levels, count: int) -> tuple[float, Levels]:
-    """log p-value and levels (runs,) of the best cut of runs whose trajectories are `which`.
+@dataclass(frozen=True)
+class Shown:
+    """What each run shows along the payload's columns beside the model, in directions of equal
+    torque: S (runs, k, k), r (runs, k) of its own least squares, S delta = r."""
 
-    Along the direction that varies most, of all runs or of passes about their trajectory's mean:
-    trajectories differ in what the model lacks, their passes may show the payload alone.
+    S: Array
+    r: Array
+
+    def of(self, runs: Mask) -> Shown:
+        """Of some of the runs."""
+        return Shown(self.S[runs], self.r[runs])
+
+    @property
+    def amounts(self) -> Array:
+        """Of each run (runs, k)."""
+        return np.array(
+            [Shown(S[None], r[None]).together for S, r in zip(self.S, self.r, strict=True)]
+        )
+
+    @property
+    def together(self) -> Array:
+        """Of all runs together (k,)."""
+        firm = SHARE * len(self.r) * np.eye(self.r.shape[1])
+        return np.asarray(np.linalg.solve(self.S.sum(axis=0) + firm, self.r.sum(axis=0)))
+
+    def along(self, delta: Array) -> Array:
+        """Of each run (runs,), as a share of an amount (k,)."""
+        return np.asarray(self.r @ delta / np.einsum("k,jkl,l->j", delta, self.S, delta))
+
+
+def _levels(shown: Shown, which: Levels, count: int, least: float) -> Levels | None:
+    """Levels (runs,) of runs whose trajectories are `which`, if the log p-value of their cut is
+    less than `least`.
+
+    Along the direction that varies most, then by shares of what the ends of that cut differ in: of
+    passes about their trajectory's mean, for trajectories differ in what the model lacks; of all
+    runs where that tells nothing.
     """
-    if len(amounts) <= count:
-        return 0.0, np.zeros(len(amounts), dtype=np.int64)
-    own = np.array([amounts[which == w].mean(axis=0) for w in which])
-    found = list[tuple[float, Levels]]()
-    for spread in (amounts - amounts.mean(axis=0), amounts - own):
+    if len(which) <= count:
+        return None
+    for group in (which, np.zeros_like(which)):
+        spread = _centred(shown.amounts, group)
         direction = np.linalg.svd(spread, full_matrices=False)[2][0]
-        levels = _cut(spread @ direction, count)
-        found.append((_chance(amounts @ direction, levels, which), levels))
-    return min(found, key=lambda pair: pair[0])
+        rough = _cut(spread @ direction, count)
+        ends = [shown.of(rough == level).together for level in (0, count - 1)]
+        share = shown.along(ends[1] - ends[0])
+        levels = _cut(_centred(share, group), count)
+        if _chance(share, levels, which) < least:
+            return levels
+    return None
 
 
-def _amounts(moments: Moments) -> Array:
-    """What each run shows along the payload's columns beside the model (runs, k), in directions of
-    equal torque.
+def _centred(values: Array, group: Levels) -> Array:
+    """Values (runs, ...) about the mean of their group."""
+    return np.asarray(values - np.array([values[group == g].mean(axis=0) for g in group]))
+
+
+def _shown(moments: Moments) -> Shown:
+    """What each run shows.
 
     Passes that differ in load are no noise: the noise is that of what each run leaves beside
     columns of its own.
@@ -84,7 +125,8 @@ def _amounts(moments: Moments) -> Array:
     columns = [block.linear[:, :, places] for block in made.blocks]
     plain = Noise(np.zeros((made.base.n, ORDER)), made.torque_rms, made.torque_rms, False)
     turn, found = _fitted(moments, columns, left, plain)
-    own = [rest - C @ (turn @ one) for rest, C, one in zip(left, columns, found, strict=True)]
+    each = zip(left, columns, found.amounts, strict=True)
+    own = [rest - C @ (turn @ one) for rest, C, one in each]
     listed = [replace(b, usable=good) for b, good in zip(made.blocks, made.kept, strict=True)]
     return _fitted(moments, columns, left, measured(listed, own))[1]
 
@@ -105,9 +147,9 @@ def _left(moments: Moments) -> list[Array]:
 
 def _fitted(
     moments: Moments, columns: Sequence[Array], left: Sequence[Array], noise: Noise
-) -> tuple[Array, Array]:
-    """Columns of each run (m, n, k) fitted to what is left (m, n): directions (k, k') of equal
-    torque, amounts in them (runs, k')."""
+) -> tuple[Array, Shown]:
+    """Columns of each run (m, n, k) for what is left (m, n): directions (k, k') of equal torque,
+    and what runs show in them."""
     n, k = columns[0].shape[1:]
     S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
     for j, (C, y, kept) in enumerate(zip(columns, left, moments.rows.made.kept, strict=True)):
@@ -122,12 +164,7 @@ def _fitted(
     values, vectors = np.linalg.eigh(mean / np.outer(size, size))
     kept_ones = values > SHARE**2
     turn = vectors[:, kept_ones] / np.sqrt(values[kept_ones]) / size[:, None]
-    firm = SHARE * np.eye(int(kept_ones.sum()))
-    amounts = [
-        np.linalg.solve(turn.T @ one @ turn + firm, turn.T @ right)
-        for one, right in zip(S, r, strict=True)
-    ]
-    return turn, np.array(amounts)
+    return turn, Shown(turn.T @ S @ turn, r @ turn)
 
 
 def _cut(amount: Array, count: int) -> Levels:
