@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
@@ -167,14 +168,28 @@ def _changed(found: Diagnosis) -> str:
 
 
 def _other_values(found: Diagnosis) -> str:
-    parts = []
-    for c in found.changed[:SEVERAL]:
+    parts, everywhere = [], [c for c in found.changed if not c.runs]
+    for c in everywhere[:SEVERAL]:
         unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
         parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
-    more = len(found.changed) - SEVERAL
+    more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")
-    return f"Parameters that deviate from the machine file: {'; '.join(parts)}."
+    sentences = carriers(found)
+    if parts:
+        sentences.append(f"Parameters that deviate from the machine file: {'; '.join(parts)}.")
+    return " ".join(sentences)
+
+
+def carriers(found: Diagnosis) -> list[str]:
+    """A sentence for each payload that no log announces: what it is, and on which runs."""
+    sets = dict.fromkeys(c.runs for c in found.changed if c.runs)
+    sentences = []
+    for runs in sets:
+        own = [f"{c.parameter} {measured(c.estimate)}" for c in found.changed if c.runs == runs]
+        names = listed([Path(run).name for run in runs])
+        sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
+    return sentences
 
 
 def _unknown(found: Diagnosis) -> str:

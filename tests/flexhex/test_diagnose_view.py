@@ -20,6 +20,7 @@ from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,
+    CARRIED,
     CHANGED,
     EXAMPLES,
     NAMED,
@@ -47,6 +48,8 @@ SENTENCES = {
     " 0.0290 N m RMS, 1.3 % of the torque.",
     "none": "No effect is missing: the model explains these runs down to the non-repeatable"
     " residual (0.00900 N m RMS, of which 0.00900 is non-repeatable).",
+    "payload": "No effect is missing. A payload that no log announces was on run1.csv and run2.csv:"
+    " payload 0.2550 ± 0.0010 kg, payload.c_z 0.0231 ± 0.0012 m.",
     "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"
     " run twice, so what repeats is not known.",
 }
@@ -71,6 +74,12 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
     for found in EXAMPLES.values():
         text = " ".join(shown(found).split())
         assert text.startswith(verdict(found)), text[:200]
+
+
+def test_payload_is_said_where_the_verdict_does_not() -> None:
+    text = " ".join(shown(replace(CARRIED, verdict="unknown")).split())
+    assert text.count("A payload that no log announces was on run1.csv and run2.csv") == 1
+    assert " ".join(shown(CARRIED).split()).count("A payload that no log announces") == 1
 
 
 def test_reason_that_asks_ends_as_it_does() -> None:
@@ -237,6 +246,10 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--held-out OTHER_RUN")
     assert next_steps(CHANGED, ASKED)[0][1] == again
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
+    # no machine file holds a payload of some runs
+    assert [text for text, _ in next_steps(CARRIED, ASKED)] == [
+        "Write the payload into the heads of its runs: `payload: 0.5 kg`."
+    ]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
 
