@@ -25,6 +25,9 @@ Levels = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 SHARE = 0.01
 """Weight of the mean run in the amount of payload of a run, which may excite too little of it."""
+FAINT = 1e-4
+"""Least curvature of a direction of the payload's columns, each of unit length: less is excited by
+no run."""
 MOST_LEVELS = 3
 """Levels that are told apart at once; what one of them still holds is asked in the next round."""
 
@@ -162,7 +165,7 @@ def _fitted(
     mean = S.mean(axis=0)
     size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
     values, vectors = np.linalg.eigh(mean / np.outer(size, size))
-    kept_ones = values > SHARE**2
+    kept_ones = values > FAINT
     turn = vectors[:, kept_ones] / np.sqrt(values[kept_ones]) / size[:, None]
     return turn, Shown(turn.T @ S @ turn, r @ turn)
 
