@@ -6,12 +6,10 @@ READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
-GATEWAY := FLEXHEX_FMI_HEADERS="$$($(abspath $(BIN))/python -c 'import fmpy, os; print(os.path.dirname(fmpy.__file__))')/c-code" cargo
-
 # all tests of a file in one process, so that what they share is made once
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
-.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-gateway format bench results results-studies clean lock
+.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -63,7 +61,7 @@ platforms: $(READY)
 
 gateway: $(READY)
 	$(BIN)/python gateway/lock.py write
-	cd gateway && $(GATEWAY) build --release --locked
+	cd gateway && cargo build --release --locked
 
 machine: gateway
 	$(BIN)/flexhex drive
@@ -96,22 +94,33 @@ results-studies: build gateway $(DEV)
 	$(RECORD) schunk python examples/schunk/diagnose.py --json
 	$(RECORD) quantisation python -m studies.quantisation --json
 	$(RECORD) drive python -m flexhex drive --json
-	$(RECORD) hidden_effects python -m studies.hidden_effects --json --seeds $(DAY)000:$(DAY)080
+	$(RECORD) hidden_effects python -m studies.hidden_effects --json --test --jobs 2 \
+	  --generator $(DAY)000:$(DAY)080 --mujoco $(DAY)000:$(DAY)200 --axes $(DAY)000:$(DAY)060
+	$(RECORD) sensitivity python -m studies.sensitivity --json \
+	  --generator 7:10 --mujoco 200:214 --axes 6:9
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
 	$(BIN)/python -m results.render
 
+# types, Rust and the rest side by side: nothing of the one waits for another
 check: $(DEV)
+	@$(MAKE) --no-print-directory --jobs 2 check-style check-types check-rust
+
+check-style: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run -Werror $$(git ls-files '*.c' '*.h')
+
+check-types: $(DEV)
+	$(BIN)/mypy
+
+check-rust:
 	@if cargo fmt --version && cargo clippy --version; then $(MAKE) --no-print-directory check-gateway; \
 	else echo "gateway/ is not checked: no cargo with rustfmt and clippy on the PATH"; fi
 
 check-gateway: $(DEV)
 	$(BIN)/python gateway/lock.py write
 	cd gateway && cargo fmt --all --check
-	cd gateway && $(GATEWAY) clippy --release --locked --workspace --all-targets -- -D warnings
+	cd gateway && cargo clippy --release --locked --workspace --all-targets -- -D warnings
 
 format: $(DEV)
 	$(BIN)/ruff check --fix-only .

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.clock import Rival, Row, measure
-from benchmarks.rooms import CACHE, FMI, HERE, harness, starts
+from benchmarks.rooms import CACHE, HERE, harness, starts
 from flexhex.fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
+from flexhex.fmugen.fmu import FMI
 from flexhex.fmugen.rooms import build_room, room_interface
 from flexhex.fmugen.sources import variables
 from flexhex.fmus.common.machine.machine import Machine

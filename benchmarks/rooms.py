@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import casadi as ca
-import fmpy
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmugen import codegen, sources
 from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
-from flexhex.fmugen.fmu import RUNTIME
+from flexhex.fmugen.fmu import FMI, RUNTIME
 from flexhex.fmugen.rooms import room_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
@@ -26,7 +25,6 @@ from flexhex.fmus.common.machine.machine import Machine
 Array = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent
 CACHE = Path("out") / "cache" / "benchmarks"
-FMI = Path(fmpy.__file__).resolve().parent / "c-code"
 _EXPORT = """#include "room.h"
 extern const flexhex_room {name}_room;
 __attribute__((visibility("default"))) const void *bench_room(void);

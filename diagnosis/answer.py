@@ -1,10 +1,11 @@
-"""From rounds of candidates to an answer: estimates with intervals, gaps, maps, locked runs."""
+"""Base model and effects fitted together: gains and shapes with intervals, what is left."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +13,14 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.noise import pairs, whiten
 from flexhex.diagnosis.regression import Columns, Regression
-from flexhex.diagnosis.scored import Found, Scored, possible
-from flexhex.diagnosis.sizes import repeating
 from flexhex.diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
-EXPLAINED = 0.5
-"""Least share of what repeats on its axes, beside the others, that a named effect must explain."""
-CERTAIN = 6.0
-"""Deviations above which a repeating residual is no chance."""
-GAP = 0.002
-"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
+CORRELATED = 3.0
+"""Rows that count as one, for what the noise model does not know."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,8 @@ class Joint:
     """All effects that were found, fitted together with the base model.
 
     parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
-    covariance of (gains, shape steps); q: coefficients of the base columns.
+    deviation and shape_deviation: standard deviations of gains and shapes; q: coefficients of the
+    base columns; freed: inverse variances of base parameters that left their tolerances, by place.
     """
 
     bench: Bench
@@ -41,11 +38,21 @@ class Joint:
     deviation: tuple[Array, ...]
     shape_deviation: tuple[dict[str, float], ...]
     q: Array
+    freed: Mapping[int, float] = field(default_factory=dict)
 
     @property
-    def parts(self) -> list[Scored]:
+    def parts(self) -> list[Part]:
         """Parts of all effects in order."""
         return [part for effect in self.effects for part in effect.parts]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of q (nb, nb)."""
+        fitted = self.bench.made.regression.loosened(self.freed)
+        if self.parts:
+            fitted = fitted.extended([part.columns for part in self.parts])
+        level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
+        return np.asarray(level * fitted.covariance[: len(self.q), : len(self.q)])
 
     @cached_property
     def explained(self) -> list[Array]:
@@ -60,7 +67,7 @@ class Joint:
         return [r - e for r, e in zip(left, self.explained, strict=True)]
 
 
-def torque_of(bench: Bench, parts: Sequence[Scored], beta: Sequence[Array]) -> list[Array]:
+def torque_of(bench: Bench, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
     """Torque of effects with given gains (m, n) [N m] of each block of a bench."""
     total = [np.zeros((len(b.at), bench.n)) for b in bench.made.blocks]
     for part, gains in zip(parts, beta, strict=True):
@@ -81,12 +88,14 @@ def steady(made: Calibrated, drift: Joint) -> Calibrated:
     return replace(made, y=tuple(y - t for y, t in zip(made.y, torque, strict=True)))
 
 
-def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
+def joint(
+    bench: Bench, effects: Sequence[Found], freed: Mapping[int, float] = MappingProxyType({})
+) -> Joint:
     """Fit base model and effects together, shapes by one Gauss-Newton step."""
-    regression = bench.made.regression
+    regression = bench.made.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
-        return Joint(bench, (), (), (), (), regression.q)
+        return Joint(bench, (), (), (), (), regression.q, freed)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
@@ -97,16 +106,17 @@ def joint(bench: Bench, effects: Sequence[Found]) -> Joint:
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
     gains = tuple(np.split(beta, edges[:-1]))
     deviations = tuple(np.split(deviation, edges[:-1]))
-    return Joint(bench, _regrouped(effects, parts), gains, deviations, tuple(spread), q)
+    found = _regrouped(effects, parts)
+    return Joint(bench, found, gains, deviations, tuple(spread), q, freed)
 
 
 def again(held: Joint, bench: Bench) -> Joint:
     """The same effects fitted beside another base model, shapes from where they were."""
     parts = [part.moved(bench, part.shape) for part in held.parts]
-    return joint(bench, _regrouped(held.effects, parts))
+    return joint(bench, _regrouped(held.effects, parts), held.freed)
 
 
-def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found, ...]:
+def _regrouped(effects: Sequence[Found], parts: Sequence[Part]) -> tuple[Found, ...]:
     """The effects with their parts renewed."""
     updated, at = [], 0
     for effect in effects:
@@ -118,16 +128,16 @@ def _regrouped(effects: Sequence[Found], parts: Sequence[Scored]) -> tuple[Found
 def _stepped(
     bench: Bench,
     regression: Regression,
-    parts: Sequence[Scored],
+    parts: Sequence[Part],
     shaped: Sequence[tuple[int, str]],
-) -> list[Scored]:
+) -> list[Part]:
     """All shapes after one Gauss-Newton step together, if that explains more."""
     columns, tangents = stack(bench, regression, parts)
     before, _ = regression.fall(Columns(None, columns))
     _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
     shapes = [dict(part.shape) for part in parts]
     for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
-        shape = next(s for s in bench.effects[parts[k].id].searched if s.name == name)
+        shape = bench.scales.ranges(parts[k].id, parts[k].axis or 0)[name]
         shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
     moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
     after, _ = regression.fall(
@@ -136,61 +146,13 @@ def _stepped(
     return moved if after > before else list(parts)
 
 
-def lasting(bench: Bench, effects: Sequence[Found]) -> Joint:
-    """The joint fit of those effects that hold.
-
-    Left out, one after the other: what gets a gain that it cannot have beside the others, and what
-    explains the least of what repeats, as long as that is not enough.
-    """
-    kept = list(effects)
-    while True:
-        listed = _outermost(bench, kept)
-        made = joint(bench, [effect for _, effect in listed])
-        found = shares(made)
-        impossible = _impossible(made)
-        if impossible:
-            at, axis = impossible[0]
-            place = listed[at][0]
-            kept[place] = replace(
-                kept[place], parts=tuple(p for p in kept[place].parts if p.axis != axis)
-            )
-        elif found and min(found) < EXPLAINED:
-            kept.pop(listed[int(np.argmin(found))][0])
-        else:
-            return made
-
-
-def _outermost(bench: Bench, effects: Sequence[Found]) -> list[tuple[int, Found]]:
-    """Effects with their places, without the parts that another one on the same axis extends: it
-    has them in it."""
-    parts = [part for effect in effects for part in effect.parts if part.id in bench.effects]
-    inner = {(bench.effects[part.id].effect.extends, part.axis) for part in parts}
-    found = []
-    for place, effect in enumerate(effects):
-        outer = tuple(p for p in effect.parts if (p.id, p.axis) not in inner)
-        if outer:
-            found.append((place, replace(effect, parts=outer)))
-    return found
-
-
-def _impossible(made: Joint) -> list[tuple[int, int | None]]:
-    """Place of an effect and axis of its part where a gain is beyond its bounds, for sure."""
-    owners = [(k, part) for k, effect in enumerate(made.effects) for part in effect.parts]
-    triples = zip(owners, made.beta, made.deviation, strict=True)
-    return [
-        (k, part.axis)
-        for (k, part), beta, deviation in triples
-        if not possible(made.bench, part.id, beta, deviation)
-    ]
-
-
 def shares(made: Joint) -> list[float]:
     """Share of what repeats on its axes beside the other effects that each effect explains.
 
     By how much parameters need leave their tolerances no more counts as explained; by how much
     they still do says nothing of these axes.
     """
-    there, regression = made.bench.made, made.bench.made.regression
+    there, regression = made.bench.made, made.bench.made.regression.loosened(made.freed)
 
     def left(effects: Sequence[Found]) -> tuple[Array, float]:
         columns = [part.columns for effect in effects for part in effect.parts]
@@ -206,6 +168,16 @@ def shares(made: Joint) -> list[float]:
         explained = float(before[axes].sum()) - rest + max(strain - strained, 0.0)
         found.append(explained / max(explained + rest, 1e-300))
     return found
+
+
+def repeating(made: Calibrated, residual: Array) -> Array:
+    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
+
+    Without repeats the sum of all squares, an upper bound.
+    """
+    products = (made.layout.twin(residual) if made.between else residual) * residual
+    total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
+    return np.asarray(np.maximum(np.array(total), 0.0))
 
 
 def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import pi
 
-from flexhex.diagnosis.arm import Arm, Link
+from flexhex.diagnosis.serial import Arm, Link
 
 SCHUNK = Arm(
     links=(
@@ -16,8 +16,10 @@ SCHUNK = Arm(
         Link((0.0, 0.0, 0.0), (-pi / 2, 0.0, 0.0), 0.8, (0.0, 0.0, 0.04)),
     ),
     gravity=(0.0, 0.0, 0.0),
+    misplaced=0.0,
 )
 """Schunk LWA 4P. Lengths and axes: the description published for ROS (schunk_description,
 lwa4p); masses: its rounded placeholders; centres of mass: assumed half way; none of them is fitted,
-since slow moves behind gears of a hundred show rotors, not links. Gravity: none, since the torques
+since slow moves behind gears of a hundred show rotors, not links; nor is the geometry, which acts
+through them. Gravity: none, since the torques
 of the published runs are zero at rest in every pose, the weight is held otherwise."""

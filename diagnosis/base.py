@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n).
+    """One run's joints on one clock: t0 [s], ts [s]; theta, thetad, thetadd (samples, n): angles or
+    positions.
 
     noise: standard deviation (n,) [rad] of the angles' white noise; None: they have none.
     derived: rates and accelerations are differences of the angles, so their noise is in them.
@@ -74,8 +75,26 @@ LATE = 2.5
 cycles of a controller, of a bus and of a logger. One tolerance."""
 
 
+class Geometry(Protocol):
+    """What errors of a machine's geometry do to its torques."""
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """The errors, nominally zero."""
+        ...
+
+    def columns(self, motion: Motion, weights: csr_array, p: Array) -> Array:
+        """Smoothed torque (rows, n, len(known)) for a unit of each, at linear parameters p
+        (n_p,); weights (rows, samples)."""
+        ...
+
+
 class Base(Protocol):
-    """A machine's own model for the diagnosis."""
+    """A machine's own model for the diagnosis.
+
+    Its axes turn, unless it has `kinds` (`flexhex.diagnosis.kinds.kinds_of`). What is said here to
+    be in rad or N m is in m or N for an axis that slides.
+    """
 
     n: int
     """Axes."""
@@ -85,6 +104,8 @@ class Base(Protocol):
     """Gains of the curved terms, one for each axis, or nothing."""
     widths: tuple[Known, ...]
     """Their nonlinear parameters, likewise."""
+    geometry: Geometry | None
+    """Errors of its geometry, or None where it has none."""
     window: float
     """Length of the smoothing window [s]."""
     spacing: float

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
+
+from pydantic import ValidationError
 
 from flexhex.diagnosis.arm import RigidArmBase
 from flexhex.diagnosis.arms import SCHUNK
@@ -12,17 +15,25 @@ from flexhex.diagnosis.base import Base
 from flexhex.diagnosis.hexapod import HexapodBase
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
 
+NO_TOLERANCE: Mapping[str, float] = MappingProxyType({})
+"""Those of the machine file, all of them."""
 
-def _hexapod(machine_file: Path | None, log: Log) -> Base:
+
+def _hexapod(
+    machine_file: Path | None, log: Log, tolerance: Mapping[str, float] = NO_TOLERANCE
+) -> Base:
     if machine_file is None:
         raise LogError("no machine file given: the hexapod needs one (--machine)")
-    return HexapodBase(load_machine(machine_file))
+    machine = load_machine(machine_file)
+    known = with_tolerance(machine.tolerance, tolerance)
+    return HexapodBase(machine.model_copy(update={"tolerance": known}))
 
 
 def _axis(machine_file: Path | None, log: Log) -> Base:
-    return AxisBase(log["theta"].width, log["theta"].ts)
+    return AxisBase(log["theta"].width, log["theta"].ts, log.kinds)
 
 
 def _schunk(machine_file: Path | None, log: Log) -> Base:
@@ -36,8 +47,37 @@ BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
 }
 
 
-def base_of(name: str, machine_file: Path | None, log: Log) -> Base:
-    """The base model called `name` for logs like this one. UsageError for an unknown name."""
+def with_tolerance(known: Tolerance, given: Mapping[str, float]) -> Tolerance:
+    """Tolerances with some in their place. UsageError for an unknown one, or one out of range."""
+    strange = [name for name in given if name not in Tolerance.model_fields]
+    if strange:
+        listed = ", ".join(Tolerance.model_fields)
+        raise UsageError(f"tolerance {strange[0]!r}: there are {listed}")
+    tables = {n: {"value": v, "unit": "1", "source": "assumed"} for n, v in given.items()}
+    try:
+        read = Tolerance.model_validate(tables)
+    except ValidationError as error:
+        first = error.errors()[0]
+        text = str(first["msg"]).removeprefix("Value error, ")
+        raise UsageError(f"tolerance {first['loc'][0]} = {text}") from None
+    return known.model_copy(update={name: getattr(read, name) for name in given})
+
+
+def base_of(
+    name: str,
+    machine_file: Path | None,
+    log: Log,
+    tolerance: Mapping[str, float] = NO_TOLERANCE,
+) -> Base:
+    """The base model called `name` for logs like this one.
+
+    tolerance: in place of the machine file's, by the keys of its section. UsageError for an unknown
+    name, or for tolerances of a base model that has no machine file.
+    """
     if name not in BASES:
         raise UsageError(f"no base model {name!r}: choose one of {', '.join(BASES)}")
+    if tolerance:
+        if name != "hexapod":
+            raise UsageError(f"tolerance: base model {name} reads no machine file: take it out")
+        return _hexapod(machine_file, log, tolerance)
     return BASES[name](machine_file, log)

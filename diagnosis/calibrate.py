@@ -7,7 +7,7 @@ its nonlinear parameters stand beside every candidate.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import Block, Run, torque_at, torque_rms
 from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
 from flexhex.diagnosis.payloads import Load, carried, columns_of, loads_of
 from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.rests import moving
 
 Array = NDArray[np.float64]
 LOOSE = 2.0
@@ -53,7 +54,7 @@ class Calibrated:
     y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
     is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample
     (samples, n). between: what is asked for repeats; else it changes from pass to pass. loads:
-    payloads of the runs; their parameters are the last of `known`.
+    payloads of the runs.
     """
 
     base: Base
@@ -73,6 +74,11 @@ class Calibrated:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
 
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Rows (m, n) of each block in which an axis moves."""
+        return moving(self.blocks, self.base.window, self.spacing)
+
     @property
     def spacing(self) -> float:
         """Time between two rows [s]."""
@@ -85,7 +91,12 @@ class Calibrated:
 
     def linear(self, run: Run) -> Array:
         """Linear parameters (n_p,) of the fit with what a run carries."""
-        return parameters(self.base, self.loads, self.fitted, run)
+        return carried(self.base, self.loads, self.fitted.loads, run, self.fitted.p)
+
+    def places(self, load: Load) -> slice:
+        """Where the parameters of a payload stand in `known`."""
+        first = self.known.index(load.known[0])
+        return slice(first, first + len(load.known))
 
     @cached_property
     def layout(self) -> Layout:
@@ -142,11 +153,13 @@ class Calibrated:
         vars(self).pop("regression", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
-        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
+        rests."""
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        slow = self.noise.slow[axis]
         parts = [
-            whiten(v.reshape(len(v), -1), a, scale)[kept]
-            for v, kept in zip(values, self.kept, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
         ]
         return np.concatenate(parts)
 
@@ -177,8 +190,9 @@ def about(
         for i in range(len(base.curved))
     ]
     delay = Known("delay", "s", 0.0, fitted.late, "delay")
+    errors = base.geometry.known if base.geometry else ()
     payloads = [known for load in loads for known in load.known]
-    known = (*base.linear, *base.curved, *base.widths, delay, *histories, *payloads)
+    known = (*base.linear, *base.curved, *base.widths, delay, *errors, *histories, *payloads)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
@@ -188,7 +202,8 @@ def about(
     raws: list[Array] = []
     for block in blocks:
         motion = block.run.motion
-        raw = base.torque(motion, parameters(base, loads, fitted, block.run))
+        p = carried(base, loads, fitted.loads, block.run, fitted.p)
+        raw = base.torque(motion, p)
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
@@ -197,6 +212,8 @@ def about(
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        if base.geometry:
+            parts.append(base.geometry.columns(motion, block.weights, p))
         for name in listed if len(base.curved) else ():
             own = not ours and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
@@ -213,16 +230,8 @@ def about(
         ys.append(y)
         raws.append(raw)
     y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
-    return Calibrated(
-        base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise, loads=loads
-    )
-
-
-def parameters(base: Base, loads: Sequence[Load], fitted: Fitted, run: Run) -> Array:
-    """Linear parameters (n_p,) of a fit with what a run carries."""
-    none = np.zeros(len(base.payload))
-    deltas = [fitted.loads.get(load.name, none) for load in loads]
-    return carried(base, loads, deltas, run, fitted.p)
+    made = Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+    return replace(made, loads=loads)
 
 
 def _history(block: Block, fitted: Fitted) -> Array:

@@ -17,15 +17,14 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.compiled import N_SIGNAL, Compiled
 from flexhex.diagnosis.play import angle_noise
 from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.scales import Scales
 from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.fmus.common.effects import Shape
 from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
 SLOW = 2e-3
 """Effects that ask the whole mechanism anew are evaluated this often [s]."""
-USUAL_TORQUE = 0.8
-"""RMS [N m] of an axis that the library's shapes in N m are for; others have them in proportion,
-by powers of two."""
 LOUD = 0.05
 """Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
 TURN = 1e-5
@@ -87,19 +86,27 @@ class Bench:
             return self.whole
         return [name for name in self.effects if self.shapes(name, axis)]
 
+    @cached_property
+    def scales(self) -> Scales:
+        """Sizes of the library for each axis."""
+        return Scales.of(self.made, [item.effect for item in self.effects.values()])
+
+    def searched(self, name: str, axis: int) -> list[Shape]:
+        """Shapes of an effect that may take any value between bounds for an axis."""
+        if name not in self.effects:
+            return []
+        ranges = self.scales.ranges(name, axis)
+        return [ranges[shape.name] for shape in self.effects[name].searched]
+
     def shapes(self, name: str, axis: int) -> list[dict[str, float]]:
+        """The grid of an effect's shapes on an axis; none where it cannot have the effect."""
         if name not in self.effects:
             return [{}]
         item = self.effects[name]
-        listed = [self.sized(name, axis, shape) for shape in item.shapes]
+        if item.effect.turning and not self.scales.kinds[axis].turns:
+            return []
+        listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
         return [shape for shape in listed if item.effect.meets(axis + 1, self.n, shape)]
-
-    def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
-        """A shape of the library for the torques of an axis."""
-        torques = {s.name for s in self.effects[name].effect.shapes if s.unit == "N m"}
-        rms = max(float(self.made.torque_rms[axis]), np.finfo(float).tiny)
-        times = 2.0 ** round(np.log2(rms / USUAL_TORQUE))
-        return {n: v * times if n in torques else v for n, v in shape.items()}
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""

@@ -38,8 +38,8 @@ class Compiled:
 
     @property
     def freedom(self) -> int:
-        """How many numbers a fit of it may choose."""
-        return len(self.effect.gains) + len(self.searched)
+        """How many numbers a fit of it may choose: gains and shapes, whole ones too."""
+        return len(self.effect.gains) + sum(len(s.grid) > 1 for s in self.effect.shapes)
 
     @property
     def shapes(self) -> list[dict[str, float]]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.absorbed import GAIN
 from flexhex.diagnosis.answer import Joint, joint, steady, torque_of
 from flexhex.diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
 from flexhex.diagnosis.calibrate import Calibrated
@@ -19,10 +19,24 @@ from flexhex.diagnosis.elsewhere import Elsewhere
 from flexhex.diagnosis.known import about_known
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.noise import measured, unweighted
-from flexhex.diagnosis.rounds import Round, one_round
-from flexhex.diagnosis.sides import Side
-from flexhex.diagnosis.sizes import unexplained
-from flexhex.diagnosis.transfer import not_worse
+from flexhex.diagnosis.selection.choose import (
+    Accepted,
+    one_cause,
+    one_round,
+    passes,
+    simplest,
+)
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.hypotheses import (
+    Columns,
+    EffectHypothesis,
+    Hypotheses,
+    NamelessHypothesis,
+    nameless,
+)
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import generic_score
+from flexhex.diagnosis.selection.side import Side, grouped
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -32,28 +46,53 @@ SLOWER = 8.0
 """So much longer than usual torque and columns are smoothed for them."""
 
 
-def drifts_of(first: Side, judged: Sequence[Run]) -> list[Side]:
+def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) -> list[Side]:
     """What changes from run to run, and so drops out between passes.
 
-    Not asked where something repeats that nothing explains: it would be taken for a drift.
+    Offsets wander from run to run without being a drift: one is named that predicts the runs of
+    left-out trajectories better than an offset of its own for each run. Not searched where
+    something repeats that nothing explains: it would be taken for a drift.
     """
     made = first.held.bench.made
     if not made.noise.repeats or first.remains:
         return []
+    known = {name: library()[name] for name in DRIFTS}
     made = _slowly(first.held, first.others)
-    drift = _drifting(made)
-    if drift is None:
+    bench = Bench(made, compiled(made.base.n, known), across=True)
+    rows = Rows.of(made)
+    if len(rows.folds) < 2:
         return []
-    plain = [effect for effect in first.held.effects if effect.id != GAIN]
-    if len(plain) < len(first.held.effects):
-        # a motor that warms up has on average another constant: first the drift, then the rest
-        drift = _drifting(_slowly(joint(first.held.bench, plain), first.others)) or drift
-    found, held = drift
-    others, notes = None, list[str]()
+    hypotheses = Hypotheses(bench, rows)
+    scores = one_round(hypotheses.moments, hypotheses, (), criteria)
+    kept = list[Accepted]()
+    for axis in range(rows.n):
+        wander = generic_score(hypotheses.moments, [_offsets(rows, axis)]).gain
+        least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
+        own = [
+            s
+            for s in scores
+            if s.hypothesis.axis == axis and isinstance(s.hypothesis, EffectHypothesis)
+        ]
+        if own and passes(own[0], (), least, criteria):
+            kept.append(simplest(own[0], own, 1, criteria))
+    if not kept:
+        return []
+    held = joint(bench, grouped(bench, one_cause(kept)))
+    others = None
     if judged:
         others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
-        held = not_worse(held, others, notes)
-    return [Side(held, (found,), others, tuple(named_of(held, [found])), (), tuple(notes))]
+    return [Side(held, others, tuple(named_of(held)))]
+
+
+def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
+    """An offset of its own for each run."""
+    count = len(rows.made.blocks)
+    own = [
+        np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
+        for k, block in enumerate(rows.made.blocks)
+    ]
+    made = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
+    return nameless(axis, "offsets", made, (np.eye(count),))
 
 
 def without(held: Joint, drift: Joint) -> Calibrated:
@@ -103,11 +142,3 @@ def _level(listed: Sequence[Block], residual: Sequence[Array]) -> list[Array]:
         line = np.linalg.lstsq(clock[good], values[good], rcond=None)[0]
         found.append(values - clock @ line)
     return found
-
-
-def _drifting(made: Calibrated) -> tuple[Round, Joint] | None:
-    """What changes from run to run in residuals of the base model."""
-    known = {name: library()[name] for name in DRIFTS}
-    bench = Bench(made, compiled(made.base.n, known), across=True)
-    found = one_round(bench, made.regression, unexplained(made, made.regression))
-    return (found, joint(bench, [found.chosen])) if found.chosen else None

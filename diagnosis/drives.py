@@ -12,9 +12,10 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.late import DELAY, LAG, Late, LateBench, bends, lag_or_delay
 from flexhex.diagnosis.path import PathBase, driven
-from flexhex.diagnosis.sides import Side, SideOf, side_of
+from flexhex.diagnosis.selection.side import Side, selected
 from flexhex.fmus.common.effects import library
 
 APART = 3.0
@@ -24,9 +25,7 @@ NOTICED = 0.5
 WHERE = "between commanded and reported torque: "
 
 
-def drives_of(
-    made: Calibrated, runs: Sequence[Run], judged: Sequence[Run], search: SideOf = side_of
-) -> list[Side]:
+def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
     """What the drives do to a command, where logs have both; made: as the mechanism was fitted.
 
     Lag and delay are one column. Where they can be told apart, the search begins anew with the
@@ -35,17 +34,16 @@ def drives_of(
     if not driven(runs, 0.0):
         return []
     base = made.base
-    path = PathBase(base.n, base.window, made.spacing, base.settle)
+    path = PathBase(made.torque_rms, base.window, made.spacing, base.settle, kinds_of(base, base.n))
     common = common_lag(path, runs)
     there = calibrate(path, blocks(path, driven(runs, common), path.spacing))
     drives = compiled(base.n, {name: e for name, e in library().items() if e.reported})
     asked = driven(judged, common)
-    # loops and clocks of the axes differ by some microseconds without being a fault
-    side = search(Bench(there, drives), asked, lambda text: None, NOTICED)
+    side = selected(Bench(there, drives), asked, lambda text: None)
     late = _late(side, path, runs, common)
     if late:
         told = LateBench(there, drives, late)
-        side = search(told, asked, lambda text: None, NOTICED)
+        side = selected(told, asked, lambda text: None)
         texts = dict.fromkeys(each.text for each in late.values())
         side = replace(side, notes=(*side.notes, *texts))
     return [replace(side, notes=tuple(WHERE + note for note in side.notes))]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import Joint, axis_rms, steady
+from flexhex.diagnosis.answer import Joint, steady
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.found import Part
 from flexhex.diagnosis.known import about_known
-from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,7 @@ class Elsewhere:
         self._bench = bench.beside(self.there)
         self._thin: dict[int, list[Array]] = {}
 
-    def residual(self, parts: Sequence[Scored], beta: Sequence[Array], q: Array) -> list[Array]:
+    def residual(self, parts: Sequence[Part], beta: Sequence[Array], q: Array) -> list[Array]:
         """Torque that base model and effects do not explain there (m, n) [N m] of each block."""
         left = self.there.residual(q)
         for part, gains in zip(parts, beta, strict=True):
@@ -44,12 +45,22 @@ class Elsewhere:
                     left[k][:, part.axis or 0] -= torque
         return left
 
-    def squares(self, parts: Sequence[Scored]) -> Array:
-        """Mean squares (n,) of what parts leave there when fitted anew, shapes as they are."""
-        regression = self.ours.made.regression
-        if parts:
-            regression = regression.extended([part.columns for part in parts])
-        n_base = len(self.ours.made.known)
-        sizes = np.cumsum([part.columns.values.shape[1] for part in parts])[:-1]
-        beta = np.split(regression.q[n_base:], sizes) if parts else []
-        return axis_rms(self.blocks, self.residual(parts, beta, regression.q[:n_base])) ** 2
+
+def elsewhere(bench: Bench, blocks: Sequence[Block], drift: Joint | None) -> Elsewhere:
+    """A fit seen on other runs, each with those unannounced payloads of the fit's own runs that
+    suit it best."""
+    made = bench.made
+    labels = sorted({block.run.loads for block in made.blocks if made.loads} | {0})
+    if len(labels) == 1:
+        return Elsewhere(bench, blocks, drift)
+    left = list[list[float]]()
+    for label in labels:
+        seen = Elsewhere(bench, [_with(block, label) for block in blocks], drift)
+        pairs = zip(seen.residual((), (), made.regression.q), blocks, strict=True)
+        left.append([float(((r[b.usable] / made.torque_rms) ** 2).sum()) for r, b in pairs])
+    best = [labels[k] for k in np.argmin(left, axis=0)]
+    return Elsewhere(bench, [_with(b, k) for b, k in zip(blocks, best, strict=True)], drift)
+
+
+def _with(block: Block, loads: int) -> Block:
+    return replace(block, run=replace(block.run, loads=loads))

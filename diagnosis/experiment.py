@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex import fmus
+from flexhex.diagnosis.kinds import Kinds, kinds_of
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
 from flexhex.diagnosis.verdict import Diagnosis
@@ -64,8 +65,9 @@ USED = 0.95
 """Part of the allowed angles, speeds and accelerations that a motion uses."""
 LONGEST = 4.0
 """Durations that one cycle of a slow triangle may take."""
-LAG = 0.02
-"""Time [s] over which the speeds and accelerations of a log are taken."""
+USUAL_REACH, LAG = 0.2, 0.02
+"""Amplitude [rad] that the library's motions are for, an axis that slides has them in proportion;
+time [s] over which the speeds and accelerations of a log are taken."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Limits:
     """Where and how fast the axes may go.
 
     low, high (n,) [rad]; speed (n,) [rad/s]; acceleration (n,) [rad/s2]; amplitude (n,) [rad]: of a
-    motion whose effect asks for none.
+    motion whose effect asks for none; m for rad where an axis slides. kinds: none where all turn.
     """
 
     low: Array
@@ -81,6 +83,7 @@ class Limits:
     speed: Array
     acceleration: Array
     amplitude: Array
+    kinds: Kinds = ()
 
     @classmethod
     def of_machine(cls, machine: Machine) -> Limits:
@@ -95,7 +98,7 @@ class Limits:
         lows, highs, speeds, accelerations = zip(*map(_seen, logs), strict=True)
         low, high = np.min(lows, axis=0), np.max(highs, axis=0)
         fastest, hardest = np.max(speeds, axis=0), np.max(accelerations, axis=0)
-        return cls(low, high, fastest, hardest, 0.5 * (high - low))
+        return cls(low, high, fastest, hardest, 0.5 * (high - low), logs[0].kinds)
 
     @property
     def middle(self) -> Array:
@@ -106,6 +109,12 @@ class Limits:
     def reach(self) -> Array:
         """Largest amplitude (n,) [rad]."""
         return USED * 0.5 * (self.high - self.low)
+
+    @property
+    def size(self) -> Array:
+        """Lengths (n,) of the library's motions on each axis, relative to its angles."""
+        turn = [k.turns for k in kinds_of(self, len(self.low))]
+        return np.where(turn, 1.0, self.reach / USUAL_REACH)
 
 
 def _seen(log: Log) -> tuple[Array, Array, Array, Array]:
@@ -124,16 +133,15 @@ def make(spec: Experiment, limits: Limits, ts: float = 0.25e-3, name: str = "nex
     if spec.kind not in MOTIONS:
         raise UsageError(f"{spec.kind!r} is no kind of experiment, there are {', '.join(MOTIONS)}")
     given = {**DEFAULTS, **spec.parameters}
-    wanted = np.minimum(given.get("amplitude", limits.amplitude), limits.reach)
-    r, _, _ = MOTIONS[spec.kind](given, wanted, limits, ts)
-    before, after = (np.zeros((round(s / ts), r.shape[1])) for s in (BEFORE, AFTER))
-    moved = np.concatenate([before, r, after]) + limits.middle
+    asked = given["amplitude"] * limits.size if "amplitude" in given else limits.amplitude
+    r, _, _ = MOTIONS[spec.kind](given, np.minimum(asked, limits.reach), limits, ts)
+    moved = np.pad(r, ((round(BEFORE / ts), round(AFTER / ts)), (0, 0))) + limits.middle
     meta = {"trajectory": name, "kind": spec.kind}
     meta |= {key: f"{value:g}" for key, value in spec.parameters.items() if key != "passes"}
     meta["passes"] = f"{given['passes']:g}"
     if spec.payload:
         meta["payloads"] = ", ".join(f"{mass:g} kg" for _, mass in spec.payload)
-    return Trajectory(name, ts, np.round(moved, 10), meta)
+    return Trajectory(name, ts, np.round(moved, 10), meta, limits.kinds)
 
 
 def _scaled(unit: Motion, wanted: Array, limits: Limits) -> Motion:
@@ -163,8 +171,8 @@ def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float
 def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float) -> Motion:
     """Whole cycles at one speed; slower where the corners have no room, smaller where one cycle
     would take more than LONGEST durations."""
-    rounding = np.minimum(given["rounding"], USED * limits.acceleration)
-    speed = np.minimum(given["speed"], USED * limits.speed)
+    rounding = np.minimum(given["rounding"] * limits.size, USED * limits.acceleration)
+    speed = np.minimum(given["speed"] * limits.size, USED * limits.speed)
     # a half of `longest` between the corners and a third of it in them
     eighth = LONGEST * given["duration"] / 8
     reach = np.min([wanted, speed * eighth, USED * rounding * eighth**2], axis=0)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import axis_rms, repeat_rms
+from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.noise import measured
-from flexhex.diagnosis.sides import Side
+from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.verdict import Gap
 
 Array = NDArray[np.float64]
@@ -60,4 +61,6 @@ def gap_of(before: Before, side: Side) -> Gap:
             judged["floor"] = own.floor
     after = axis_rms(made.blocks, held.residual)
     usual = before.torque, before.nominal, before.fitted, after
-    return Gap("N m", *usual, floor, before.repeat, repeat, judged)
+    return Gap(
+        units_of(made.base, made.base.n, "N m"), *usual, floor, before.repeat, repeat, judged
+    )

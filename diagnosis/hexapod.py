@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import LATE, Known, Motion
+from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
 from flexhex.diagnosis.closure import Closure, dahl_scan
+from flexhex.diagnosis.hexapod_geometry import geometry_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import (
     INERTIA_NAMES,
@@ -34,12 +35,6 @@ from flexhex.numeric.rows import native
 Array = NDArray[np.float64]
 CHUNK = 4000
 """Samples whose columns are held at a time."""
-INERTIA, STIFFNESS, ACTUATOR = 0.015, 0.05, 0.05
-"""One standard deviation of a nominal value, relative."""
-CENTRE = 5e-4
-"""One standard deviation of a centre of mass [m]."""
-WIDTH = 0.1
-"""One standard deviation of the hysteresis' width, relative."""
 
 
 class HexapodBase:
@@ -56,9 +51,9 @@ class HexapodBase:
         self._kept = [k for k, known in enumerate(listed) if not known.group.startswith("c[")]
         self.linear = (*(listed[k] for k in self._kept), *_mechanism(machine))
         self.curved = tuple(known for known in listed if known.group.startswith("c["))
-        sigma = machine.actuator.sigma
+        sigma, spread = machine.actuator.sigma, machine.tolerance.sigma * machine.actuator.sigma
         self.widths = tuple(
-            Known(f"sigma[{i + 1}]", "rad", sigma, WIDTH * sigma, f"sigma[{i + 1}]", i)
+            Known(f"sigma[{i + 1}]", "rad", sigma, spread, f"sigma[{i + 1}]", i)
             for i in range(self.n)
         )
         names = [known.name for known in self.linear]
@@ -92,15 +87,24 @@ class HexapodBase:
         ]
         self._full, self._torque = native(functions)
         self._closure, self._dahl = Closure(model), dahl_scan(n)
+        self.geometry: Geometry | None = None
+        if self.machine.has_platform and self.machine.tolerance.geometry:
+            self.geometry = geometry_of(
+                self.machine, self._solved, len(self._kept), len(self.linear)
+            )
+
+    def _solved(self, motion: Motion) -> tuple[Array, Array, Array]:
+        """Coordinates (samples, n_x), joint rates and accelerations (samples, n)."""
+        if self._closure not in motion.solved:
+            motion.solved[self._closure] = self._closure.solve(motion.theta)
+        return motion.solved[self._closure], motion.thetad, motion.thetadd
 
     def _states(self, motion: Motion) -> Iterator[tuple[slice, tuple[Array, Array, Array]]]:
         """Coordinates, rates and accelerations (`CHUNK`, n_x) of part after part of a motion."""
-        if self._closure not in motion.solved:
-            motion.solved[self._closure] = self._closure.solve(motion.theta)
-        x = motion.solved[self._closure]
+        x, thetad, thetadd = self._solved(motion)
         for at in range(0, len(x), CHUNK):
             part = slice(at, at + CHUNK)
-            rates = self._closure.rates(x[part], motion.thetad[part], motion.thetadd[part])
+            rates = self._closure.rates(x[part], thetad[part], thetadd[part])
             yield part, (x[part], *rates)
 
     def loaded(self, p: Array, payload: float) -> Array:
@@ -169,7 +173,7 @@ def _actuator(machine: Machine) -> list[Known]:
     nominal, listed = base_parameters(machine), []
     per = len(actuator_parameters(machine)) // machine.n_arms
     for k, (par, value) in enumerate(zip(actuator_parameters(machine), nominal, strict=False)):
-        spread = ACTUATOR * max(abs(value), par.floor)
+        spread = machine.tolerance.actuator * max(abs(value), par.floor)
         listed.append(Known(par.name, par.unit, float(value), spread, par.name, k // per))
     return listed
 
@@ -183,18 +187,22 @@ def _mechanism(machine: Machine) -> list[Known]:
     for name, unit in zip(names, units, strict=True):
         body, _, entry = name.partition(".")
         kind = body.partition("[")[0]
-        spread = STIFFNESS * abs(of[name]) if kind == "flexure" else _inertia(of, body, entry)
+        spread = _spread(machine, of, body, entry)
         listed.append(Known(name, unit, float(of[name]), spread, f"{kind}.{entry}"))
     return listed
 
 
-def _inertia(of: Mapping[str, float], body: str, entry: str) -> float:
-    """Tolerance of one entry of a body's inertia."""
-    value = abs(of[f"{body}.{entry}"])
+def _spread(machine: Machine, of: Mapping[str, float], body: str, entry: str) -> float:
+    """Tolerance of one entry of a body's inertia, or of a flexure's stiffness."""
+    known, value = machine.tolerance, abs(of[f"{body}.{entry}"])
+    if body.startswith("flexure"):
+        return known.stiffness * value
+    if entry == "m":
+        return known.mass * value
     if entry.startswith("mc"):
-        mass = of.get(f"{body}.m", abs(of.get(f"{body}.mc_x", 0.0)) / 0.1)
-        return INERTIA * value + CENTRE * mass
-    if entry.startswith("J_") and entry in INERTIA_NAMES:
-        mean = sum(of[f"{body}.J_{a}{a}"] for a in "xyz") / 3
-        return INERTIA * value + 0.01 * mean
-    return INERTIA * value
+        mass = of.get(f"{body}.m", machine.bodies.upper.m)
+        length = max(machine.geometry.L, machine.geometry.l or 0.0)
+        return float(np.hypot(known.mass * value, known.centre * length * mass))
+    mean = sum(of.get(f"{body}.J_{a}{a}", 0.0) for a in "xyz") / 3
+    # the share of the mean is that of principal axes which stand a little otherwise
+    return float(known.inertia * np.hypot(value, mean))

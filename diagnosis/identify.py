@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import Columns, MotionModel
+from flexhex.diagnosis.motion import Columns, MotionModel, motion_model
 from flexhex.diagnosis.plausible import listed_names, moving, plausible
 from flexhex.diagnosis.rows import parts, row_step
 from flexhex.fmus.common.errors import LogError
@@ -81,7 +81,7 @@ def fit(
     if not logs:
         raise LogError("no log given: name at least one run")
     moving(machine, logs, settle)
-    model = MotionModel(machine)
+    model = motion_model(machine)
     thin = spacing(machine, logs)
     R = np.zeros((0, model.model.n_p + 1))
     kept: list[tuple[Columns, Array]] = []

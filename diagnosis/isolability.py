@@ -17,11 +17,11 @@ from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.gram import ABSORBED
+from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.noise import ORDER, Noise
+from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
-from flexhex.diagnosis.scored import PROMISING
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
 from flexhex.fmus.common.errors import LogError
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 NOISE = 0.005
-"""Noise of a smoothed torque that is assumed before anything was measured [N m]."""
-CLEAR = 4.0
-"""An effect is found when it lowers the sum of squares by so many times what is looked at."""
+"""Noise of a smoothed torque that is assumed before anything was measured [N m, N]."""
+CLEAR = 100.0
+"""Fall of the sum of squares, in units of the noise, from which on an effect is found."""
 ALIKE = 0.9
 """Share from which on two effects count as one that cannot be told apart."""
 
@@ -43,13 +43,14 @@ class Isolability:
     """Effects by id and the axis they were tried on (from 1, empty: the whole machine).
 
     share (k, k): how much of one effect the other can take over, 1 = cannot be told apart, on the
-    diagonal 1; smallest (k,) [N m]: torque RMS from which on an effect is found, NaN: never.
+    diagonal 1; smallest (k,) [unit]: torque RMS from which on an effect is found, NaN: never.
     """
 
     effects: tuple[str, ...]
     axes: tuple[tuple[int, ...], ...]
     share: Array
     smallest: Array
+    unit: str = "N m"
 
     def rivals(self, k: int, alike: float = ALIKE) -> list[int]:
         """Effects that cannot be told from effect k, the most alike first."""
@@ -64,7 +65,7 @@ class Isolability:
             "effects": list(self.effects),
             "axes": [list(axes) for axes in self.axes],
             "share": [[float(v) if math.isfinite(v) else None for v in row] for row in self.share],
-            "smallest": {"unit": "N m", "values": smallest},
+            "smallest": {"unit": self.unit, "values": smallest},
         }
 
 
@@ -81,11 +82,13 @@ def isolability(
     """
     progress("reading", 0, 3)
     planned = [read_trajectory(path, options.log) for path in paths]
-    log = Log.of(planned[0].name, planned[0].ts, planned[0].r, np.zeros_like(planned[0].r))
-    base = base_of(options.base, machine_file, log)
+    first = planned[0]
+    log = Log.of(first.name, first.ts, first.r, np.zeros_like(first.r), first.kinds)
+    base = base_of(options.base, machine_file, log, options.tolerance)
     for t, path in zip(planned, paths, strict=True):
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
+        refuse_others(str(path), t.kinds, kinds_of(base, base.n), "the base model")
     made = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
     axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
@@ -100,10 +103,11 @@ def isolability(
         if falls[j] <= ABSORBED * float((columns.values**2).sum()):
             continue  # the base model takes it up whole
         share[j] = np.clip(falls / falls[j], 0.0, 1.0)
-        smallest[j] = torque * np.sqrt(CLEAR * PROMISING / falls[j])
+        smallest[j] = torque * np.sqrt(CLEAR / falls[j])
     progress("done", 3, 3)
     places = tuple((axis + 1,) if name in bench.effects else () for name in names)
-    return Isolability(tuple(names), places, share, smallest)
+    unit = bench.scales.kinds[axis].unit("N m")
+    return Isolability(tuple(names), places, share, smallest, unit)
 
 
 def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
@@ -121,7 +125,7 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
         tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
         runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
     n = base.n
-    noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
+    noise = Noise.even(n, NOISE)
     listed = blocks(base, runs, base.spacing)
     late = base.late * listed[0].run.tau.ts
     return about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)
@@ -137,7 +141,7 @@ def _example(bench: Bench, name: str, axis: int) -> tuple[Columns, float]:
     item = bench.effects.get(name)
     shape = {}
     if item:
-        shape = bench.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
+        shape = bench.scales.sized(name, axis, {s.name: s.start for s in item.effect.shapes})
     if "source" in shape:
         shape["source"] = float((axis + 1) % bench.n + 1)
     columns = bench.columns(name, axis, shape)

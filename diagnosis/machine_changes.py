@@ -101,6 +101,8 @@ def _other(data: Data, change: Changed) -> None:
         _check(Flexures, data["flexures"])
     elif re.match(r"(upper|lower|flexure)\[\d+\]\.", name):
         raise LookupError("a machine file has one such part for all arms: not written")
+    elif name.startswith("arm"):
+        raise LookupError("the loops must close at neutral: not written")
     else:
         raise LookupError("a machine file has no place for it")
 

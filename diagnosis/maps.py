@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
@@ -22,19 +24,23 @@ def maps(held: Joint) -> tuple[Map, ...]:
     before = _means(held, calibrated.residual(calibrated.regression.q))
     after = _means(held, held.residual)
     found = []
-    for i in range(calibrated.base.n):
-        for name, unit, place in (
-            ("angle", "rad", 0),
-            ("velocity", "rad/s", 1),
-            ("acceleration", "rad/s2", 2),
-            ("torque", "N m", 3),
-            ("time", "s", 4),
+    for i, kind in enumerate(held.bench.scales.kinds):
+        mine = []
+        for place, (name, unit) in enumerate(
+            (
+                (kind.position, "rad"),
+                ("velocity", "rad/s"),
+                ("acceleration", "rad/s2"),
+                (kind.effort, "N m"),
+                ("time", "s"),
+            )
         ):
             over = np.concatenate([_quantity(held, k, i, place) for k, _ in before])
             pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
-            found.append(_binned(i + 1, name, unit, over, *pair))
-        found.append(_spectrum(held, i, before, after))
-    return tuple(m for m in found if len(m.centre))
+            mine.append(_binned(i + 1, name, kind.unit(unit), over, *pair))
+        mine.append(_spectrum(held, i, before, after))
+        found += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
+    return tuple(found)
 
 
 def _means(held: Joint, residual: list[Array]) -> list[tuple[int, Array]]:

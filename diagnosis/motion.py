@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
 from flexhex.diagnosis.closure import Closure, dahl_scan
+from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import columns_function, followers
 from flexhex.fmus.common.model.model import Model
@@ -141,3 +143,10 @@ class MotionModel:
         xd, xdd = self.rates(x, thetad, thetadd)
         (values,) = self._phi(x, xd, xdd, z, effects)
         return Columns(values, self._rows, self._cols, self._shape)
+
+
+@lru_cache(maxsize=4)
+def motion_model(machine: Machine) -> MotionModel:
+    """The model functions of a machine, kept: CasADi needs most of a second for them."""
+    with SYMBOLIC:
+        return MotionModel(machine)

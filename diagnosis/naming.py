@@ -1,4 +1,4 @@
-"""What was found in words of the library: effects with estimates, rivals, all candidates."""
+"""What was found in words of the library: effects with estimates and rivals."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 from flexhex.diagnosis.answer import Joint, shares
-from flexhex.diagnosis.rounds import Round
-from flexhex.diagnosis.scored import Scored
-from flexhex.diagnosis.verdict import Candidate, Estimate, Named
+from flexhex.diagnosis.found import Part
+from flexhex.diagnosis.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
 
-def named_of(held: Joint, rounds: Sequence[Round]) -> list[Named]:
-    rivals = _rivals(rounds)
+def named_of(held: Joint) -> list[Named]:
+    """Effects of a fit, each with all its axes."""
+    rivals = {effect.id: effect.rivals for effect in held.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(held) if held.bench.made.between else [math.nan] * len(held.effects)
     share = dict(zip([e.id for e in held.effects], known_share, strict=True))
@@ -41,17 +41,7 @@ def named_of(held: Joint, rounds: Sequence[Round]) -> list[Named]:
     return made
 
 
-def _rivals(rounds: Sequence[Round]) -> dict[str, tuple[str, ...]]:
-    """Rivals of each effect in the round in which it gained most."""
-    most: dict[str, tuple[float, tuple[str, ...]]] = {}
-    for found in (r.chosen for r in rounds if r.chosen):
-        gained = sum(part.gain.outside for part in found.parts)
-        if gained > most.get(found.id, (0.0, ()))[0]:
-            most[found.id] = gained, found.rivals
-    return {name: rivals for name, (_, rivals) in most.items()}
-
-
-def _axis(part: Scored) -> int:
+def _axis(part: Part) -> int:
     return 0 if part.axis is None else part.axis + 1
 
 
@@ -59,11 +49,12 @@ def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
     """Gains, then shapes, of one part."""
     part, effect = held.parts[k], library()[held.parts[k].id]
     found = {}
+    kind = held.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
-        found[gain.name] = _estimate(float(value), float(std), gain.unit)
+        found[gain.name] = _estimate(float(value), float(std), kind.unit(gain.unit))
     for shape in effect.shapes:
         std = held.shape_deviation[k].get(shape.name, 0.0)
-        found[shape.name] = _estimate(part.shape[shape.name], std, shape.unit)
+        found[shape.name] = _estimate(part.shape[shape.name], std, kind.unit(shape.unit))
     return found
 
 
@@ -82,18 +73,3 @@ def _flat(parts: Sequence[tuple[int, Mapping[str, Estimate]]]) -> dict[str, Esti
                 unique, count = f"{key}#{count}", count + 1
             flat[unique] = estimate
     return flat
-
-
-def tried_of(rounds: Sequence[Round]) -> tuple[Candidate, ...]:
-    """How the candidates of all rounds did, best first."""
-    made = []
-    for number, r in enumerate(rounds, start=1):
-        for f in r.tried[:8]:
-            chosen = r.chosen is not None and r.chosen.id == f.id
-            rival = r.chosen is not None and f.id in r.chosen.rivals
-            best = f.parts[0]
-            p = max(part.gain.p for part in f.parts)
-            axes = tuple(axis + 1 for axis in f.axes)
-            row = (number, f.id, axes, dict(best.shape), r.shares[f.id], p, chosen, rival)
-            made.append(Candidate(*row))
-    return tuple(made)

@@ -15,12 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import Known, Motion
+from flexhex.diagnosis.base import Geometry, Known, Motion
 from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.kinds import Kinds, units_of
 from flexhex.diagnosis.smoothing import hann_weights
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
+OFFSET = 0.0125
+"""Tolerance of the offset between command and report, relative to the torque's RMS."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class PathBase:
 
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
+    geometry: Geometry | None = None
     late = 1e-3
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
@@ -43,10 +47,18 @@ class PathBase:
     reach = np.inf
     complete = True
 
-    def __init__(self, n: int, window: float, spacing: float, settle: float) -> None:
-        self.n, self.window, self.spacing, self.settle = n, window, spacing, settle
-        gains = [Known(f"g[{i + 1}]", "1", 1.0, 1e-6, "g", i) for i in range(n)]
-        offsets = [Known(f"o[{i + 1}]", "N m", 0.0, 0.01, "o", i) for i in range(n)]
+    def __init__(
+        self, torque: Array, window: float, spacing: float, settle: float, kinds: Kinds = ()
+    ) -> None:
+        """torque (n,): RMS of each axis [N m, N]."""
+        self.n, self.window, self.spacing, self.settle = len(torque), window, spacing, settle
+        self.kinds = kinds
+        gains = [Known(f"g[{i + 1}]", "1", 1.0, 1e-6, "g", i) for i in range(self.n)]
+        units = units_of(self, self.n, "N m")
+        offsets = [
+            Known(f"o[{i + 1}]", unit, 0.0, max(OFFSET * float(rms), np.finfo(float).tiny), "o", i)
+            for i, (unit, rms) in enumerate(zip(units, torque, strict=True))
+        ]
         self.linear = (*gains, *offsets)
 
     def loaded(self, p: Array, payload: float) -> Array:

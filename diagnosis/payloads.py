@@ -8,7 +8,7 @@ that only the runs show has all of it in delta. Neither looks like an effect.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,13 +62,14 @@ def columns_of(base: Base, loads: Sequence[Load], block: Block) -> list[Array]:
 
 
 def carried(
-    base: Base, loads: Sequence[Load], deltas: Sequence[Array], run: Run, p: Array
+    base: Base, loads: Sequence[Load], added: Mapping[str, Array], run: Run, p: Array
 ) -> Array:
-    """The linear parameters (n_p,) of a run with all that it carries."""
+    """The linear parameters (n_p,) of a run with all that it carries; added: what payloads add to
+    them, by their name."""
     found = base.loaded(p, run.payload).copy()
-    for load, delta in zip(loads, deltas, strict=True):
+    for load in loads:
         if load.on(run):
-            found[list(base.payload)] += delta
+            found[list(base.payload)] += added.get(load.name, 0.0)
     return found
 
 

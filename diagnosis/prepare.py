@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from flexhex.diagnosis.blocks import Run, blocks, spacing_for
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.fit import calibrate
 from flexhex.diagnosis.guard import POOR, poor_axes, strange_axes
+from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.runs import runs_of, starts_of
 from flexhex.diagnosis.verdict import Diagnosis, Gap
 from flexhex.diagnosis.window import smoother
@@ -25,34 +26,31 @@ Array = NDArray[np.float64]
 SAMPLES = 240e6
 """Bytes of samples that all logs together may take: beyond it stretches are left out. What is made
 of them takes some five times as much."""
-STILL = 2e-3
-"""Axes that move less than this [rad] excite nothing."""
+STILL, MOVES = 2e-3, 50.0
+"""Axes that turn by less than this [rad], and all whose range is less than so many standard
+deviations of their noise, excite nothing."""
 
 
 @dataclass(frozen=True)
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `flexhex.diagnosis.bases`. log: how to read.
-
-    confidence: trials for each row of the confusion table, 0: none. selection: search by the log
-    density of left-out trajectories, `flexhex.diagnosis.selection`, which is to replace the rounds.
-    """
+    `flexhex.diagnosis.bases`. log: how to read. tolerance: in place of the machine file's, by the
+    keys of its section."""
 
     base: str = "hexapod"
     log: logs.Options = field(default_factory=logs.Options)
-    confidence: int = 20
-    selection: bool = False
+    tolerance: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Asked:
     """Runs to be explained, and those to be judged on, of n axes.
 
-    findings: what the runs had. names: files of both. coarse (n,): torque RMS [N m] that the
-    angles' own error may make again in every pass.
+    units: of the torque of each axis. findings: what the runs had. names: files of both. coarse
+    (n,): torque RMS [N m] that the angles' own error may make again in every pass.
     """
 
-    n: int
+    units: tuple[str, ...]
     runs: Sequence[Run]
     judged: Sequence[Run]
     findings: tuple[str, ...]
@@ -62,8 +60,8 @@ class Asked:
     def cannot_tell(self, why: str) -> Diagnosis:
         """The answer when the runs do not hold what is needed."""
         torque = np.std(np.concatenate([run.tau.values for run in self.runs]), axis=0)
-        empty = np.full(self.n, np.nan)
-        gap = Gap("N m", torque, empty, empty, empty, empty, empty, empty)
+        empty = np.full(len(self.units), np.nan)
+        gap = Gap(self.units, torque, empty, empty, empty, empty, empty, empty)
         return Diagnosis("cannot tell", (), (), gap, (), (), (why,), self.findings, *self.names)
 
 
@@ -83,11 +81,15 @@ def asked_of(
     logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = base_of(options.base, machine_file, ours[0])
+    base = base_of(options.base, machine_file, ours[0], options.tolerance)
+    for log in [*ours, *theirs]:
+        width = log["theta"].width
+        refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
+    units = units_of(base, base.n, "N m")
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
-    asked = Asked(base.n, runs, judged, findings, names, np.zeros(base.n))
+    asked = Asked(units, runs, judged, findings, names, np.zeros(base.n))
     return base, asked, _trouble(ours, runs)
 
 
@@ -140,6 +142,19 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     if swapped:
         return f"{swapped[0]}: mend the log, then ask again"
     moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
-    if (moved < STILL).all():
-        return f"no axis moves by more than {moved.max():.2g} rad: a run must excite the machine"
+    noise = np.max([np.zeros_like(moved), *_noises(runs)], axis=0)
+    kinds = kinds_of(read[0], len(moved))
+    least = np.maximum([STILL if kind.turns else 0.0 for kind in kinds], MOVES * noise)
+    if (moved <= least).all():
+        shown = " and ".join(
+            f"{max(m for m, other in zip(moved, kinds, strict=True) if other is kind):.2g}"
+            f" {kind.unit('rad')}"
+            for kind in dict.fromkeys(kinds)
+        )
+        return f"no axis moves by more than {shown}: a run must excite the machine"
     return ""
+
+
+def _noises(runs: Sequence[Run]) -> list[Array]:
+    """Standard deviations (n,) of the angles' noise of each run that knows it."""
+    return [run.motion.noise for run in runs if run.motion.noise is not None]

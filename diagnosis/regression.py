@@ -1,13 +1,13 @@
-"""Whitened rows of all runs and the arithmetic that decides: Gram matrices, folds, clusters."""
+"""Whitened rows of all runs, and a fit between passes with what is known of the parameters."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f as f_distribution
 
 from flexhex.diagnosis.gram import inverted, is_left, safe_gram, safe_inverse
 from flexhex.diagnosis.layout import Layout
@@ -27,18 +27,11 @@ class Columns:
 
 @dataclass(frozen=True)
 class Gain:
-    """What candidate columns bring.
-
-    inside: fall of the sum of squares where fitted; outside: summed over folds that were left
-    out, as a share (cluster by cluster in `by_cluster`); p: cluster-robust Wald test; beta (k,)
-    with its covariance. lost (k,): columns that do not repeat, or that the base takes up: the
-    rows say nothing of their gains, and their covariance is none.
+    """Gains beta (k,) of columns with their covariance, robust to errors that go together within a
+    cluster. lost (k,): columns that do not repeat, or that the base takes up: the rows say nothing
+    of their gains, and their covariance is none.
     """
 
-    inside: float
-    outside: float
-    by_cluster: Array
-    p: float
     beta: Array
     covariance: Array
     lost: NDArray[np.bool_]
@@ -100,14 +93,15 @@ class Regression:
         return np.asarray(product)
 
     @cached_property
-    def _inverse(self) -> Array:
-        """(B^T B + prior)^-1, made safe where noise left less than the prior itself."""
+    def covariance(self) -> Array:
+        """Of the coefficients (nb, nb) for noise of unit variance: (B^T B + prior)^-1, made safe
+        where noise left less than the prior itself."""
         G = sum((part for part, _ in self.grams), start=np.diag(self.prior))
         return safe_inverse(G, self.prior)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
-        return np.asarray(self._inverse @ rhs)
+        return np.asarray(self.covariance @ rhs)
 
     @cached_property
     def q(self) -> Array:
@@ -118,6 +112,14 @@ class Regression:
     def residual(self) -> Array:
         """y - B q (R,)."""
         return np.asarray(self.y - self.B @ self.q)
+
+    def loosened(self, freed: Mapping[int, float]) -> Regression:
+        """With other inverse variances of some base parameters, by their place."""
+        if not freed:
+            return self
+        prior = self.prior.copy()
+        prior[list(freed)] = list(freed.values())
+        return replace(self, prior=prior, known=self.grams)
 
     def extended(self, columns: list[Columns]) -> Regression:
         """With further columns, free of any prior."""
@@ -177,9 +179,9 @@ class Regression:
         return float(c @ beta), np.asarray(beta)
 
     def gain(self, columns: Columns) -> Gain:
-        """Everything about candidate columns."""
+        """Gains of columns beside the base model, and how sure they are."""
         rows, C = self.layout.rows(columns.axis), columns.values
-        inside, beta = self.fall(columns)
+        _, beta = self.fall(columns)
         twin, cross, _ = self.products(columns.axis, C)
         moved = self.solve(cross)
         clean, other = -self.B @ moved, -self.twin @ moved
@@ -189,28 +191,22 @@ class Regression:
         own = twin.T @ C
         S = own - cross.T @ moved
         A, lost = inverted(safe_gram(S, own)), ~is_left(S, own)
-        covariance, p = self._wald(clean, other, ideas, A, beta)
-        outside, by_cluster = self._outside(clean, other, ideas, own)
-        return Gain(inside, outside, by_cluster, p, beta, covariance, lost)
+        return Gain(beta, self._covariance(clean, other, ideas, A, beta), lost)
 
-    def _wald(
-        self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array
-    ) -> tuple[Array, float]:
-        """Cluster-robust covariance of beta and the p-value of all of it being zero.
+    def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
+        """Cluster-robust covariance of beta (k, k).
 
         clean (R, k), ideas (nb, k): columns without what the base explains, in the rows and in
         what is known of the parameters; other: clean of the other pass; A (k, k): inverse of
         their Gram matrix.
         """
-        k, count = len(beta), self.clusters
+        count = self.clusters
         weighted = other * (self.residual - clean @ beta)[:, None]
         scores = np.column_stack(
             [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
         )
         factor = count / max(1, count - 1)
-        covariance = A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A
-        wald = float(beta @ inverted(covariance) @ beta) / k
-        return np.asarray(covariance), float(f_distribution.sf(wald, k, max(1, count - 1 - k)))
+        return np.asarray(A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A)
 
     @property
     def strain(self) -> float:
@@ -221,29 +217,3 @@ class Regression:
     def clusters(self) -> int:
         """Largest number of a cluster, plus one."""
         return int(self.layout.cluster.max()) + 1
-
-    def _outside(
-        self, clean: Array, other: Array, ideas: Array, before: Array
-    ) -> tuple[float, Array]:
-        """Sum of squares without minus with the columns, by gains fitted to the other folds.
-
-        The base model is that of all folds: fitted to one of them alone it would extrapolate
-        worse than any effect. The last cluster holds by how much less the columns strain what is
-        known of the parameters.
-        """
-        change = np.zeros(len(self.y))
-        strained = -np.sqrt(self.prior) * self.q
-        own = other.T @ clean + ideas.T @ ideas
-        target = other.T @ self.residual + ideas.T @ strained
-        for fold in self.layout.folds:
-            mine = np.flatnonzero(self.layout.fold == fold)
-            S = safe_gram(own - other[mine].T @ clean[mine], before)
-            beta = np.linalg.solve(S, target - other[mine].T @ self.residual[mine])
-            change[mine] = clean[mine] @ beta
-        beta = np.linalg.solve(safe_gram(own, before), target)
-        after = self.residual - change
-        fall = self._other(self.residual) * self.residual - self._other(after) * after
-        by_cluster = np.bincount(self.layout.cluster, weights=fall, minlength=self.clusters)
-        relief = float((strained**2).sum() - ((strained - ideas @ beta) ** 2).sum())
-        found = np.append(by_cluster, relief)
-        return float(found.sum()), found

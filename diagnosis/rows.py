@@ -14,6 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Channel, Log
 from flexhex.diagnosis.motion import Columns, MotionModel, dahl_states, differences, smooth
 from flexhex.diagnosis.play import REACH, angle_noise, play
@@ -208,6 +209,7 @@ def _part(
 
 def checked(machine: Machine, log: Log) -> None:
     """LogError when a log cannot be one of this machine's."""
+    refuse_others(log.name, log.kinds, kinds_of(machine, machine.n_arms), machine.name)
     n, stroke = machine.n_arms, machine.geometry.stroke
     if log.theta.shape[1] != n:
         width = log.theta.shape[1]

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.found import Part
 from flexhex.diagnosis.regression import Columns, Regression
-from flexhex.diagnosis.scored import Scored
 
 Array = NDArray[np.float64]
 UNDETERMINED = 0.5
 """Standard deviation of a shape, relative to itself, beyond which the runs do not determine it."""
 
 
-def stack(bench: Bench, regression: Regression, parts: Sequence[Scored]) -> tuple[Array, Array]:
+def stack(bench: Bench, regression: Regression, parts: Sequence[Part]) -> tuple[Array, Array]:
     """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
     columns = [whole(regression, part.columns) for part in parts]
     stacked = np.hstack(columns)
@@ -32,7 +32,7 @@ def stack(bench: Bench, regression: Regression, parts: Sequence[Scored]) -> tupl
 def deviations_of(
     bench: Bench,
     regression: Regression,
-    parts: Sequence[Scored],
+    parts: Sequence[Part],
     columns: Array,
     tangents: Array,
 ) -> tuple[Array, list[dict[str, float]]]:
@@ -63,16 +63,16 @@ def deviations_of(
     return deviation[:count], spread
 
 
-def _reach(bench: Bench, part: Scored, name: str) -> float:
+def _reach(bench: Bench, part: Part, name: str) -> float:
     """How far a shape could be from its value and still mean about the same."""
-    shape = next(s for s in bench.effects[part.id].searched if s.name == name)
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
     value = abs(part.shape[name])
     return min(value, shape.high - shape.low) if shape.low >= 0 and value > 0 else shape.high
 
 
-def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta: Array) -> Array:
+def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: Array) -> Array:
     """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
-    shape = next(s for s in bench.effects[part.id].effect.shapes if s.name == name)
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
     value = part.shape[name]
     step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
     ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
@@ -81,7 +81,7 @@ def _tangent(bench: Bench, regression: Regression, part: Scored, name: str, beta
     return whole(regression, change) / (ends[0] - ends[1])
 
 
-def shape_names(bench: Bench, parts: Sequence[Scored]) -> list[tuple[int, str]]:
+def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:
     """Shapes that were searched: number of the part, name."""
     found = []
     for k, part in enumerate(parts):

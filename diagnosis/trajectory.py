@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.kinds import ROTARY, Kinds, kinds_of
 from flexhex.diagnosis.logs import Options
 from flexhex.diagnosis.logs.clock import clock_of
 from flexhex.diagnosis.logs.raw import Raw, Table
 from flexhex.diagnosis.logs.read import READERS
-from flexhex.diagnosis.logs.units import factor
+from flexhex.diagnosis.logs.units import each_unit, factor, kind_of
 from flexhex.fmus.common.errors import LogError, unreadable
 
 Array = NDArray[np.float64]
@@ -25,12 +26,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Angles r (samples, n) [rad] every ts [s]; meta: kind and parameters, passes, payloads."""
+    """Angles r (samples, n) [rad, m] every ts [s]; meta: kind and parameters, passes, payloads;
+    kinds: of the axes, none where all turn."""
 
     name: str
     ts: float
     r: Array
     meta: Mapping[str, str] = field(default_factory=dict)
+    kinds: Kinds = ()
 
     @property
     def time(self) -> Array:
@@ -39,11 +42,11 @@ class Trajectory:
 
 
 def write_trajectory(trajectory: Trajectory, path: Path) -> Path:
-    """Write a trajectory as CSV; angles are given to 1e-10 rad."""
+    """Write a trajectory as CSV; positions are given to 1e-10 rad or m."""
     n = trajectory.r.shape[1]
     lines = [f"# {key}: {value}" for key, value in trajectory.meta.items()]
     lines.append(",".join(["time", *(f"r[{i}]" for i in range(1, n + 1))]))
-    lines.append(",".join(["s", *["rad"] * n]))
+    lines.append(",".join(["s", *(kind.unit("rad") for kind in kinds_of(trajectory, n))]))
     path.parent.mkdir(parents=True, exist_ok=True)
     table = np.column_stack([trajectory.time, trajectory.r])
     formats = ["%.10g", *["%.10f"] * n]
@@ -69,13 +72,17 @@ def read_trajectory(path: str | Path, options: Options | None = None) -> Traject
     table, name = _source(path, raw)
     units = options.units
     time = table.time * factor(table.where, "time", units.get("time", table.unit))
-    unit = units.get(name, table.units[name])
-    values = table.values[name] * factor(table.where, name, unit)
+    values = table.values[name]
+    listed = table.units[name]
+    if name in units:
+        listed = each_unit(f"--unit {name}", name, units[name], values.shape[1])
+    values = values * [factor(table.where, name, u, k) for k, u in enumerate(listed, start=1)]
+    kinds = tuple(kind_of(name, unit) or ROTARY for unit in listed)
     channel = clock_of(table.where, time, table.joins).channel(values)
     if not (channel.valid.all() and np.isfinite(channel.values).all()):
         raise LogError(f"{path}: {name} has gaps: a trajectory must be whole")
     meta = {str(key): str(value) for key, value in raw.meta.items()}
-    return Trajectory(path.stem, channel.ts, channel.values, meta)
+    return Trajectory(path.stem, channel.ts, channel.values, meta, kinds)
 
 
 def _source(path: Path, raw: Raw) -> tuple[Table, str]:

@@ -34,9 +34,7 @@ class Named:
     parameters: estimates by name, `name[axis]` where several axes have the effect and
     `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
     estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
-    gap that repeats on its axes, explained together with the other effects. confusion: what is
-    said when an effect of this size is put into the user's own model, motion and noise: shares
-    of trials, for it and for each rival as the truth.
+    gap that repeats on its axes, explained together with the other effects.
     """
 
     id: str
@@ -47,7 +45,6 @@ class Named:
     rivals: tuple[str, ...] = ()
     experiment: str | None = None
     share: float = math.nan
-    confusion: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -58,7 +55,6 @@ class Named:
             "rivals": list(self.rivals),
             "experiment": self.experiment,
             "share": _finite(self.share),
-            "confusion": {name: dict(row) for name, row in self.confusion.items()},
         }
 
 
@@ -88,7 +84,7 @@ class Changed:
 
 @dataclass(frozen=True)
 class Gap:
-    """Difference between model and data [unit], RMS of each axis; floor: what does not repeat.
+    """Difference between model and data, RMS of each axis in its unit; floor: what does not repeat.
 
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
     after: with what was found. repeat: the part of `before` that repeats between passes.
@@ -96,7 +92,7 @@ class Gap:
     of the torque itself.
     """
 
-    unit: str
+    units: tuple[str, ...]
     torque: Array
     nominal: Array
     before: Array
@@ -106,17 +102,24 @@ class Gap:
     repeat_after: Array
     locked: Mapping[str, Array] = field(default_factory=dict)
 
+    @property
+    def unit(self) -> str:
+        """The unit of all axes; "" where they differ, so that no total makes sense."""
+        return self.units[0] if len(set(self.units)) == 1 else ""
+
     def data(self) -> dict[str, Any]:
-        """As in `--json`: totals over the axes, of locked runs where there are any."""
+        """As in `--json`: totals over the axes, of locked runs where there are any; null where
+        axes differ in unit."""
         shown = {"before": self.before, "after": self.after, "floor": self.floor, **self.locked}
         rows = {**shown, "nominal": self.locked.get("nominal", self.nominal)}
         per_axis = {
-            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()}
-            for i in range(len(self.before))
+            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
+            for i, unit in enumerate(self.units)
         }
+        totals = {name: rms(v) if self.unit else math.nan for name, v in rows.items()}
         return {
-            "unit": self.unit,
-            **{name: _finite(rms(values)) for name, values in rows.items()},
+            "unit": self.unit or None,
+            **{name: _finite(value) for name, value in totals.items()},
             "per_axis": per_axis,
             "judged_on": "locked" if self.locked else "the same runs",
         }
@@ -124,10 +127,10 @@ class Gap:
 
 @dataclass(frozen=True)
 class Candidate:
-    """How one effect did in one round: best axes and shape, and what it gains.
+    """How a hypothesis did in one round: axis and shape, and what it predicts.
 
-    gain: share of the repeatable residual that it explains on trajectories left out of the fit of
-    its gains; p_value: of its cluster-robust Wald test, not corrected for the number of candidates.
+    gain: what it adds to the log density of left-out trajectories [nats]; size: RMS of its torque
+    beyond what the base model takes up, relative to that of the axis.
     """
 
     round: int
@@ -135,14 +138,14 @@ class Candidate:
     axes: tuple[int, ...]
     shape: Mapping[str, float]
     gain: float
-    p_value: float
+    size: float
     chosen: bool = False
     rival: bool = False
 
 
 @dataclass(frozen=True)
 class Map:
-    """Repeating residual of an axis over one quantity, before and after [N m].
+    """Repeating residual [`residual`] of an axis over one quantity [unit], before and after.
 
     centre (bins,), before, after (bins,): means; spread (bins,): standard error of a mean.
     """
@@ -154,6 +157,7 @@ class Map:
     before: Array
     after: Array
     spread: Array
+    residual: str = "N m"
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import GAP
 from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import LEAST, Run
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.play import encoder_step
 
 Array = NDArray[np.float64]
+GAP = 0.002
+"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
 NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0
@@ -73,9 +75,11 @@ def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     left = noise * inertia * curvature(window, ts)
     first = noise * inertia * curvature(usual, ts)
     worst = int(np.argmax(first / most))
-    what = f"come in steps of {step[worst]:.2g} rad" if step[worst] else "are noisy"
+    kind = kinds_of(base, base.n)[worst]
+    length, effort = kind.unit("rad"), f"{first[worst]:.2g} {kind.unit('N m')} of its {kind.effort}"
+    what = f"come in steps of {step[worst]:.2g} {length}" if step[worst] else "are noisy"
     text = (
-        f"angles of axis {worst + 1} {what}, which makes {first[worst]:.2g} N m of its torque:"
+        f"{kind.position}s of axis {worst + 1} {what}, which makes {effort}:"
         f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * usual:.0f},"
         f" where it makes {left[worst]:.2g}"
     )

@@ -169,8 +169,9 @@ def read_log(
 ) -> Log:
     """Read a measured or simulated log: CSV, HDF5, MAT; Parquet and MDF4 with their extras.
 
-    torque_constant [N m/A]: of a log in A, one or one for each axis. units: by channel,
-    `{"theta": "deg"}`. rename: name in the file -> channel. LogError for what cannot be read.
+    torque_constant [N m/A, N/A]: of a log in A, one or one for each axis. units: by channel,
+    `{"theta": "deg"}`, or for each axis, `{"theta": "deg, mm"}`. rename: name in the file ->
+    channel. LogError for what cannot be read.
 
     >>> log = flexhex.read_log("result.h5")
     >>> log.theta.shape[1]
@@ -203,13 +204,15 @@ def diagnose_runs(
     *,
     machine: File | None = None,
     base: str = "hexapod",
+    tolerance: Mapping[str, float] | None = None,
     progress: DiagnosisProgress = silent,
 ) -> Diagnosis:
     """Find effects that measured runs show and the model lacks.
 
     runs: logs of one machine, several passes of several trajectories. held_out: logs of other
     trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
-    for other bases. base: `hexapod`, `axis` (each by itself) or `schunk`.
+    for other bases. base: `hexapod`, `axis` (each by itself) or `schunk`. tolerance: in place
+    of the machine file's, `{"mass": 0.1}`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -220,7 +223,7 @@ def diagnose_runs(
     if file is None and base == "hexapod":
         file = machine_file()
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    return diagnose(*known, file, Search(base), progress)
+    return diagnose(*known, file, Search(base, tolerance=tolerance or {}), progress)
 
 
 def compare_results(

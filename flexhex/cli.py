@@ -79,8 +79,19 @@ _WRONG_KIND: dict[type[OSError], str] = {
 }
 
 
+def one_blas_thread() -> None:
+    """One thread for NumPy's linear algebra, unless the user wants more.
+
+    The matrices of fits and diagnoses are small: several threads take ten times the processor
+    time, most of it waiting for one another. It counts only before NumPy is imported.
+    """
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+
+
 def main() -> None:
     """Entry point: a user's mistake is one message and an exit code, never a traceback."""
+    one_blas_thread()
     try:
         app()
     except FlexhexError as error:

@@ -15,14 +15,15 @@ if TYPE_CHECKING:
 TorqueConstant = Annotated[
     str | None,
     typer.Option(
-        metavar="N m/A",
+        metavar="N m/A, N/A",
         help="torque constant of logs in A: one number, or one for each axis: 3.0,3.1",
     ),
 ]
 Unit = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="CHANNEL=UNIT", help="unit of a channel whose file does not state it: theta=deg"
+        metavar="CHANNEL=UNIT",
+        help="unit of a channel whose file does not state it: theta=deg, or by axis: theta=deg,mm",
     ),
 ]
 Rename = Annotated[

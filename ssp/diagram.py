@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.ssp.fmu import open_zip, read_bytes, read_member
 from flexhex.ssp.system import Box
 from flexhex.ssp.xml import NAMESPACES, parse
 
@@ -70,7 +70,7 @@ def read_diagram(path: str | Path) -> Diagram:
 
     Raises InterfaceError when it cannot be read or a component has no place.
     """
-    archive = open_zip(read_bytes(path), str(path))
+    archive = open_zip(path, str(path))
     text = read_member(archive, "SystemStructure.ssd", str(path))
     document = parse(text, f"{path}: SystemStructure.ssd")
     shapes = tuple(_shapes(document, str(path)))

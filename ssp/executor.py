@@ -9,9 +9,9 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import UsageError
 from flexhex.ssp import library
-from flexhex.ssp.fmu import read_bytes
 from flexhex.ssp.plan import Plan, Progress
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.results import Result
@@ -29,14 +29,15 @@ def run(
     progress: Progress | None = None,
     parameters: Parameters | None = None,
     timing: bool = True,
-    cache: Path = library.DEFAULT_CACHE,
+    cache: Path | None = None,
 ) -> Result:
     """Run a .ssp for `duration` [s].
 
     signals: what to log, see `flexhex.ssp.signals.select`; None logs all outputs but the large
     arrays. progress(done, total) [s] is called about ten times a second; Ctrl-C works
     there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6]}`, over what the
-    .ssp says. timing: measure the time in each FMU. cache: where the executor is compiled.
+    .ssp says. timing: measure the time in each FMU. cache: where the executor is
+    compiled, default the user's cache.
 
     Raises UsageError (duration, signals, parameters), InterfaceError (the .ssp) and
     RunError (which FMU refused what, when, and its message).

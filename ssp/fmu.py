@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import math
 import platform
-import zipfile
-import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
-from flexhex.fmus.common.errors import InterfaceError, unreadable
+from flexhex.fmus.common.archive import open_zip, read_member
+from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+DESCRIPTIONS = 64
+"""Descriptions kept in memory: the variants of a run share most of theirs, about 0.3 MB each."""
 
 
 @dataclass(frozen=True)
@@ -77,67 +77,47 @@ def read_fmu(data: bytes, file: str) -> Fmu:
     Raises InterfaceError when it is no zip, holds no or an invalid modelDescription.xml,
     or is no FMI 2.0 co-simulation FMU.
     """
-    archive = open_zip(data, file)
-    text = read_member(archive, "modelDescription.xml", file)
-    root = parse(text, f"{file}: modelDescription.xml")
+    text = read_member(open_zip(data, file), "modelDescription.xml", file)
+    try:
+        described = _described(text)
+    except InterfaceError as error:
+        raise InterfaceError(f"{file}: {error}") from None
+    return replace(described, file=file, sha256=hashlib.sha256(data).hexdigest())
+
+
+@lru_cache(maxsize=DESCRIPTIONS)
+def _described(text: bytes) -> Fmu:
+    """What a modelDescription.xml says, without file and hash; InterfaceError without the file."""
+    root = parse(text, "modelDescription.xml")
     version, cosimulation = root.get("fmiVersion"), root.find("CoSimulation")
     if version != "2.0" or cosimulation is None:
         kind = "co-simulation" if cosimulation is not None else "no co-simulation"
-        raise InterfaceError(
-            f"{file}: FMI {version or '?'}, {kind}: export it for FMI 2.0 co-simulation"
-        )
+        raise InterfaceError(f"FMI {version or '?'}, {kind}: export it for FMI 2.0 co-simulation")
     experiment = root.find("DefaultExperiment")
     size = None if experiment is None else experiment.get("stepSize")
     try:
         step = None if size is None else float(size)
-        variables = [_variable(element, file) for element in root.iterfind("ModelVariables/*")]
+        variables = [_variable(element) for element in root.iterfind("ModelVariables/*")]
     except ValueError as error:
-        raise InterfaceError(f"{file}: modelDescription.xml: {error}") from None
+        raise InterfaceError(f"modelDescription.xml: {error}") from None
     return Fmu(
-        file=file,
+        file="",
         model=str(cosimulation.get("modelIdentifier")),
         guid=str(root.get("guid")),
         step_size=step,
         variables={v.name: v for v in variables},
         units=_units(root),
         log_categories=tuple(c.get("name", "") for c in root.iterfind("LogCategories/Category")),
-        sha256=hashlib.sha256(data).hexdigest(),
+        sha256="",
     )
 
 
-def open_zip(data: bytes, file: str) -> zipfile.ZipFile:
-    """Archive in memory; InterfaceError for anything that is no zip."""
-    try:
-        return zipfile.ZipFile(io.BytesIO(data))
-    except zipfile.BadZipFile:
-        text = "not a zip archive, or a truncated one: copy or build it anew"
-        raise InterfaceError(f"{file}: {text}") from None
-
-
-def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:
-    """One file of an archive; InterfaceError when it is missing or damaged."""
-    try:
-        return archive.read(name)
-    except KeyError:
-        raise InterfaceError(f"{file}: {name} is missing in the archive") from None
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:
-        raise InterfaceError(f"{file}: {name} is damaged in the archive ({error})") from None
-
-
-def read_bytes(path: str | Path) -> bytes:
-    """Contents of a file; InterfaceError when it cannot be read."""
-    try:
-        return Path(path).read_bytes()
-    except OSError as error:
-        raise InterfaceError(unreadable(path, error)) from None
-
-
-def _variable(element: Any, file: str) -> FmuVariable:
+def _variable(element: Any) -> FmuVariable:
     kind = next((t for t in TYPES if element.find(t) is not None), "")
     typed = element.find(kind) if kind else None
     name, reference = element.get("name"), element.get("valueReference")
     if typed is None or name is None or reference is None:
-        raise InterfaceError(f"{file}: a variable lacks name, type or reference: build it anew")
+        raise InterfaceError("a variable lacks name, type or reference: build it anew")
     numbers = typed if kind == "Real" else {}
     start = numbers.get("start")
     return FmuVariable(

@@ -18,12 +18,13 @@ from ctypes import (
 from functools import lru_cache
 from pathlib import Path
 
-import fmpy
-
+from flexhex.fmugen import cache as store
 from flexhex.fmugen.compile import compile_object, link_shared, strict
+from flexhex.fmugen.fmu import FMI
 
 HERE = Path(__file__).resolve().parent
-DEFAULT_CACHE = Path("out") / "lib"
+FALLBACK = Path("out/lib")
+"""Where the executor is kept when the user's cache cannot be written to."""
 
 
 class ComponentData(Structure):
@@ -76,19 +77,21 @@ class TimesData(Structure):
 
 def build(cache: Path) -> Path:
     """Compile the executor into cache unless the same sources are there; BuildError."""
-    folder = Path(fmpy.__file__).resolve().parent / "c-code"
-    headers = [HERE / "executor.h", *sorted(folder.glob("fmi2*.h"))]
+    headers = [HERE / "executor.h", *sorted(FMI.glob("*.h"))]
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in headers)).hexdigest()
-    flags = (*strict(), f"-I{folder}")
+    flags = (*strict(), f"-I{FMI}")
     compiled = compile_object(HERE / "executor.c", digest, cache, flags)
     library = compiled.with_suffix(".so")
     return library if library.exists() else link_shared([compiled], library, ("-ldl",))
 
 
 @lru_cache
-def load(cache: Path = DEFAULT_CACHE) -> ctypes.CDLL:
-    """The loaded library with its signatures; calls release the interpreter's lock."""
-    library = ctypes.CDLL(str(build(cache).resolve()))
+def load(cache: Path | None = None) -> ctypes.CDLL:
+    """The loaded library with its signatures; calls release the interpreter's lock.
+
+    cache: where it is compiled, default the objects of the user's cache.
+    """
+    library = ctypes.CDLL(str(build(cache or store.objects(FALLBACK)).resolve()))
     library.executor_open.restype = c_void_p
     library.executor_open.argtypes = (
         POINTER(ComponentData),

@@ -11,16 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError, RunError
 from flexhex.ssp import library
-from flexhex.ssp.fmu import binary_path, open_zip, read_member
+from flexhex.ssp.fmu import binary_path
 from flexhex.ssp.memory import check_memory
 from flexhex.ssp.read import Instance, Package, period
 from flexhex.ssp.results import Array, FmuTime, Group, rate_name
 from flexhex.ssp.signals import Signal
 
 Progress = Callable[[float, float], None]
-_CATEGORIES = ("logStatusError", "logStatusWarning")
+_CATEGORIES = ("logStatusError", "logStatusDiscard", "logStatusWarning")
 
 
 class Plan:

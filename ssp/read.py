@@ -8,16 +8,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
+from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.ssp.fmu import Fmu, open_zip, read_bytes, read_fmu, read_member
+from flexhex.ssp.fmu import Fmu, read_fmu
+from flexhex.ssp.parameters import Setting, Units, settings, units_of
 from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
 from flexhex.ssp.xml import NAMESPACES, parse
 
+BASE_STEPS = (
+    ("flexhex:Schedule", "baseStep"),
+    ("osp:FixedStepAlgorithm", "baseStepSize"),
+    ("oms:FixedStepMaster", "stepSize"),
+    ("oms:SimulationInformation", "fixedStepSize"),
+)
+"""Elements and attributes that may hold the base step [s]; the first present is taken."""
 _FMU_TYPES = (None, "", "application/x-fmu-sharedlibrary")
 
 
@@ -80,6 +89,7 @@ class _Reader:
         self.archive: ZipFile = open_zip(read_bytes(path), str(path))
         self.fmus: dict[str, bytes] = {}
         self.read: dict[str, Fmu] = {}
+        self.units: Units = {}
 
     def package(self) -> Package:
         if "modelDescription.xml" in self.archive.namelist():
@@ -91,7 +101,8 @@ class _Reader:
         if top is None:
             raise self.error("SystemStructure.ssd holds no System")
         self.refuse(top)
-        overrides = dict(self.parameter_sets(top))
+        self.units = units_of(document.find("ssd:Units", NAMESPACES))
+        overrides = list(self.parameter_sets(top))
         elements = top.iterfind("ssd:Elements/ssd:Component", NAMESPACES)
         instances = tuple(self.instance(element, overrides) for element in elements)
         if not instances:
@@ -118,7 +129,7 @@ class _Reader:
             if top.find(tag, NAMESPACES) is not None:
                 raise self.error(f"holds {text}: the executor runs flat systems; use FMPy")
 
-    def instance(self, element: Any, overrides: dict[str, float]) -> Instance:
+    def instance(self, element: Any, overrides: list[Setting]) -> Instance:
         name, source = element.get("name", ""), element.get("source", "")
         if element.get("type") not in _FMU_TYPES:
             raise self.error(f"{name}: component type {element.get('type')!r} is no FMU")
@@ -126,38 +137,37 @@ class _Reader:
             self.fmus[source] = self.member(source)
             self.read[source] = read_fmu(self.fmus[source], f"{self.path}: {source}")
         fmu = self.read[source]
-        values = dict(self.parameter_sets(element))
-        # A set at system level wins over one of the component.
         prefix = f"{name}."
-        values |= {k.removeprefix(prefix): v for k, v in overrides.items() if k.startswith(prefix)}
-        known = {k: v for k, v in values.items() if k in fmu.variables}
-        for variable in known:
-            if fmu.variables[variable].type != "Real":
-                raise self.error(f"{name}.{variable} is no Real: the executor sets Reals only")
-        return Instance(name, source, fmu, known, tuple(sorted(set(values) - set(known))))
+        own = [replace(s, name=prefix + s.name) for s in self.parameter_sets(element)]
+        # a set at system level wins over one of the component
+        mine = [s for s in (*own, *overrides) if s.name.startswith(prefix)]
+        chosen = {s.name.removeprefix(prefix): s for s in mine}
+        known = {k: self.value(s, fmu, k) for k, s in chosen.items() if k in fmu.variables}
+        return Instance(name, source, fmu, known, tuple(sorted(set(chosen) - set(known))))
 
-    def parameter_sets(self, element: Any) -> Iterator[tuple[str, float]]:
-        """Name and value of every Real in the element's parameter sets, later ones last."""
+    def value(self, setting: Setting, fmu: Fmu, variable: str) -> float:
+        """In the unit of the FMU's variable."""
+        if fmu.variables[variable].type != "Real":
+            raise self.error(f"{setting.name} is no Real: the executor sets Reals only")
+        try:
+            return setting.value_in(fmu.variables[variable].unit, fmu.units)
+        except InterfaceError as error:
+            raise self.error(str(error)) from None
+
+    def parameter_sets(self, element: Any) -> Iterator[Setting]:
+        """Every parameter in the element's parameter sets, later ones last."""
         for binding in element.iterfind("ssd:ParameterBindings/ssd:ParameterBinding", NAMESPACES):
             if binding.find("ssd:ParameterMapping", NAMESPACES) is not None:
                 raise self.error("holds a parameter mapping: name the parameters directly")
             inline = binding.find("ssd:ParameterValues/ssv:ParameterSet", NAMESPACES)
             source, prefix = binding.get("source"), binding.get("prefix", "")
+            where = f"{self.path}: {source}" if source else str(self.path)
             if source:
-                inline = parse(self.member(source), f"{self.path}: {source}")
-            if inline is not None:
-                for entry in inline.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
-                    yield prefix + entry.get("name", ""), self.value(entry)
-
-    def value(self, entry: Any) -> float:
-        real = entry.find("ssv:Real", NAMESPACES)
-        try:
-            value = math.nan if real is None else float(real.get("value"))
-        except (TypeError, ValueError):
-            value = math.nan
-        if not math.isfinite(value):
-            raise self.error(f"parameter {entry.get('name')!r} has no finite Real value")
-        return value
+                inline = parse(self.member(source), where)
+            try:
+                yield from () if inline is None else settings(inline, self.units, prefix)
+            except InterfaceError as error:
+                raise InterfaceError(f"{where}: {error}") from None
 
     def wire(self, element: Any) -> Wire:
         keys = ("startElement", "startConnector", "endElement", "endConnector")
@@ -187,13 +197,9 @@ class _Reader:
 
     def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
         """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""
-        for tag, key in (
-            ("flexhex:Schedule", "baseStep"),
-            ("osp:FixedStepAlgorithm", "baseStepSize"),
-            ("oms:SimulationInformation", "fixedStepSize"),
-        ):
-            found = document.find(f".//{tag}", NAMESPACES)
-            if found is not None and found.get(key):
+        for tag, key in BASE_STEPS:
+            found = document.find(f".//{tag}[@{key}]", NAMESPACES)
+            if found is not None:
                 return self.positive(found.get(key), tag)
         sizes = [i.fmu.step_size for i in instances if i.fmu.step_size]
         if not sizes:

@@ -1,8 +1,8 @@
 """`System` to one portable .ssp: SSP 1.0, flat, what all importers understand alike.
 
 The rules stem from measurements of the importers: prefixes ssd:, ssc:, ssv:, Real connectors
-with units, the FMU type written out, only connectors that are in use, the base step in both
-known annotations, and parameter sets that repeat the FMUs' own values, since some importers
+with units, the FMU type written out, only connectors that are in use, the base step where each
+importer looks for it, and parameter sets that repeat the FMUs' own values, since some importers
 ignore them. The same system and FMUs give the same bytes.
 """
 
@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from flexhex.fmugen.pack import write_zip
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable
-from flexhex.ssp.delays import path_delay
-from flexhex.ssp.fmu import Fmu, read_bytes, read_fmu
+from flexhex.ssp.annotations import annotate_component, annotate_system, experiment
+from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.system import Box, Component, System, unit_of
 from flexhex.ssp.wiring import Wire, unknown
 from flexhex.ssp.xml import child, root, text_of
@@ -101,10 +102,10 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
         )
         _route(connection, system, wire, heights)
     _geometry(top, system)
-    _schedule(top, system)
+    annotate_system(top, system)
     names = {unit for units in used.values() for unit in units.values()}
     _units(child(document, "ssd:Units"), names, list(fmus.values()))
-    _experiment(document, system.base, stop)
+    experiment(document, system.base, stop)
     return document
 
 
@@ -149,6 +150,7 @@ def _component(elements: Any, component: Component, used: Mapping[str, str]) -> 
         type="application/x-ssp-parameter-set",
         source=_ssv_name(component),
     )
+    annotate_component(element)
 
 
 def _connectors(
@@ -203,39 +205,9 @@ def _geometry(top: Any, system: System) -> None:
         child(top, "ssd:SystemGeometry", **{key: repr(float(v)) for key, v in corners.items()})
 
 
-def _schedule(top: Any, system: System) -> None:
-    """Sample times and delays in base steps, for people and for our own executor."""
-    annotations = child(top, "ssd:Annotations")
-    note = child(annotations, "ssc:Annotation", type="flexhex.schedule")
-    schedule = child(note, "flexhex:Schedule", baseStep=repr(system.base))
-    for component in system.components:
-        steps = str(system.steps(component.name))
-        child(schedule, "flexhex:Period", component=component.name, steps=steps)
-    for path in system.paths:
-        delay = path_delay(system, path)
-        child(
-            schedule,
-            "flexhex:Delay",
-            path=" ".join(path),
-            shortest=str(delay.shortest),
-            longest=str(delay.longest),
-        )
-
-
 def _units(parent: Any, names: set[str], fmus: list[Fmu]) -> None:
     known = {name: base for fmu in fmus for name, base in fmu.units.items()}
     for name in sorted(names):
         if name not in known:
             raise InterfaceError(f"unit {name!r} is declared by none of the FMUs: build them anew")
         child(child(parent, "ssc:Unit", name=name), "ssc:BaseUnit", **dict(known[name]))
-
-
-def _experiment(document: Any, base: float, stop: float) -> None:
-    experiment = child(document, "ssd:DefaultExperiment", startTime="0.0", stopTime=repr(stop))
-    annotations = child(experiment, "ssd:Annotations")
-    osp = child(annotations, "ssc:Annotation", type="com.opensimulationplatform")
-    algorithm = child(osp, "osp:Algorithm")
-    child(algorithm, "osp:FixedStepAlgorithm", baseStepSize=repr(base))
-    oms = child(annotations, "ssc:Annotation", type="org.openmodelica")
-    metadata = child(oms, "oms:Annotations")
-    child(metadata, "oms:SimulationInformation", fixedStepSize=repr(base))

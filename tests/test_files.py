@@ -12,8 +12,10 @@ from tests.conftest import ROOT
 
 LONGEST = 250
 """Lines of a file that needs no reason; a longer one gives its reason after `Long:`."""
-SCREEN = 60
-"""Lines of a screen."""
+FMI_HEADERS = ROOT / "build" / "runtime" / "fmi2"
+"""The standard's own files, as it publishes them."""
+SCREEN, WIDTH = 60, 120
+"""Lines of a screen, characters in one."""
 
 
 def tracked() -> list[Path]:
@@ -60,7 +62,10 @@ def test_readme_of_each_room_fits_a_screen() -> None:
     """It holds the table equation, function, variables, test."""
     readmes = sorted((ROOT / "fmus").glob("*/README.md"))
     assert len(readmes) >= 8
-    lengths = {str(p.relative_to(ROOT)): len(p.read_text().splitlines()) for p in readmes}
+    lengths = {}
+    for path in readmes:
+        rows = [max(1, -(-len(line) // WIDTH)) for line in path.read_text().splitlines()]
+        lengths[str(path.relative_to(ROOT))] = sum(rows)
     assert {name: length for name, length in lengths.items() if length > SCREEN} == {}
 
 
@@ -80,6 +85,7 @@ def test_nothing_generated_is_tracked() -> None:
 
 def test_long_files_give_their_reason() -> None:
     written = [p for p in tracked() if p.suffix in {".py", ".c", ".h", ".rs"}]
+    written = [p for p in written if FMI_HEADERS not in p.parents]
     long = {}
     for path in written:
         lines = path.read_text(encoding="utf-8").splitlines()

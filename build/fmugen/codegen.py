@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +12,16 @@ import casadi as ca
 
 from flexhex.fmus.common.errors import BuildError
 
+_HEAD = re.compile(r"^(static int \w+\(.* arg, .* mem\) {\n)", re.MULTILINE)
+"""Of a function by CasADi: its parameters are those of all, though it may not use them."""
+_USED = "  (void)arg, (void)res, (void)iw, (void)w, (void)mem;\n"
+_COMPANIONS = re.compile(
+    r"^CASADI_SYMBOL_EXPORT .*_sx_\w+\(.*\) {(?:\n(?:  .*\n)*| .*)}\n\n?"
+    r"|^#define casadi_s\d+ .*\n"
+    r"|^static const casadi_int casadi_s\d+\[.*;\n",
+    re.MULTILINE,
+)
+"""What CasADi writes beside a function for its own importer: names, sparsity, reference counts."""
 SYMBOLIC = RLock()
 """Held while CasADi makes or writes expressions: it does not promise that threads may do so side
 by side (its issue 1355), and in one run of many its `cse` failed."""
@@ -58,7 +69,8 @@ def casadi_source(functions: Sequence[ca.Function], room: str, identifier: str) 
     with tempfile.TemporaryDirectory() as folder:
         generator.generate(f"{folder}/")
         body = Path(folder, f"{stem}.c").read_text(encoding="utf-8")
-    return "\n".join(lines) + body
+    body = _COMPANIONS.sub("", body)
+    return "\n".join(lines) + _HEAD.sub(rf"\1{_USED}", body)
 
 
 def wrappers(functions: Sequence[ca.Function], room: str, identifier: str) -> str:
@@ -76,7 +88,7 @@ def _wrapper(function: ca.Function, name: str) -> str:
     sizes = [f"{n} ({function.numel_in(k)})" for k, n in enumerate(ins)]
     results = [f"{n} ({function.numel_out(k)})" for k, n in enumerate(outs)]
     return (
-        f"int {name}(const double **arg, double **res, int *iw, double *w, int mem);\n"
+        f"FLEXHEX_C int {name}(const double **arg, double **res, int *iw, double *w, int mem);\n"
         f"/* {', '.join(sizes) or 'nothing'} -> {', '.join(results)} */\n"
         f"static inline void {function.name()}({', '.join(given + taken)}) {{\n"
         f"  const double *arg[] = {{{', '.join(ins) or '0'}}};\n"

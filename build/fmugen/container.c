@@ -68,7 +68,7 @@ static void show(const state *s, controller_outputs *outputs) {
 
 static bool start(const controller_parameters *p, void *memory, controller_outputs *y,
                   char *message, size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   const double *parameters = (const double *)p;
   if (period_of(p->Ts) != 1) {
     (void)snprintf(message, size, "Ts = %.17g s, must be the base step of %.17g s", p->Ts,
@@ -109,7 +109,7 @@ static void publish(const part *q, double refused, state *s) {
 
 static void tick(const controller_parameters *p, const controller_inputs *u, void *memory,
                  controller_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   const double *parameters = (const double *)p;
   const int64_t now = ++s->ticks;
   for (int k = 0; k < N_PARTS; ++k) {

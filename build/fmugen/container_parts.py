@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import itertools
 import re
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +12,7 @@ from functools import cached_property
 from flexhex.fmugen.described import interface_of
 from flexhex.fmugen.fmu import CONFIG, FMI_HEADERS, RUNTIME
 from flexhex.fmugen.sources import variables
+from flexhex.fmus.common.archive import open_zip
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface, Variable
 
@@ -30,7 +29,7 @@ class Part:
     @cached_property
     def interface(self) -> Interface:
         """Its variables. InterfaceError for an FMU of another maker."""
-        with zipfile.ZipFile(io.BytesIO(self.fmu)) as archive:
+        with open_zip(self.fmu, self.name) as archive:
             return interface_of(archive.read("modelDescription.xml"), self.name)
 
     @property
@@ -46,7 +45,7 @@ class Part:
         """
         name = self.interface.name
         shared = {p.name for p in RUNTIME.glob("*.[ch]")} | {*FMI_HEADERS, CONFIG}
-        with zipfile.ZipFile(io.BytesIO(self.fmu)) as archive:
+        with open_zip(self.fmu, self.name) as archive:
             found = {
                 file.removeprefix("sources/"): archive.read(file).decode()
                 for file in archive.namelist()

@@ -114,7 +114,7 @@ def _feeds(
     fed = {link.input: link for link in container.links if link.target == part.name}
     lines = []
     for variable in part.interface.inputs:
-        low, high = number(max(variable.min, -_LARGEST)), number(min(variable.max, _LARGEST))
+        low, high = number(variable.min), number(variable.max)
         for scalar in variable.scalar_names:
             link = fed.get(scalar)
             places = outside if link and link.source is None else bus
@@ -124,9 +124,6 @@ def _feeds(
             is_outside = "true" if places is outside else "false"
             lines.append(f"    {{{is_outside}, {places[origin]}, {low}, {high}}},")
     return lines
-
-
-_LARGEST = 1.7976931348623157e308
 
 
 def _places(names: Sequence[tuple[str | None, str]]) -> dict[tuple[str | None, str], int]:

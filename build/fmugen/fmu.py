@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import casadi as ca
-import fmpy
 
 from flexhex.fmugen import sources
 from flexhex.fmugen.cmake import cmake_lists
@@ -25,7 +24,9 @@ from flexhex.fmus.common.errors import BuildError
 from flexhex.fmus.common.interface import Interface
 
 RUNTIME = Path(__file__).parent.parent / "runtime"
-FMI_HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
+FMI = RUNTIME / "fmi2"
+"""The three headers of the standard, FMI 2.0.5."""
+FMI_HEADERS = tuple(sorted(path.name for path in FMI.glob("*.h")))
 CONFIG = "flexhex_config.h"
 LICENSES = RUNTIME / "license.txt"
 """Of all that an archive holds."""
@@ -100,9 +101,8 @@ def _runtime() -> dict[str, str]:
     for path in sorted(RUNTIME.glob("*.[ch]")):
         text = path.read_text(encoding="utf-8")
         texts[path.name] = f'#include "{CONFIG}"\n{text}' if path.suffix == ".c" else text
-    folder = Path(fmpy.__file__).parent / "c-code"
     for name in FMI_HEADERS:
-        texts[name] = (folder / name).read_text(encoding="utf-8")
+        texts[name] = (FMI / name).read_text(encoding="utf-8")
     return texts
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import hashlib
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,30 +11,33 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.fmugen import cache as store
 from flexhex.fmugen.codegen import casadi_source
 from flexhex.fmugen.compile import compile_object, link_shared
 
 Array = NDArray[np.float64]
-DEFAULT_CACHE = Path("out/cache")
+FALLBACK = Path("out/cache")
+"""Where libraries are kept when the user's cache cannot be written to."""
 
 
-def loaded(text: str, stem: str, cache: Path = DEFAULT_CACHE) -> ctypes.CDLL:
+def loaded(text: str, stem: str, cache: Path | None = None) -> ctypes.CDLL:
     """The library of a C text, out of `cache` where it was compiled before.
 
+    cache: a folder; default: the objects of the user's cache, the same for every working folder.
     Raises BuildError when there is no compiler or it fails.
     """
-    library = cache / f"{stem}-{hashlib.sha256(text.encode()).hexdigest()[:24]}.so"
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / f"{stem}.c"
+        source.write_text(text, encoding="utf-8")
+        compiled = compile_object(source, "", cache or store.objects(FALLBACK))
+    library = compiled.with_suffix(".so")
     if not library.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as folder:
-            source = Path(folder) / f"{stem}.c"
-            source.write_text(text, encoding="utf-8")
-            link_shared([compile_object(source, "", cache)], library)
+        link_shared([compiled], library)
     return ctypes.CDLL(str(library.resolve()))
 
 
 def with_loops(
-    functions: Sequence[ca.Function], loops: Sequence[str], stem: str, cache: Path
+    functions: Sequence[ca.Function], loops: Sequence[str], stem: str, cache: Path | None
 ) -> ctypes.CDLL:
     """SX functions named `<stem>_<what>` and C loops over them, loaded.
 

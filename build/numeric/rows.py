@@ -13,7 +13,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from flexhex.numeric.library import DEFAULT_CACHE, Array, short, with_loops
+from flexhex.numeric.library import Array, short, with_loops
 
 _MAP = """
 int native_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
@@ -51,8 +51,9 @@ class RowFunction:
         return outs
 
 
-def native(functions: Sequence[ca.Function], cache: Path = DEFAULT_CACHE) -> list[RowFunction]:
-    """SX functions named `native_<what>`, compiled; libraries are kept in `cache`.
+def native(functions: Sequence[ca.Function], cache: Path | None = None) -> list[RowFunction]:
+    """SX functions named `native_<what>`, compiled; libraries are kept in `cache`,
+    by default the user's.
 
     Raises BuildError when there is no compiler or it fails.
     """

@@ -9,7 +9,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from flexhex.numeric.library import DEFAULT_CACHE, Array, pointer, short, with_loops
+from flexhex.numeric.library import Array, pointer, short, with_loops
 
 _SCAN = """
 int scan_{name}_sx(const double **arg, double **res, int *iw, double *w, int mem);
@@ -48,7 +48,7 @@ class ScanFunction:
         return states
 
 
-def scans(functions: Sequence[ca.Function], cache: Path = DEFAULT_CACHE) -> list[ScanFunction]:
+def scans(functions: Sequence[ca.Function], cache: Path | None = None) -> list[ScanFunction]:
     """SX functions named `scan_<what>` of (state, before, now, fixed), compiled into `cache`.
 
     Raises BuildError when there is no compiler or it fails.

@@ -2,6 +2,7 @@
    sampled; the results appear at (k + 1) Ts, whatever steps the importer takes in between. */
 #include "instance.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -50,7 +51,7 @@ static double time_of(const flexhex_instance *m, int64_t step) {
 /* A fault of the room that was not there a period ago */
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
-  if ((m->logging & FLEXHEX_WARNINGS) && fault != before && fault != 0.0) {
+  if (fault != before && fault != 0.0) {
     char number[FLEXHEX_NUMBER_SIZE], time[FLEXHEX_NUMBER_SIZE];
     flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s from %s s on",
                 flexhex_number(number, fault), flexhex_number(time, time_of(m, step)));
@@ -74,20 +75,23 @@ static void advance(flexhex_instance *m, int64_t end) {
   head->step = end;
 }
 
-/* True when the importer's time [s] is the instance's, sums of steps being somewhat off. */
-static bool is_now(const flexhex_instance *m, double time) {
-  const double count = (time - m->head->start_time) / FLEXHEX_MODEL.base_step;
-  return fabs(count - (double)m->head->step) < 0.25;
+/* How far [base steps] an importer's time may be from a whole count. A sum of n steps rounds n
+   times, each time by at most half a unit in the last place of the time t reached, in all
+   n DBL_EPSILON/2 |t|. Twice that, and a few roundings more, leave room for a step size that is
+   itself rounded and for the operations here. From a quarter of a step on the count is in doubt. */
+static double slack(const flexhex_instance *m, double count) {
+  enum { OTHERS = 4 };
+  const double reached = fabs(m->head->start_time) / FLEXHEX_MODEL.base_step + count + 1.0;
+  return fmin(0.25, DBL_EPSILON * (count + OTHERS) * reached);
 }
 
-/* Number of base steps in size [s]; 0 when it is not whole. */
-static int64_t whole_steps(const flexhex_instance *m, double size) {
-  const double count = size / FLEXHEX_MODEL.base_step;
-  if (!(count > 0.5 && count + (double)m->head->step < MOST_STEPS)) {
-    return 0;
-  }
-  const int64_t whole = (int64_t)(count + 0.5);
-  return fabs(count - (double)whole) < 1e-6 ? whole : 0;
+/* Base steps from the start to the importer's time [s]; -1 when it is not a whole number. */
+static int64_t count_at(const flexhex_instance *m, double time) {
+  const double count = (time - m->head->start_time) / FLEXHEX_MODEL.base_step;
+  const double whole = floor(count + 0.5);
+  /* written so that NaN is not whole either */
+  const bool known = whole >= 0.0 && whole < MOST_STEPS && fabs(count - whole) <= slack(m, whole);
+  return known ? (int64_t)whole : -1;
 }
 
 /* True when a step from `time` to the count `end` goes beyond the stop time. An importer that
@@ -101,6 +105,30 @@ static bool is_past_stop(const flexhex_instance *m, double time, int64_t end) {
   return (double)end > last && !(time < stop && (double)m->head->step > last - 0.5);
 }
 
+/* What fmi2DoStep answers before anything is done. A size that cannot be taken is discarded, so
+   that an importer may try another one; the rest is a mistake. */
+static fmi2Status judge(flexhex_instance *m, double time, double size, int64_t end) {
+  char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
+  if (count_at(m, time) != m->head->step) {
+    return flexhex_refuse(m, "fmi2DoStep from %s s, but the FMU is at %s s",
+                          flexhex_number(a, time), flexhex_number(b, time_of(m, m->head->step)));
+  }
+  if (!(size > 0.0 && isfinite(size))) {
+    return flexhex_refuse(m, "fmi2DoStep by %s s, must be above zero and finite",
+                          flexhex_number(a, size));
+  }
+  if (end < 0) {
+    return flexhex_discard(m, "fmi2DoStep by %s s, must be a whole number of base steps of %s s",
+                           flexhex_number(a, size), flexhex_number(b, FLEXHEX_MODEL.base_step));
+  }
+  if (end > m->head->step && is_past_stop(m, time, end)) {
+    return flexhex_refuse(m, "fmi2DoStep to %s s, beyond the stop time %s s",
+                          flexhex_number(a, time_of(m, end)),
+                          flexhex_number(b, m->head->stop_time));
+  }
+  return fmi2OK;
+}
+
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
                       fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint) {
@@ -109,26 +137,14 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint,
   if (!m) {
     return fmi2Error;
   }
-  char a[FLEXHEX_NUMBER_SIZE], b[FLEXHEX_NUMBER_SIZE];
-  if (!is_now(m, currentCommunicationPoint)) {
-    return flexhex_refuse(m, "fmi2DoStep from %s s, but the FMU is at %s s",
-                          flexhex_number(a, currentCommunicationPoint),
-                          flexhex_number(b, time_of(m, m->head->step)));
+  /* the step is judged by where it ends: what an importer's sum of times leaves over of the last
+     step ends where the instance is, and does nothing */
+  const int64_t end = count_at(m, currentCommunicationPoint + communicationStepSize);
+  const fmi2Status status = judge(m, currentCommunicationPoint, communicationStepSize, end);
+  if (status == fmi2OK) {
+    advance(m, end);
   }
-  const int64_t count = whole_steps(m, communicationStepSize);
-  if (count == 0) {
-    return flexhex_refuse(m, "fmi2DoStep by %s s, must be a whole number of base steps of %s s",
-                          flexhex_number(a, communicationStepSize),
-                          flexhex_number(b, FLEXHEX_MODEL.base_step));
-  }
-  const int64_t end = m->head->step + count;
-  if (is_past_stop(m, currentCommunicationPoint, end)) {
-    return flexhex_refuse(m, "fmi2DoStep to %s s, beyond the stop time %s s",
-                          flexhex_number(a, time_of(m, end)),
-                          flexhex_number(b, m->head->stop_time));
-  }
-  advance(m, end);
-  return fmi2OK;
+  return status;
 }
 
 fmi2Status fmi2CancelStep(fmi2Component c) {

@@ -67,7 +67,7 @@ static flexhex_instance *allocate(const fmi2CallbackFunctions *functions, const 
   const size_t size = at_block + block + n_lookup * sizeof(int) + strlen(name) + 1;
   /* both of the importer's functions, or neither */
   const bool theirs = functions->allocateMemory && functions->freeMemory;
-  char *memory = theirs ? functions->allocateMemory(1, size) : calloc(1, size);
+  char *memory = (char *)(theirs ? functions->allocateMemory(1, size) : calloc(1, size));
   if (!memory) {
     return NULL;
   }
@@ -133,7 +133,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
   flexhex_instance *m = why ? NULL : allocate(functions, instanceName);
   if (!m) {
     flexhex_say(functions, instanceName ? instanceName : FLEXHEX_MODEL.identifier, fmi2Error,
-                flexhex_categories[0], why ? why : "fmi2Instantiate: out of memory");
+                flexhex_categories[FLEXHEX_ERRORS], why ? why : "fmi2Instantiate: out of memory");
     return NULL;
   }
   index_variables(m);
@@ -170,8 +170,9 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
       found |= strcmp(name, flexhex_categories[i]) == 0 ? 1 << i : 0;
     }
     if (!found) {
-      return flexhex_refuse(m, "fmi2SetDebugLogging: no category %s; there are %s, %s, %s", name,
-                            flexhex_categories[0], flexhex_categories[1], flexhex_categories[2]);
+      return flexhex_refuse(m, "fmi2SetDebugLogging: no category %s; there are %s, %s, %s, %s",
+                            name, flexhex_categories[0], flexhex_categories[1],
+                            flexhex_categories[2], flexhex_categories[3]);
     }
     chosen |= found;
   }

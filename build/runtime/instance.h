@@ -20,6 +20,7 @@
 #define flexhex_say FLEXHEX_OWN(_flexhex_say)
 #define flexhex_log FLEXHEX_OWN(_flexhex_log)
 #define flexhex_refuse FLEXHEX_OWN(_flexhex_refuse)
+#define flexhex_discard FLEXHEX_OWN(_flexhex_discard)
 #define flexhex_start FLEXHEX_OWN(_flexhex_start)
 #define flexhex_publish FLEXHEX_OWN(_flexhex_publish)
 #define flexhex_categories FLEXHEX_OWN(_flexhex_categories)
@@ -33,8 +34,14 @@ typedef enum {
   FLEXHEX_TERMINATED = 8
 } flexhex_phase;
 
-typedef enum { FLEXHEX_ERRORS = 1, FLEXHEX_WARNINGS = 2, FLEXHEX_EVENTS = 4 } flexhex_category;
-enum { FLEXHEX_N_CATEGORIES = 3, FLEXHEX_ALL_CATEGORIES = 7 };
+typedef enum {
+  FLEXHEX_ERRORS,
+  FLEXHEX_DISCARDS,
+  FLEXHEX_WARNINGS,
+  FLEXHEX_EVENTS,
+  FLEXHEX_N_CATEGORIES
+} flexhex_category;
+enum { FLEXHEX_ALL_CATEGORIES = (1 << FLEXHEX_N_CATEGORIES) - 1 };
 extern const char *const flexhex_categories[FLEXHEX_N_CATEGORIES];
 
 /* Everything about an instance that changes and that an FMU state must bring back. It is the head
@@ -50,7 +57,7 @@ typedef struct {
 typedef struct {
   fmi2CallbackFunctions functions;
   uint64_t magic;
-  int logging, first_logging; /* categories now, and as instantiated */
+  int logging, first_logging; /* a bit for each category: now, and as instantiated */
   size_t block_size;
   flexhex_head *head; /* start of the block; the next three point into it */
   double *values, *pending;
@@ -64,39 +71,44 @@ typedef struct {
 } flexhex_instance;
 
 /* calls.c */
+/* Every function of FMI: its name here, its name, the phases in which it may be called */
+#define FLEXHEX_CALLS(X)                                                    \
+  X(SET_DEBUG_LOGGING, "fmi2SetDebugLogging", I | M | C | T)                \
+  X(SETUP_EXPERIMENT, "fmi2SetupExperiment", I)                             \
+  X(ENTER_INITIALIZATION_MODE, "fmi2EnterInitializationMode", I)            \
+  X(EXIT_INITIALIZATION_MODE, "fmi2ExitInitializationMode", M)              \
+  X(TERMINATE, "fmi2Terminate", C)                                          \
+  X(RESET, "fmi2Reset", I | M | C | T)                                      \
+  X(GET_REAL, "fmi2GetReal", M | C | T)                                     \
+  X(GET_INTEGER, "fmi2GetInteger", M | C | T)                               \
+  X(GET_BOOLEAN, "fmi2GetBoolean", M | C | T)                               \
+  X(GET_STRING, "fmi2GetString", M | C | T)                                 \
+  X(SET_REAL, "fmi2SetReal", I | M | C)                                     \
+  X(SET_INTEGER, "fmi2SetInteger", I | M | C)                               \
+  X(SET_BOOLEAN, "fmi2SetBoolean", I | M | C)                               \
+  X(SET_STRING, "fmi2SetString", I | M | C)                                 \
+  X(GET_FMU_STATE, "fmi2GetFMUstate", I | M | C | T)                        \
+  X(SET_FMU_STATE, "fmi2SetFMUstate", I | M | C | T)                        \
+  X(FREE_FMU_STATE, "fmi2FreeFMUstate", I | M | C | T)                      \
+  X(SERIALIZED_FMU_STATE_SIZE, "fmi2SerializedFMUstateSize", I | M | C | T) \
+  X(SERIALIZE_FMU_STATE, "fmi2SerializeFMUstate", I | M | C | T)            \
+  X(DESERIALIZE_FMU_STATE, "fmi2DeSerializeFMUstate", I | M | C | T)        \
+  X(GET_DIRECTIONAL_DERIVATIVE, "fmi2GetDirectionalDerivative", M | C | T)  \
+  X(SET_REAL_INPUT_DERIVATIVES, "fmi2SetRealInputDerivatives", I | M | C)   \
+  X(GET_REAL_OUTPUT_DERIVATIVES, "fmi2GetRealOutputDerivatives", C | T)     \
+  X(DO_STEP, "fmi2DoStep", C)                                               \
+  X(CANCEL_STEP, "fmi2CancelStep", 0)                                       \
+  X(GET_STATUS, "fmi2GetStatus", C | T)                                     \
+  X(GET_REAL_STATUS, "fmi2GetRealStatus", C | T)                            \
+  X(GET_INTEGER_STATUS, "fmi2GetIntegerStatus", C | T)                      \
+  X(GET_BOOLEAN_STATUS, "fmi2GetBooleanStatus", C | T)                      \
+  X(GET_STRING_STATUS, "fmi2GetStringStatus", C | T)                        \
+  X(FREE_INSTANCE, "fmi2FreeInstance", I | M | C | T)
 typedef enum {
-  FLEXHEX_SET_DEBUG_LOGGING,
-  FLEXHEX_SETUP_EXPERIMENT,
-  FLEXHEX_ENTER_INITIALIZATION_MODE,
-  FLEXHEX_EXIT_INITIALIZATION_MODE,
-  FLEXHEX_TERMINATE,
-  FLEXHEX_RESET,
-  FLEXHEX_GET_REAL,
-  FLEXHEX_GET_INTEGER,
-  FLEXHEX_GET_BOOLEAN,
-  FLEXHEX_GET_STRING,
-  FLEXHEX_SET_REAL,
-  FLEXHEX_SET_INTEGER,
-  FLEXHEX_SET_BOOLEAN,
-  FLEXHEX_SET_STRING,
-  FLEXHEX_GET_FMU_STATE,
-  FLEXHEX_SET_FMU_STATE,
-  FLEXHEX_FREE_FMU_STATE,
-  FLEXHEX_SERIALIZED_FMU_STATE_SIZE,
-  FLEXHEX_SERIALIZE_FMU_STATE,
-  FLEXHEX_DESERIALIZE_FMU_STATE,
-  FLEXHEX_GET_DIRECTIONAL_DERIVATIVE,
-  FLEXHEX_SET_REAL_INPUT_DERIVATIVES,
-  FLEXHEX_GET_REAL_OUTPUT_DERIVATIVES,
-  FLEXHEX_DO_STEP,
-  FLEXHEX_CANCEL_STEP,
-  FLEXHEX_GET_STATUS,
-  FLEXHEX_GET_REAL_STATUS,
-  FLEXHEX_GET_INTEGER_STATUS,
-  FLEXHEX_GET_BOOLEAN_STATUS,
-  FLEXHEX_GET_STRING_STATUS,
-  FLEXHEX_FREE_INSTANCE,
-  FLEXHEX_N_CALLS
+#define FLEXHEX_MEMBER(call, name, phases) FLEXHEX_##call,
+  FLEXHEX_CALLS(FLEXHEX_MEMBER)
+#undef FLEXHEX_MEMBER
+      FLEXHEX_N_CALLS
 } flexhex_call;
 
 /* The instance behind c when `call` is allowed now; NULL, with a message, when it is not. */
@@ -115,6 +127,8 @@ void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category 
                  const char *format, ...) FLEXHEX_PRINTF(4, 5);
 /* Say what is wrong, raise the output fault, return fmi2Error; nothing else changes. */
 fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
+/* Say what the FMU cannot do as wanted, return fmi2Discard; nothing changes, fault neither. */
+fmi2Status flexhex_discard(flexhex_instance *m, const char *format, ...) FLEXHEX_PRINTF(2, 3);
 
 /* advance.c */
 /* State and initial outputs from the parameters; false, refused, when those are wrong. */

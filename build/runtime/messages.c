@@ -8,8 +8,8 @@
 
 enum { TEXT_SIZE = 512 };
 
-const char *const flexhex_categories[FLEXHEX_N_CATEGORIES] = {"logStatusError", "logStatusWarning",
-                                                              "logEvents"};
+const char *const flexhex_categories[FLEXHEX_N_CATEGORIES] = {"logStatusError", "logStatusDiscard",
+                                                              "logStatusWarning", "logEvents"};
 
 const char *flexhex_number(char *text, double value) {
   if (isnan(value)) {
@@ -46,40 +46,42 @@ void flexhex_say(const fmi2CallbackFunctions *functions, const char *instance, f
   functions->logger(functions->componentEnvironment, instance, status, category, escaped);
 }
 
-static void compose(char *text, const flexhex_instance *m, const char *format, va_list values) {
+static void say_of(const flexhex_instance *m, fmi2Status status, flexhex_category category,
+                   const char *format, va_list values) {
+  char text[TEXT_SIZE];
   (void)vsnprintf(text, TEXT_SIZE, format, values);
   const size_t length = strlen(text);
   (void)snprintf(text + length, TEXT_SIZE - length, " (instance %s)", m->name);
-}
-
-static const char *category_name(flexhex_category category) {
-  return flexhex_categories[category == FLEXHEX_ERRORS ? 0 : category == FLEXHEX_WARNINGS ? 1 : 2];
+  flexhex_say(&m->functions, m->name, status, flexhex_categories[category], text);
 }
 
 void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category category,
                  const char *format, ...) {
-  if (!(m->logging & (int)category)) {
-    return;
+  if (m->logging & 1 << category) {
+    va_list values;
+    va_start(values, format);
+    say_of(m, status, category, format, values);
+    va_end(values);
   }
-  char text[TEXT_SIZE];
-  va_list values;
-  va_start(values, format);
-  compose(text, m, format, values);
-  va_end(values);
-  flexhex_say(&m->functions, m->name, status, category_name(category), text);
 }
 
 fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) {
-  char text[TEXT_SIZE];
-  va_list values;
-  va_start(values, format);
-  compose(text, m, format, values);
-  va_end(values);
   m->head->refused = 1;
   if (m->values[m->n_values - 1] == 0.0) {
     m->values[m->n_values - 1] = 1.0; /* a fault of the room says more */
   }
   /* not subject to loggingOn: whoever ignores the status finds the reason at least here */
-  flexhex_say(&m->functions, m->name, fmi2Error, category_name(FLEXHEX_ERRORS), text);
+  va_list values;
+  va_start(values, format);
+  say_of(m, fmi2Error, FLEXHEX_ERRORS, format, values);
+  va_end(values);
   return fmi2Error;
+}
+
+fmi2Status flexhex_discard(flexhex_instance *m, const char *format, ...) {
+  va_list values;
+  va_start(values, format);
+  say_of(m, fmi2Discard, FLEXHEX_DISCARDS, format, values);
+  va_end(values);
+  return fmi2Discard;
 }

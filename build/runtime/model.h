@@ -10,7 +10,7 @@ typedef struct {
   const char *name;
   int size; /* 0: scalar, else an array of that many */
   flexhex_kind kind;
-  double min, max; /* of every element; infinite: not bounded */
+  double min, max; /* of every element; -DBL_MAX, DBL_MAX: not bounded */
   const char *unit;
 } flexhex_variable;
 

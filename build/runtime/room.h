@@ -7,6 +7,13 @@
 #include <stddef.h>
 #include <stdio.h>
 
+#ifdef __cplusplus
+#define restrict __restrict /* C++ has it under this name only */
+#define FLEXHEX_C extern "C"
+#else
+#define FLEXHEX_C
+#endif
+
 typedef struct {
   /* bytes of the structs of step.c; the first three are plain arrays of double */
   size_t parameters, inputs, outputs, state;

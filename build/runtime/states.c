@@ -26,7 +26,7 @@ enum { VERSION = 1, BYTE_ORDER_MARK = 0x01020304 };
 
 /* FNV-1a, 64 bits (Fowler, Noll, Vo) */
 static uint64_t hash(uint64_t seed, const void *data, size_t size) {
-  const unsigned char *byte = data;
+  const unsigned char *byte = (const unsigned char *)data;
   for (size_t k = 0; k < size; ++k) {
     seed = (seed ^ byte[k]) * UINT64_C(0x100000001b3);
   }
@@ -51,17 +51,19 @@ static envelope envelope_of(const flexhex_instance *m, const void *block) {
 
 static snapshot *allocate(const flexhex_instance *m) {
   const size_t size = sizeof(snapshot) + m->block_size;
-  snapshot *s =
+  void *memory =
       m->functions.allocateMemory ? m->functions.allocateMemory(1, size) : calloc(1, size);
+  snapshot *s = (snapshot *)memory;
   if (s) {
-    *s = (snapshot){&FLEXHEX_MODEL, m->block_size, STATE_MAGIC, 0};
+    const snapshot head = {&FLEXHEX_MODEL, m->block_size, STATE_MAGIC, 0};
+    *s = head;
   }
   return s;
 }
 
 /* The state when it is one of this FMU; NULL, with a message, when it is not. */
 static snapshot *own(flexhex_instance *m, flexhex_call call, fmi2FMUstate state) {
-  snapshot *s = state;
+  snapshot *s = (snapshot *)state;
   if (!s) {
     (void)flexhex_refuse(m, "%s: the state is NULL", flexhex_call_name(call));
     return NULL;

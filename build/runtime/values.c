@@ -1,7 +1,6 @@
 /* fmi2GetReal and fmi2SetReal: a call is checked whole before anything is stored. */
 #include "instance.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { LABEL_SIZE = 128 };
@@ -49,7 +48,7 @@ static fmi2Status refuse_value(flexhex_instance *m, fmi2ValueReference vr, doubl
   char text[LABEL_SIZE], number[FLEXHEX_NUMBER_SIZE], low[FLEXHEX_NUMBER_SIZE];
   char high[FLEXHEX_NUMBER_SIZE];
   const char *name = label(m, vr, text), *is = flexhex_number(number, value);
-  if (isinf(v->min) && isinf(v->max)) {
+  if (v->min <= -DBL_MAX && v->max >= DBL_MAX) {
     return flexhex_refuse(m, "%s = %s%s%s, must be finite", name, is, space, unit);
   }
   return flexhex_refuse(m, "%s = %s%s%s, allowed %s to %s%s%s", name, is, space, unit,
@@ -125,8 +124,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
       }
       first = (fmi2ValueReference)m->first[m->owner[vr[k]]];
       count = v->size ? (fmi2ValueReference)v->size : 1;
-      low = v->min > -DBL_MAX ? v->min : -DBL_MAX;
-      high = v->max < DBL_MAX ? v->max : DBL_MAX;
+      low = v->min;
+      high = v->max;
     }
     /* written so that NaN is refused too */
     if (!(value[k] >= low && value[k] <= high)) {

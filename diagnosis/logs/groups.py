@@ -13,6 +13,7 @@ import numpy as np
 from scipy.signal import correlate
 
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log
+from flexhex.diagnosis.play import angle_noise
 
 COARSE = 0.005
 """Sample time [s] at which runs are compared."""
@@ -24,6 +25,8 @@ STEPS = 8
 NEAR = 20
 """Samples beside a coarse minimum among which the best is taken."""
 POINTS = 100_000
+MOVES = 8.0
+"""Standard deviations of its noise beyond which a signal moves: noise is no motion."""
 OTHER_UNIT = 20.0
 """Ratio of two passes' torques that no machine makes, but another unit does."""
 
@@ -197,8 +200,8 @@ def _coarse(channel: Channel) -> Array:
     columns = [np.interp(grid, time, column) for column in channel.values.T]
     values = np.column_stack(columns)
     values -= values.mean(axis=0)
-    # encoder noise is no motion
-    return values if np.abs(values).max() > 1e-4 else np.zeros_like(values)
+    noise = angle_noise(channel.values[:POINTS])
+    return values if (np.abs(values).max(axis=0) > MOVES * noise).any() else np.zeros_like(values)
 
 
 def _lag(a: Array, b: Array) -> int:

@@ -170,6 +170,6 @@ def _fill(key: tuple[Any, int | None, bool], parts: list[tuple[int, int]], to: A
 def _text(value: Any) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8", errors="replace")
-    if isinstance(value, np.ndarray) and value.size == 1:
-        return _text(value.ravel()[0])
+    if isinstance(value, np.ndarray):
+        return ", ".join(_text(each) for each in value.ravel())
     return str(value)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.kinds import Kinds
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -69,9 +70,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Options:
-    """What the user adds to a log: torque_constant [N m/A], one or one for each axis; units by
-    channel (`{"theta": "deg"}`), which outweigh the file's; rename: {name in the file: channel};
-    memory: bytes of samples to keep."""
+    """What the user adds to a log: torque_constant [N m/A, N/A], one or one for each axis; units by
+    channel (`{"theta": "deg"}`, or for each axis: `"rad, mm"`), which outweigh the file's; rename:
+    {name in the file: channel}; memory: bytes of samples to keep."""
 
     torque_constant: float | tuple[float, ...] | None = None
     units: Mapping[str, str] = field(default_factory=dict)
@@ -81,7 +82,9 @@ class Options:
 
 @dataclass(frozen=True)
 class Log:
-    """One run. channels: by name (`theta`, `tau_meas`, `r` ...); meta: what the file says.
+    """One run. channels: by name (`theta`, `tau_meas`, `r` ...); meta: what the file says; kinds:
+    of the axes, none where all turn. What has the unit rad or N m for an axis that turns is in m or
+    N for one that slides.
 
     shift [s]: time - shift is common to the passes of a trajectory; `group_runs` sets it.
     """
@@ -91,15 +94,16 @@ class Log:
     meta: Mapping[str, str] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     shift: float = 0.0
+    kinds: Kinds = ()
 
     @classmethod
-    def of(cls, name: str, ts: float, theta: Array, tau: Array) -> Log:
+    def of(cls, name: str, ts: float, theta: Array, tau: Array, kinds: Kinds = ()) -> Log:
         """A log of samples at hand: theta, tau (samples, n) [rad], [N m] every ts [s]."""
         made = {
             key: Channel(0.0, ts, values, np.ones(len(values), dtype=bool))
             for key, values in (("theta", theta), ("tau_meas", tau))
         }
-        return cls(name, made)
+        return cls(name, made, kinds=kinds)
 
     def __getitem__(self, name: str) -> Channel:
         if name not in self.channels:

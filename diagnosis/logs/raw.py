@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.logs.log import Array, Finding, Options
+from flexhex.diagnosis.logs.units import each_unit
 from flexhex.fmus.common.errors import LogError
 
 CHANNELS = (
@@ -35,14 +36,14 @@ _UNIT = re.compile(
 @dataclass
 class Table:
     """Channels that share one time column. time (samples,) in `unit`; values: (samples, width)
-    by channel; units: as the file has them; joins: rows at which a stretch begins that does not
-    follow the row before it."""
+    by channel; units: of its axes, as the file has them; joins: rows at which a stretch begins that
+    does not follow the row before it."""
 
     where: str
     time: Array
     unit: str
     values: dict[str, Array] = field(default_factory=dict)
-    units: dict[str, str] = field(default_factory=dict)
+    units: dict[str, tuple[str, ...]] = field(default_factory=dict)
     joins: tuple[int, ...] = ()
 
 
@@ -57,11 +58,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to read for one time column: keys by channel in the order of the axes."""
+    """What to read for one time column: keys and units by channel in the order of the axes."""
 
     time: Column
     keys: Mapping[str, tuple[Any, ...]]
-    units: Mapping[str, str]
+    units: Mapping[str, tuple[str, ...]]
 
     @property
     def columns(self) -> int:
@@ -108,7 +109,7 @@ def plan(
 ) -> tuple[Plan, list[Finding]]:
     """Sort the columns beside one time column into channels; what is not ours is a finding.
 
-    LogError when a channel has an axis twice, a number is missing or units differ.
+    LogError when a channel has an axis twice or a number is missing.
     """
     found: dict[str, dict[int, Column]] = {}
     extra: list[str] = []
@@ -128,11 +129,10 @@ def plan(
     for name, axes in found.items():
         findings += _numbers(where, name, axes)
         ordered = [axes[k] for k in sorted(axes)]
-        different = {column.unit for column in ordered}
-        if len(different) > 1:
-            raise LogError(f"{where}: {name} has the units {sorted(different)}: make them one")
         keys[name] = tuple(column.key for column in ordered)
-        units[name] = ordered[0].unit
+        # an array has one text for all its axes: `rad, m`
+        texts = [each_unit(where, name, column.unit, len(ordered)) for column in ordered]
+        units[name] = tuple(of[k] for k, of in enumerate(texts))
     return Plan(time, keys, units), findings
 
 

@@ -7,13 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
+from flexhex.diagnosis.kinds import ROTARY, Kinds
 from flexhex.diagnosis.logs.clock import Clock, clock_of
 from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
-from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
+from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.raw import Raw, Table, texts
 from flexhex.diagnosis.logs.stamps import stamped
-from flexhex.diagnosis.logs.units import SI, TORQUES, factor, is_current, torque_constant
+from flexhex.diagnosis.logs.units import (
+    SI,
+    TORQUES,
+    each_unit,
+    factor,
+    is_current,
+    kind_of,
+    torque_constant,
+)
 from flexhex.diagnosis.logs.values import clipped, filled, judged, jumps
 from flexhex.fmus.common.errors import LogError, unreadable
 
@@ -55,6 +64,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
     findings, meta = list(raw.findings), texts(raw.meta)
     channels: dict[str, Channel] = {}
     clocks: dict[str, Clock] = {}
+    kinds = _kinds(raw, options)
     for table in raw.tables:
         if not table.values:
             continue
@@ -66,7 +76,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
         for channel in list(table.values):
             if channel in channels:
                 raise LogError(f"{table.where}: {channel} stands there twice: keep one of them")
-            made = _channel(table, channel, clock, meta, options, findings)
+            made = _channel(table, channel, clock, (kinds, meta, options), findings)
             if made is not None:
                 channels["tau_meas" if channel == "current" else channel] = made
             del table.values[channel]
@@ -74,26 +84,50 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
     if options.torque_constant is not None and not any(
         "torque constant" in str(f) for f in findings
     ):
-        text = "the torque constant that was given is not used: torques are in N m"
+        units = " and ".join(dict.fromkeys(kind.unit("N m") for kind in kinds))
+        text = f"the torque constant that was given is not used: torques are in {units}"
         findings.append(Finding("units", name, text, True))
-    findings += compared(name, clocks) + judged(name, channels) + delays(name, channels)
-    return Log(name, channels, meta, tuple(findings))
+    findings += compared(name, clocks) + judged(name, channels, kinds)
+    findings += delays(name, channels)
+    return Log(name, channels, meta, tuple(findings), kinds=kinds)
+
+
+def _kinds(raw: Raw, options: Options) -> Kinds:
+    """What each axis moves along, by the units of its positions; () without such a channel."""
+    for table in raw.tables:
+        if "theta" in table.values:
+            units = _units(table, "theta", options)
+            return tuple(kind_of("theta", unit) or ROTARY for unit in units)
+    return ()
+
+
+def _units(table: Table, name: str, options: Options) -> tuple[str, ...]:
+    """Unit of each axis of a channel, as the user or the file says."""
+    if name not in options.units:
+        return table.units[name]
+    return each_unit(f"--unit {name}", name, options.units[name], table.values[name].shape[1])
 
 
 def _channel(
     table: Table,
     name: str,
     clock: Clock,
-    meta: dict[str, str],
-    options: Options,
+    known: tuple[Kinds, dict[str, str], Options],
     findings: list[Finding],
 ) -> Channel | None:
-    """One channel in SI units on its clock, or None when it is left out with a finding."""
-    where, values = table.where, table.values[name]
-    unit = options.units.get(name, table.units[name])
-    current = name == "current" or is_current(name, unit)
+    """One channel in SI units on its clock, or None when it is left out with a finding.
+
+    known: kinds of the axes, metadata and options of the log.
+    """
+    kinds, _, options = known
+    where, values, units = table.where, table.values[name], _units(table, name, options)
+    currents = [name == "current" or is_current(name, unit) for unit in units]
     try:
-        scale = factor(where, "current" if current else name, unit)
+        if any(currents) and not all(currents):
+            raise LogError(f"{where}: {name} is a current on some axes only: make all of them one")
+        of = "current" if any(currents) else name
+        scale = np.array([factor(where, of, unit, k) for k, unit in enumerate(units, start=1)])
+        _same_kind(where, name, units, kinds)
     except LogError as error:
         if name in (*NEEDED, "current"):
             raise
@@ -101,49 +135,76 @@ def _channel(
             Finding("units", where, f"{error}; not used".removeprefix(f"{where}: "), False)
         )
         return None
-    if current:
-        values *= scale * _constants(where, name, values.shape[1], meta, options, findings)
-    elif scale != 1.0:
+    if any(currents):
+        values *= scale * _constants(where, name, values.shape[1], known, findings)
+    elif (scale != 1.0).any():
         values *= scale
-        findings.append(
-            Finding("units", where, f"{name} converted from {unit} to {SI[name]}", True)
-        )
+        text = _converted(name, units, scale, kinds)
+        findings.append(Finding("units", where, text, True))
     channel, more = filled(where, name, clock.channel(values))
     findings += more
     if name == "theta":
         channel, slips = jumps(where, channel)
         findings += slips
-    if name in TORQUES or current:
-        channel, more = clipped(where, "tau_meas" if current else name, channel)
+    if name in TORQUES or any(currents):
+        channel, more = clipped(where, "tau_meas" if any(currents) else name, channel)
         findings += more
     if more and more[0].kind == "nan" and "no numbers" in more[0].text:
         return None
     return channel
 
 
+def _same_kind(where: str, name: str, units: tuple[str, ...], kinds: Kinds) -> None:
+    """LogError where a unit is not one of the axis' kind: a torque for a position in mm."""
+    for k, (unit, kind) in enumerate(zip(units, kinds, strict=False), start=1):
+        if kind_of(name, unit) not in (kind, None):
+            raise LogError(
+                f"{where}: {name}[{k}] is in {unit!r}, but theta[{k}] in a unit of a {kind.name}"
+                f" axis, which wants {kind.unit(SI[name])!r} here: correct one of them in the file"
+                f" or with --unit {name}=UNIT"
+            )
+
+
+def _converted(name: str, units: tuple[str, ...], scale: Array, kinds: Kinds) -> str:
+    """What is said of a conversion: of the channel, or axis by axis where they differ."""
+    listed = [kind.unit(SI[name]) for kind in (*kinds, *(ROTARY,) * len(units))]
+    if len(set(units)) == 1:
+        return f"{name} converted from {units[0]} to {listed[0]}"
+    changed = [k for k in range(len(units)) if scale[k] != 1.0]
+    return ", ".join(f"{name}[{k + 1}] converted from {units[k]} to {listed[k]}" for k in changed)
+
+
 def _constants(
     where: str,
     name: str,
     width: int,
-    meta: dict[str, str],
-    options: Options,
+    known: tuple[Kinds, dict[str, str], Options],
     findings: list[Finding],
-) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Torque constants (width,) [N m/A] from the options or the file."""
-    given = options.torque_constant
+) -> Array:
+    """Torque or force constants (width,) [N m/A, N/A] from the options or the file."""
+    kinds, meta, options = known
+    wanted = (*kinds, *(ROTARY,) * width)[:width]
+    given, of = options.torque_constant, wanted
     if given is None and "torque_constant" in meta:
-        given = torque_constant(where, meta["torque_constant"])
+        given, of = torque_constant(where, meta["torque_constant"])
     if given is None:
         raise LogError(
             f"{where}: {name} is a current in A and no torque constant is known: write"
-            " `torque_constant: 3.0 N m/A` into the metadata or give --torque-constant"
-            " (the machine file's drive.K_t, if it is the same drive)"
+            f" `torque_constant: 3.0 {wanted[0].unit('N m')}/A` into the metadata or give"
+            " --torque-constant (the machine file's drive.K_t, if it is the same drive)"
         )
     constants = np.atleast_1d(np.asarray(given, dtype=np.float64))
     if len(constants) not in (1, width):
         raise LogError(f"{where}: {len(constants)} torque constants for {width} axes")
+    if any(mine is not own for mine, own in zip(of * width, wanted, strict=False)):
+        units = ", ".join(f"{kind.unit('N m')}/A" for kind in wanted)
+        raise LogError(
+            f"{where}: torque_constant is {meta['torque_constant']!r}, wanted in {units}, axis by"
+            " axis: theta says what each axis moves along"
+        )
+    unit = "/A, ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
     shown = ", ".join(f"{k:.6g}" for k in constants)
-    text = f"{name} in A times the torque constant {shown} N m/A"
+    text = f"{name} in A times the torque constant {shown} {unit}/A"
     findings.append(Finding("units", where, text, True))
     return np.broadcast_to(constants, (width,))
 

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
+from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind
 from flexhex.fmus.common.errors import LogError
 
 TURN = 2 * math.pi
@@ -31,16 +32,30 @@ RATE = {
     "rev/min": TURN / 60,
     "rev/s": TURN,
 }
+LENGTH = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+SPEED = {
+    "m/s": 1.0,
+    "mm/s": 1e-3,
+    "um/s": 1e-6,
+    "nm/s": 1e-9,
+    "m/min": 1 / 60,
+    "mm/min": 1e-3 / 60,
+}
 TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mNm": 1e-3, "kN m": 1e3, "kNm": 1e3}
+FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6}
 CURRENT = {"A": 1.0, "mA": 1e-3}
+MOVING: Mapping[str, Mapping[Kind, Mapping[str, float]]] = {
+    "theta": {ROTARY: ANGLE, LINEAR: LENGTH},
+    "r": {ROTARY: ANGLE, LINEAR: LENGTH},
+    "thetad": {ROTARY: RATE, LINEAR: SPEED},
+    "tau_meas": {ROTARY: TORQUE, LINEAR: FORCE},
+    "tau": {ROTARY: TORQUE, LINEAR: FORCE},
+    "tau_ff": {ROTARY: TORQUE, LINEAR: FORCE},
+}
+"""Channels whose unit says what an axis moves along."""
 KNOWN: Mapping[str, Mapping[str, float]] = {
     "time": TIME,
-    "theta": ANGLE,
-    "r": ANGLE,
-    "thetad": RATE,
-    "tau_meas": TORQUE,
-    "tau": TORQUE,
-    "tau_ff": TORQUE,
+    **{name: {**of[ROTARY], **of[LINEAR]} for name, of in MOVING.items()},
     "current": CURRENT,
     "payload": {"kg": 1.0, "g": 1e-3},
     "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "celsius": 1.0},
@@ -51,7 +66,6 @@ WHY = {
     "nm": "nanometres, or N m?",
     "mnm": "mN m, or MN m?",
     "grad": "degrees (German) or gon?",
-    "m": "metres or minutes?",
     "counts": "counts need their size",
     "count": "counts need their size",
     "inc": "increments need their size",
@@ -60,37 +74,52 @@ WHY = {
     "-": "a number without unit",
 }
 ANY_CASE = {"rad", "deg", "rev", "rpm", "rad/s", "deg/s", "sec", "seconds", "degrees"}
-LINEAR = {"m", "mm", "um", "cm", "m/s", "mm/s"}
-"""Units of axes that move along a line."""
+CONSTANTS = {
+    "Nm/A": (1.0, ROTARY),
+    "mNm/A": (1e-3, ROTARY),
+    "N/A": (1.0, LINEAR),
+    "mN/A": (1e-3, LINEAR),
+}
 TORQUES = ("tau_meas", "tau", "tau_ff")
 
 
-def factor(where: str, channel: str, unit: str) -> float:
+def factor(where: str, channel: str, unit: str, axis: int = 1) -> float:
     """What a value in `unit` is multiplied by to be SI. LogError when that is not certain."""
     found = _look_up(KNOWN[channel], unit)
     if found is not None:
         return found
-    wanted = SI[channel]
+    wanted = " or ".join(repr(kind.unit(SI[channel])) for kind in MOVING.get(channel, (ROTARY,)))
+    named = channel if channel in ("time", "payload", "temperature") else f"{channel}[{axis}]"
     if not unit.strip():
         raise LogError(
-            f"{where}: {channel} has no unit, wanted {wanted!r}: give it in the file"
+            f"{where}: {channel} has no unit, wanted {wanted}: give it in the file"
             " (a row of units, an attribute `unit`) or with"
-            f" --unit {channel}={wanted.replace(' ', '')}"
-        )
-    if (channel in ("theta", "thetad", "r") and plain_unit(unit) in LINEAR) or (
-        channel in TORQUES and plain_unit(unit) in ("N", "kN")
-    ):
-        raise LogError(
-            f"{where}: {channel}[1] is in {unit!r}, wanted {wanted!r}: only rotary axes are"
-            f" supported so far, no linear ones; if the unit is wrong, give it: --unit"
-            f" {channel}={wanted.replace(' ', '')}"
+            f" --unit {channel}={SI[channel].replace(' ', '')}"
         )
     reason = WHY.get(unit.strip().lower(), "not a unit that is known here")
-    named = f"{channel}[1]" if channel not in ("time", "payload", "temperature") else channel
     raise LogError(
-        f"{where}: {named} is in {unit!r}, wanted {wanted!r} ({reason}): convert it, or say what"
+        f"{where}: {named} is in {unit!r}, wanted {wanted} ({reason}): convert it, or say what"
         f" it is with --unit {channel}=UNIT ({', '.join(KNOWN[channel])})"
     )
+
+
+def kind_of(channel: str, unit: str) -> Kind | None:
+    """Kind of an axis whose channel has this unit; None where it says nothing."""
+    of_kind = MOVING.get(channel, {})
+    return next((kind for kind, of in of_kind.items() if _look_up(of, unit) is not None), None)
+
+
+def each_unit(where: str, channel: str, text: str, count: int) -> tuple[str, ...]:
+    """Units of all axes of a channel: one for all, or one for each with commas between them."""
+    listed = tuple(part.strip() for part in text.split(","))
+    if len(listed) == 1:
+        return listed * count
+    if len(listed) != count:
+        raise LogError(
+            f"{where}: {channel} has {len(listed)} units ({text}) for"
+            f" {count} {'axis' if count == 1 else 'axes'}: give one for all, or one for each"
+        )
+    return listed
 
 
 def is_current(channel: str, unit: str) -> bool:
@@ -114,18 +143,25 @@ def _look_up(known: Mapping[str, float], unit: str) -> float | None:
     return known.get(spaced)
 
 
-def torque_constant(where: str, text: str) -> tuple[float, ...]:
-    """`3.0 N m/A`, or a number for each axis, [N m/A]. LogError when it cannot be read."""
-    found = re.match(r"^\s*((?:[-+.\deE]+[\s,;]*)+)\s*(.*?)\s*$", text)
-    unit = re.sub(r"[\s*.·]", "", found[2]) if found else ""
-    scale = {"Nm/A": 1.0, "mNm/A": 1e-3}.get(unit)
-    try:
-        values = (
-            tuple(float(word) for word in re.split(r"[\s,;]+", found[1].strip())) if found else ()
+def torque_constant(where: str, text: str) -> tuple[tuple[float, ...], tuple[Kind, ...]]:
+    """`3.0 N m/A`, `60 N/A`, or a number for each axis, [N m/A] or [N/A], and for which kinds of
+    axis each is. A unit also stands for the numbers before it. LogError when it cannot be read."""
+    values, kinds, unit = list[float](), list[Kind](), ""
+    for piece in reversed(re.split(r"[,;]", text)):
+        found = re.match(r"^\s*((?:[-+.\deE]+\s*)+)([A-Za-z].*)?$", piece)
+        unit = re.sub(r"[\s*.·]", "", (found and found[2]) or "") or unit
+        scale, kind = CONSTANTS.get(unit, (math.nan, ROTARY))
+        for number in reversed(found[1].split() if found else ["nan"]):
+            values, kinds = [scale * _number(number), *values], [kind, *kinds]
+    if not all(math.isfinite(v) and v > 0 for v in values):
+        raise LogError(
+            f"{where}: torque_constant is {text!r}, wanted for instance '3.0 N m/A' or '60 N/A'"
         )
+    return tuple(values), tuple(kinds)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
     except ValueError:
-        values = ()
-    good = scale is not None and values and all(math.isfinite(v) and v > 0 for v in values)
-    if not good or scale is None:
-        raise LogError(f"{where}: torque_constant is {text!r}, wanted for instance '3.0 N m/A'")
-    return tuple(scale * v for v in values)
+        return math.nan

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kinds
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Mask
 from flexhex.fmus.common.errors import LogError
 
@@ -23,8 +24,11 @@ FINEST = 1e-6
 """Smallest step of a torque that counts, relative to its range."""
 FOLLOWS, STRANGER = 0.1, 0.3
 """Relative difference below which an angle follows a reference, and above which it does not."""
-LARGEST = {"theta": 20.0, "r": 20.0, "tau_meas": 1e4}
-"""Beyond these [rad], [N m] the unit is in doubt."""
+LARGEST = {
+    ROTARY: {"theta": 20.0, "r": 20.0, "tau_meas": 1e4},
+    LINEAR: {"theta": 100.0, "r": 100.0, "tau_meas": 1e5},
+}
+"""Beyond these [rad], [N m]; [m], [N] the unit is in doubt."""
 SHORT = 1.0
 
 
@@ -134,7 +138,7 @@ def _steep(column: Array, a: int, b: int, step: float) -> bool:
     return bool(min(max(into, out), near * 2) * length / 2 > 4 * step)
 
 
-def judged(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
+def judged(where: str, channels: Mapping[str, Channel], kinds: Kinds) -> list[Finding]:
     """Constant channels, ranges that suggest another unit, short runs, swapped axes."""
     notes: list[Finding] = []
     for name, channel in channels.items():
@@ -144,7 +148,8 @@ def judged(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
         for axis, column in enumerate(channel.values.T):
             used = column[channel.valid]  # one axis at a time: long logs are large
             low, high = float(used.min()), float(used.max())
-            if name in LARGEST and max(-low, high) > LARGEST[name]:
+            largest = LARGEST[kinds[axis] if axis < len(kinds) else ROTARY]
+            if name in largest and max(-low, high) > largest[name]:
                 text = f"{name}[{axis + 1}] reaches {max(-low, high):.4g}: is its unit right?"
                 notes.append(Finding("range", where, text, False))
             if name in NEEDED and low == high:

@@ -1,38 +1,27 @@
-"""The search: the simplest hypothesis that predicts best is accepted, until nothing gains.
-
-    y = B q + accepted terms + what is asked for + noise
-
-Every hypothesis answers the same question: how much better does it predict trajectories that it was
-not fitted to, and how large is it?
-"""
+"""What is accepted of the hypotheses of a round: the simplest of those that predict best."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import log
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.evidence import predicted, tried
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.evidence import evidences, tried
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
     EffectHypothesis,
     Hypotheses,
-    Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.payload import payload_score
-from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import (
     Score,
     change_score,
     effect_score,
-    effect_term,
-    generic_score,
 )
 
 Array = NDArray[np.float64]
@@ -41,125 +30,47 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Accepted:
-    """A hypothesis that was chosen, and those that predict equally well."""
+    """A hypothesis that was chosen in a round (from 1), and those that predict equally well."""
 
     score: Score
     rivals: tuple[Score, ...]
+    round: int
 
 
-@dataclass(frozen=True)
-class Rest:
-    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
-    standard errors it stands above zero."""
+def chosen(
+    moments: Moments,
+    known: Sequence[Score],
+    scores: Sequence[Score],
+    least: float,
+    number: int,
+    criteria: Criteria,
+) -> Accepted | None:
+    """What is accepted of the scores of a round beside those that are known; least [nats]."""
+    alone = unrepeated(moments, known)
+    for score in scores:
+        if passes(score, known, least, criteria) and score.gain > alone[score.hypothesis.axis]:
+            return simplest(score, scores, number, criteria)
+    return None
 
-    size: float
-    deviations: float
 
-    def matters(self, criteria: Criteria) -> bool:
-        """Whether it is large and sure enough."""
-        return self.size > criteria.smallest_rest and self.deviations > criteria.deviations
+def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteria) -> bool:
+    """Whether a hypothesis is large enough and predicts well enough beside those that are known.
 
-
-@dataclass(frozen=True)
-class Selection:
-    """What was chosen, in its order; what is left on each axis, before and after; all scores of
-    every round, from the last payload on. bench: of the base model with the payloads that were
-    found.
-
-    arbitrated: there was another trajectory to predict. alone: of each axis the generic hypothesis
-    in place of what was accepted there; beside: the same beside all that was accepted.
+    An effect that is there already, on another axis or with another shape, is no surprise, and as
+    a whole it is large enough.
     """
-
-    accepted: tuple[Accepted, ...]
-    arbitrated: bool
-    alone: tuple[Score, ...]
-    beside: tuple[Score, ...]
-    before: tuple[Rest, ...]
-    rest: tuple[Rest, ...]
-    rounds: tuple[tuple[Score, ...], ...]
-    bench: Bench
-    payloads: tuple[Accepted, ...] = ()
+    again = any(k.hypothesis.id == score.hypothesis.id for k in known)
+    least = log(criteria.odds) if again else least
+    large = again or score.size > criteria.smallest_effect
+    least += log(score.hypothesis.choices) + blurred(score, known, criteria)
+    return large and score.gain > least and shown(score, criteria)
 
 
-def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
-    """Accept hypotheses until none gains enough on left-out trajectories.
-
-    With a payload all begins anew: what was accepted without it may have taken its place.
-    """
-    payloads = list[Accepted]()
-    while True:
-        found = _selected(bench, criteria, say)
-        if not isinstance(found, Accepted):
-            return replace(found, payloads=tuple(payloads))
-        assert isinstance(found.score.hypothesis, Payload)
-        payloads.append(found)
-        bench = found.score.hypothesis.bench
-
-
-def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Accepted:
-    """The same beside one base model, up to the first payload."""
-    rows = Rows.of(bench.made)
-    hypotheses = Hypotheses(bench, rows)
-    moments = hypotheses.moments
-    before = rest_of(moments)
-    least = enough(hypotheses, criteria)
-    accepted, rounds = list[Accepted](), list[tuple[Score, ...]]()
-    while len(accepted) < criteria.most:
-        say(f"effects, round {len(rounds) + 1}")
-        scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
-        rounds.append(tuple(scores))
-        known = [each.score for each in accepted]
-        passed = [s for s in scores if passes(s, least + blurred(s, known, criteria), criteria)]
-        if not passed:
-            break
-        found = simplest(passed[0], scores, criteria)
-        if isinstance(found.score.hypothesis, Payload):
-            return found
-        accepted.append(found)
-        moments = with_accepted(moments, found.score, criteria)
-    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
-    axes = range(rows.n)
-    others = [[a for a in accepted if a.score.hypothesis.axis != axis] for axis in axes]
-    alone = [
-        generic_score(rebuilt(hypotheses, own, criteria), hypotheses.generic(axis))
-        for axis, own in zip(axes, others, strict=True)
-    ]
-    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
-    return Selection(
-        tuple(accepted),
-        arbitrated,
-        tuple(alone),
-        tuple(beside),
-        before,
-        rest_of(moments),
-        tuple(rounds),
-        bench,
-    )
-
-
-def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
-    """The same beside a payload, if the runs show one before any effect is known."""
-    hypotheses = Hypotheses(bench, Rows.of(bench.made))
-    score = payload_score(hypotheses.moments, hypotheses, (), criteria)
-    if score is None or not passes(score, enough(hypotheses, criteria), criteria):
-        return bench
-    assert isinstance(score.hypothesis, Payload)
-    return score.hypothesis.bench
-
-
-def rebuilt(hypotheses: Hypotheses, accepted: Sequence[Accepted], criteria: Criteria) -> Moments:
-    """The model with these accepted."""
-    moments = hypotheses.moments
-    for each in accepted:
-        moments = with_accepted(moments, each.score, criteria)
-    return moments
-
-
-def passes(score: Score, least: float, criteria: Criteria) -> bool:
-    """Whether a hypothesis is large enough, and predicts well enough on more than one fold."""
-    large = score.size > criteria.smallest_effect
-    least += log(score.hypothesis.choices)
-    return large and score.gain > least and score.elsewhere > log(criteria.odds)
+def shown(score: Score, criteria: Criteria) -> bool:
+    """Whether more than one fold shows a hypothesis, and none speaks against it by more than errors
+    in its form."""
+    unsure, error = log(criteria.odds), form_error(score, criteria)
+    return score.elsewhere > unsure and score.worst > -unsure - error**2 * score.gain
 
 
 def form_error(score: Score, criteria: Criteria) -> float:
@@ -177,25 +88,29 @@ def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
 
 
 def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
-    """Least gain [nats] of a hypothesis that is accepted: all together raise as few false alarms as
-    wanted."""
+    """Least gain [nats] of a hypothesis that is accepted: all together, and a payload, raise as few
+    false alarms as wanted."""
     axes = (*range(hypotheses.rows.n), None)
     count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes) + 1
     return float(np.log(count / criteria.false_alarms))
 
 
 def one_round(
-    moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
+    moments: Moments,
+    hypotheses: Hypotheses,
+    known: Sequence[Score],
+    criteria: Criteria,
+    axes: Sequence[int | None] = (),
 ) -> list[Score]:
-    """Scores of the most promising hypotheses of each axis, best first."""
-    payload = payload_score(moments, hypotheses, known, criteria)
-    found = [payload] if payload else list[Score]()
-    for axis in (*range(moments.rows.n), None):
+    """Scores of the most promising hypotheses of each axis, best first; axes: of these alone."""
+    found = list[Score]()
+    for axis in axes or (*range(moments.rows.n), None):
         listed = []
         for effect in hypotheses.effects(axis):
             if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
                 fits = tried(moments, effect)
-                listed.append((float(predicted(moments, fits).sum()), effect, fits))
+                whole, without = evidences(fits, moments.rows.folds)
+                listed.append((float((whole - without).sum()), effect, fits))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
@@ -210,7 +125,7 @@ def _place(score: Score) -> tuple[str, int | None]:
     return score.hypothesis.id, score.hypothesis.axis
 
 
-def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accepted:
+def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
     """The hypothesis with the fewest free numbers of those that predict as well as the best one on
     its axis; the others are its rivals, but for those that only extend it."""
     axis = best.hypothesis.axis
@@ -223,13 +138,39 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
             and as_good(score, best, criteria)
         )
     ]
-    chosen = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
-    rivals = [
-        score
-        for score in near
-        if score is not chosen and score.hypothesis.extends != chosen.hypothesis.id
-    ]
-    return Accepted(chosen, tuple(rivals))
+    first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
+    rivals = [s for s in near if s is not first and s.hypothesis.extends != first.hypothesis.id]
+    return Accepted(first, tuple(rivals), number)
+
+
+def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
+    """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
+
+    Noise moves the joints as well and is in the columns. What explains less than half of all that
+    is left may be the answer of the feedback to it, and so may all beside an effect that is known.
+    """
+    rows, q = moments.rows, moments.fit(None).q
+    if rows.pairs.nnz:
+        return dict.fromkeys([None, *range(rows.n)], 0.0)
+    left = [float(((rows.white_y[i] - moments.white_X[i] @ q) ** 2).sum()) for i in range(rows.n)]
+    taken = {k.hypothesis.axis for k in known}
+    least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
+    return {None: sum(left) / 4, **dict(enumerate(least))}
+
+
+def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
+    """The same, with the name that most axes can have where several that are equally simple would
+    do on each: one cause is simpler than two."""
+    places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
+    count = Counter(name for own in places for name in own)
+    found = []
+    for each, own in zip(accepted, places, strict=True):
+        first = each.score.hypothesis
+        same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
+        name = max(same, key=lambda name: (count[name], name == first.id))
+        rivals = tuple(score for score in own.values() if score is not own[name])
+        found.append(Accepted(own[name], rivals, each.round))
+    return found
 
 
 def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
@@ -237,28 +178,3 @@ def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
     the form of either."""
     error = max(form_error(score, criteria), form_error(best, criteria))
     return best.gain - score.gain < log(criteria.odds) + error**2 * best.gain
-
-
-def with_accepted(moments: Moments, score: Score, criteria: Criteria) -> Moments:
-    """The model with a hypothesis accepted."""
-    hypothesis = score.hypothesis
-    if isinstance(hypothesis, ChangedParameter):
-        return moments.loosened(hypothesis.places, criteria.loose**-2.0)
-    assert isinstance(hypothesis, EffectHypothesis)
-    return moments.extended(effect_term(moments, hypothesis, score.shape))
-
-
-def rest_of(moments: Moments) -> tuple[Rest, ...]:
-    """What repeats of each axis in the fit to all folds and is explained by nothing."""
-    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
-    weight = float(pairs.sum()) or np.inf
-    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
-    found = []
-    for i in range(rows.n):
-        left = rows.y[i] - moments.X[i] @ q
-        white = rows.white_y[i] - moments.white_X[i] @ q
-        size = np.sqrt(max(float(left @ (pairs @ left)) / weight, 0.0)) / rows.torque_rms[i]
-        # whitened noise has a variance of one
-        sure = float(white @ (pairs @ white)) / chance
-        found.append(Rest(float(size), sure))
-    return tuple(found)

@@ -10,7 +10,9 @@ class Criteria:
     """Sizes are RMS of torque (force), relative to that of the axis; evidence is in nats.
 
     smallest_effect: smallest effect that is worth a name, beyond what the base model takes up.
-    smallest_rest: smallest repeatable residual that is worth a word.
+    smallest_rest: smallest repeatable residual that is worth a word where nothing is named.
+    largest_rest: largest one, relative to the torque of the one effect that is named, that leaves
+    it its name; of several, divided by their number.
     deviations: standard errors that a repeatable residual must stand above zero.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.
     odds: two hypotheses whose evidence differs by less than this factor are not told apart.
@@ -23,6 +25,7 @@ class Criteria:
 
     smallest_effect: float = 0.003
     smallest_rest: float = 0.004
+    largest_rest: float = 0.3
     deviations: float = 4.0
     false_alarms: float = 0.01
     odds: float = 20.0

@@ -13,7 +13,7 @@ the others, with their uncertainty.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations
 
@@ -60,9 +60,11 @@ def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
 def free(moments: Moments, effect: EffectHypothesis) -> Array:
     """Inverse variances (shapes, k) of an effect's gains: its torque may be as large as all that
     the axis feels."""
-    squares = np.sum([(own**2).mean(axis=1) for own in effect.white.values()], axis=0)
-    torque = np.mean([moments.rows.white_rms[i] ** 2 for i in effect.white])
-    return np.asarray(np.maximum(squares, 1e-300) / torque)
+    rows = moments.rows
+    own = np.sum([effect.products(rows, fold).own for fold in rows.folds], axis=0)
+    squares = np.diagonal(own, axis1=1, axis2=2) / rows.count
+    torque = np.mean([rows.white_rms[i] ** 2 for i in effect.felt])
+    return np.asarray(np.maximum(squares, np.finfo(float).tiny) / torque)
 
 
 def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Array) -> Tried:
@@ -78,6 +80,11 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     gains[there], fall = bounded(A, rest[there], effect.low)
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
+    # no machine has such a gain: something else looks like it
+    beyond = (gains < effect.low).any(axis=1)
+    if effect.high is not None:
+        beyond |= (gains > effect.high).any(axis=1)
+    evidence[beyond] = 0.0
     return Tried(evidence, gains)
 
 
@@ -103,7 +110,12 @@ def bounded(S: Array, c: Array, low: Array) -> tuple[Array, Array]:
     return best, fall
 
 
-def predicted(moments: Moments, fits: Mapping[Left, Tried]) -> Array:
-    """What an effect, any of its shapes, adds to the log density of each left-out fold (folds,)."""
-    total = {left: float(logsumexp(fit.evidence)) for left, fit in fits.items()}
-    return np.array([total[None] - total[fold] for fold in moments.rows.folds])
+def evidences(fits: Mapping[Left, Tried], folds: Sequence[int]) -> tuple[float, Array]:
+    """Evidence for an effect, any of its shapes, of all folds and of all but each (folds,)."""
+    total = {left: _mean(fit.evidence) for left, fit in fits.items()}
+    return total[None], np.array([total[fold] for fold in folds])
+
+
+def _mean(evidence: Array) -> float:
+    """Of shapes that are equally likely."""
+    return float(logsumexp(evidence) - np.log(len(evidence)))

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.changed import NO_PARAMETER
+from flexhex.diagnosis.payloads import GROUP
+from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 Axis = int | None
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
-WAVES, LENGTH, PLACES, CREEP = 100, 1.5, 40, 0.1
-"""Of the generic hypothesis: waves over all quantities together, their length in standard
-deviations; places along the stroke; rate, relative to its RMS, within which the direction turns."""
 
 
 @dataclass(frozen=True)
@@ -34,72 +34,87 @@ class Products:
     own: Array
 
 
+@dataclass(frozen=True)
+class Columns:
+    """Columns of all shapes side by side on each axis that feels them, per unit of their gains: raw
+    (R, shapes * k) [N m], white the same whitened."""
+
+    raw: Mapping[int, Array]
+    white: Mapping[int, Array]
+
+
 @dataclass(frozen=True, eq=False)
 class EffectHypothesis:
-    """An effect with all shapes of its grid: raw (shapes, R, k) [N m] per unit of its gains on each
-    axis that feels it, white the same whitened; low (k,): least gains; freedom: numbers that a fit
-    may choose; extends: the simpler effect that it becomes without its further gains; choices:
-    shapes that those of the grid were picked from."""
+    """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
+    felt: axes that feel it; low, high (k,): least gains, largest ones or None for none; freedom:
+    numbers that a fit may choose; extends:
+    the simpler effect that it becomes without its further gains; choices: shapes that those of the
+    grid were picked from."""
 
     id: str
     axis: Axis
     shapes: tuple[Mapping[str, float], ...]
-    raw: Mapping[int, Array]
-    white: Mapping[int, Array]
+    columns: Callable[[], Columns]
+    felt: tuple[int, ...]
     low: Array
     freedom: int
     extends: str
     exact: bool
     most: int
     choices: int = 1
+    high: Array | None = None
 
     @property
     def width(self) -> int:
         """Gains."""
         return len(self.low)
 
+    @cached_property
+    def _known(self) -> dict[Term | None, dict[int, Any]]:
+        """Products with the base model, None, and with terms, of each fold."""
+        return {}
+
     def products(self, rows: Rows, fold: int) -> Products:
         """Products of the columns with the base model's, with the torque, and with each other;
         these not between passes: noise in a column must not make it seem small. Kept."""
-        if fold not in self._products:
-            part, width = rows.parts[fold], self.width
-            count = len(self.shapes) * width
-            cross, right = np.zeros((rows.nb, count)), np.zeros(count)
-            own = np.zeros((len(self.shapes), width, width))
-            for i, columns in self.stacked.items():
-                cross += rows.twin_B[i][part].T @ columns[part]
-                right += columns[part].T @ rows.twin_y[i][part]
-                single = self.white[i][:, part]
-                own += single.transpose(0, 2, 1) @ single
-            self._products[fold] = Products(cross, right, own)
-        return self._products[fold]
+        if None not in self._known:
+            white = self.columns().white
+            self._known[None] = {f: self._products(rows, white, p) for f, p in rows.parts.items()}
+        found: Products = self._known[None][fold]
+        return found
+
+    def _products(self, rows: Rows, white: Mapping[int, Array], part: slice) -> Products:
+        width, count = self.width, len(self.shapes)
+        cross, right = np.zeros((rows.nb, count * width)), np.zeros(count * width)
+        own = np.zeros((count, width, width))
+        for i, columns in white.items():
+            cross += rows.twin_B[i][part].T @ columns[part]
+            right += columns[part].T @ rows.twin_y[i][part]
+            single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
+            own += single @ single.transpose(0, 2, 1)
+        return Products(cross, right, own)
 
     def beside(self, term: Term, rows: Rows, fold: int) -> Array:
         """Products (k', shapes * k) of an accepted term's columns with these, between passes.
         Kept."""
-        if (term, fold) not in self._beside:
-            part, common = rows.parts[fold], term.white.keys() & self.stacked.keys()
-            found = np.zeros((len(term.prior), len(self.shapes) * self.width))
-            for i in common:
-                found += (rows.twins[part] @ term.white[i]).T @ self.stacked[i][part]
-            self._beside[term, fold] = found
-        return self._beside[term, fold]
+        if term not in self._known:
+            common = term.white.keys() & set(self.felt)
+            white = self.columns().white if common else {}
+            empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
+            self._known[term] = {
+                f: sum(((rows.twins[p] @ term.white[i]).T @ white[i][p] for i in common), empty)
+                for f, p in rows.parts.items()
+            }
+        found: Array = self._known[term][fold]
+        return found
 
-    @cached_property
-    def _products(self) -> dict[int, Products]:
-        return {}
 
-    @cached_property
-    def _beside(self) -> dict[tuple[Term, int], Array]:
-        return {}
+@dataclass(frozen=True)
+class NamelessHypothesis:
+    """Columns of something without a name, and how their coefficients go together, each (k, k')."""
 
-    @cached_property
-    def stacked(self) -> dict[int, Array]:
-        """Whitened columns (R, shapes * k) side by side."""
-        return {
-            i: np.ascontiguousarray(w.transpose(1, 0, 2)).reshape(w.shape[1], -1)
-            for i, w in self.white.items()
-        }
+    columns: EffectHypothesis
+    ways: tuple[Array, ...]
 
 
 @dataclass(frozen=True)
@@ -120,11 +135,10 @@ class ChangedParameter:
 
 @dataclass(frozen=True, eq=False)
 class Payload:
-    """A payload that `runs` carried and the others did not; bench: of the base model with its
-    columns; choices: ways to part the runs."""
+    """A payload that some runs carried; bench: of the base model with its columns; choices: ways to
+    part the runs."""
 
     bench: Bench
-    runs: tuple[str, ...]
     freedom: int
     choices: int
     id: str = "payload"
@@ -141,7 +155,6 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
-        self._generic: dict[int, EffectHypothesis] = {}
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
@@ -166,10 +179,9 @@ class Hypotheses:
         """The same effect with one shape alone."""
         return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
 
-    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
-        """Shapes that may take any value: name and bounds."""
-        item = self.bench.effects.get(effect.id)
-        return [(s.name, s.low, s.high) for s in item.searched] if item else []
+    def searched(self, effect: EffectHypothesis) -> list[Shape]:
+        """Shapes that may take any value between bounds."""
+        return self.bench.searched(effect.id, effect.axis or 0)
 
     def _loaded(self, name: str) -> bool:
         """Whether an effect goes with the torque."""
@@ -178,91 +190,62 @@ class Hypotheses:
     def _made(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
-        at, item = axis or 0, self.bench.effects.get(name)
-        thin = [self.bench.thin(name, at, shape) for shape in shapes]
-        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [at]
+        item = self.bench.effects.get(name)
+        first = self._columns(name, axis, shapes[:1])
+        felt, width = tuple(first.raw), next(iter(first.raw.values())).shape[1]
+
+        def columns() -> Columns:
+            return first if len(shapes) == 1 else self._columns(name, axis, shapes)
+
+        made = (name, axis, tuple(shapes), columns, felt)
+        if item is None:
+            return EffectHypothesis(*made, np.full(width, -np.inf), width, "", False, 1)
+        effect = item.effect
+        bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
+        known = (item.freedom, effect.extends, effect.exact, effect.most)
+        return EffectHypothesis(*made, bounds[0], *known, high=bounds[1])
+
+    def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
+        thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
+        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [axis or 0]
         raw, white = dict[int, Array](), dict[int, Array]()
         for i in felt:
-            own = [[v[:, i] if v.ndim == 3 else v for v in listed] for listed in thin]
-            raw[i] = np.stack([self.rows.raw(values) for values in own])
-            white[i] = np.stack([self.rows.white(i, values) for values in own])
-        width = next(iter(raw.values())).shape[2]
-        if item is None:
-            low, free = np.full(width, -np.inf), width
-            return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, free, "", False, 1)
-        effect = item.effect
-        low = np.array([gain.low for gain in effect.gains])
-        known = (item.freedom, effect.extends, effect.exact, effect.most)
-        return EffectHypothesis(name, axis, tuple(shapes), raw, white, low, *known)
+            own = [
+                np.hstack([v[:, i] if v.ndim == 3 else v for v in block])
+                for block in zip(*thin, strict=True)
+            ]
+            raw[i], white[i] = self.rows.raw(own), self.rows.white(i, own)
+        return Columns(raw, white)
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance, and all of a body together."""
+        """Base parameters that have a tolerance, and all of a body or of a group together."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
-            if 0 < known.tolerance < np.inf and known.group not in NO_PARAMETER:
+            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
                 single.append(ChangedParameter(known.name, (place,), known.axis))
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
                     bodies.setdefault(owner, []).append(place)
+                if known.group != known.name:
+                    bodies.setdefault(known.group, []).append(place)
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
         return [*single, *whole]
 
-    def generic(self, axis: int) -> EffectHypothesis:
-        """Something that has no name: a smooth function of an axis' angle, rate, acceleration and
-        torque, and one local in angle and direction. Its torque is the axis' RMS for coefficients
-        of one; kept."""
-        if axis not in self._generic:
-            found = self._quantities(axis)
-            rng = np.random.default_rng(0)
-            mixed = rng.normal(size=(len(found[0]), WAVES)) / LENGTH
-            # each wave goes with about half of the quantities
-            mixed *= rng.random(mixed.shape) < 0.5
-            phase, unit = rng.uniform(0, 2 * np.pi, WAVES), np.sqrt(2.0 / WAVES)
-            ends = (min(q[0].min() for q in found), max(q[0].max() for q in found))
-            listed = []
-            for angle, rate, acceleration, direction, torque in found:
-                five = np.stack([angle, rate, acceleration, direction, torque], axis=1)
-                local = _local(angle, ends)
-                waves = unit * np.cos(five @ mixed + phase)
-                parts = (waves, local, local * direction[:, None])
-                listed.append(float(self.rows.torque_rms[axis]) * np.hstack(parts))
-            raw, white = self.rows.raw(listed)[None], self.rows.white(axis, listed)[None]
-            low = np.full(raw.shape[2], -np.inf)
-            self._generic[axis] = EffectHypothesis(
-                "generic", axis, ({},), {axis: raw}, {axis: white}, low, len(low), "", False, 1
-            )
-        return self._generic[axis]
-
-    def _quantities(self, axis: int) -> list[tuple[Array, ...]]:
-        """Angle, rate, acceleration, direction, torque of an axis at the rows (m,) of each block,
-        of unit RMS over all blocks."""
-        blocks = self.rows.made.blocks
-        found = [
-            [
-                block.smooth(values[:, axis])
-                for values in (
-                    block.run.motion.theta,
-                    block.run.motion.thetad,
-                    block.run.motion.thetadd,
-                    raw,
-                )
-            ]
-            for block, raw in zip(blocks, self.rows.made.raw, strict=True)
+    def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
+        """What an axis may have without a name."""
+        return [
+            nameless(axis, f.argument, Columns({axis: f.raw}, {axis: f.white}), f.ways)
+            for f in generic(self.rows, axis)
         ]
-        whole = [np.concatenate([own[k] for own in found]) for k in range(4)]
-        centre, size = [w.mean() for w in whole], [max(float(w.std()), 1e-300) for w in whole]
-        listed = list[tuple[Array, ...]]()
-        for own in found:
-            angle, rate, more, torque = (
-                (v - c) / s for v, c, s in zip(own, centre, size, strict=True)
-            )
-            direction = np.tanh(own[1] / (CREEP * size[1]))
-            listed.append((angle, rate, more, direction, torque))
-        return listed
 
 
-def _local(angle: Array, ends: tuple[float, float]) -> Array:
-    """Hat functions (m, PLACES) over the angle, each on its part of the stroke."""
-    place = (angle - ends[0]) / max(ends[1] - ends[0], 1e-300) * (PLACES - 1)
-    return np.asarray(np.maximum(0.0, 1.0 - np.abs(place[:, None] - np.arange(PLACES))))
+def nameless(
+    axis: Axis, argument: str, made: Columns, ways: tuple[Array, ...]
+) -> NamelessHypothesis:
+    """Something without a name from its columns (R, k) on an axis or on several."""
+    felt = tuple(made.raw)
+    count = made.raw[felt[0]].shape[1]
+    low = np.full(count, -np.inf)
+    columns = EffectHypothesis(argument, axis, ({},), lambda: made, felt, low, count, "", False, 1)
+    return NamelessHypothesis(columns, ways)

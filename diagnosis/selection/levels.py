@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from flexhex.diagnosis.noise import ORDER, Noise, measured, settled, whiten
+from flexhex.diagnosis.noise import Noise, calmed, measured, settled, whiten
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 
@@ -126,7 +126,7 @@ def _shown(moments: Moments) -> Shown:
     made, places = moments.rows.made, list(moments.rows.made.base.payload)
     left = _left(moments)
     columns = [block.linear[:, :, places] for block in made.blocks]
-    plain = Noise(np.zeros((made.base.n, ORDER)), made.torque_rms, made.torque_rms, False)
+    plain = replace(Noise.even(made.base.n, 1.0), scale=made.torque_rms)
     turn, found = _fitted(moments, columns, left, plain)
     each = zip(left, columns, found.amounts, strict=True)
     own = [rest - C @ (turn @ one) for rest, C, one in each]
@@ -154,12 +154,15 @@ def _fitted(
     """Columns of each run (m, n, k) for what is left (m, n): directions (k, k') of equal torque,
     and what runs show in them."""
     n, k = columns[0].shape[1:]
+    made = moments.rows.made
     S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
-    for j, (C, y, kept) in enumerate(zip(columns, left, moments.rows.made.kept, strict=True)):
+    listed = zip(columns, left, made.kept, made.moving, strict=True)
+    for j, (C, y, kept, moving) in enumerate(listed):
         good = settled(kept)
         for i in range(n):
             both = np.column_stack([C[:, i], y[:, i]])
             white = whiten(both, noise.a[i], float(noise.scale[i]))[good]
+            white = calmed(white, noise.slow[i]) * moving[good, i, None]
             S[j] += white[:, :k].T @ white[:, :k]
             r[j] += white[:, :k].T @ white[:, k]
     mean = S.mean(axis=0)

@@ -17,25 +17,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.evidence import products
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
-    EffectHypothesis,
+    Columns,
     Hypotheses,
     Payload,
+    nameless,
 )
 from flexhex.diagnosis.selection.levels import Levels, levels_of, partitions
-from flexhex.diagnosis.selection.moments import Left, Moments
+from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, effect_term, size_of
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
 
-Array = NDArray[np.float64]
 MASSIVE = ("kg", "kg m2")
 """Units of parameters that no payload makes smaller: the first one that the base model has."""
 
@@ -49,15 +48,14 @@ def payload_score(
     if levels is None:
         return None
     bench = _loaded(hypotheses, levels)
-    rows = Rows.of(bench.made)
     found = bench.made.loads[-int(levels.max()) :]
     count = len(found) * len(bench.made.base.payload)
-    without, columns = _apart(rows, count)
+    without, columns = _apart(Rows.of(bench.made), count)
     plain = _with_known(Moments(without), Hypotheses(bench, without), known, criteria)
-    carrying = tuple(b.run.name for b in bench.made.blocks if any(x.on(b.run) for x in found))
+    # a coefficient of one is the tolerance of a payload's parameter
+    score = generic_score(plain, [nameless(None, GROUP, columns, (np.eye(count),))], (1.0,))
     choices = partitions(len(levels), len(found) + 1)
-    by_fold, size = _predicted(plain, columns)
-    return Score(Payload(bench, carrying, count, choices), by_fold, size)
+    return replace(score, hypothesis=Payload(bench, count, choices))
 
 
 def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
@@ -95,7 +93,7 @@ def _calibrated(made: Calibrated, levels: Levels) -> Calibrated:
     return calibrate(made.base, blocks)
 
 
-def _apart(rows: Rows, count: int) -> tuple[Rows, EffectHypothesis]:
+def _apart(rows: Rows, count: int) -> tuple[Rows, Columns]:
     """Rows without the last `count` columns of the base model, and these."""
     without = replace(
         rows,
@@ -103,10 +101,8 @@ def _apart(rows: Rows, count: int) -> tuple[Rows, EffectHypothesis]:
         white_B=tuple(B[:, :-count] for B in rows.white_B),
         prior=rows.prior[:-count],
     )
-    raw = {i: B[None, :, -count:] for i, B in enumerate(rows.B)}
-    white = {i: B[None, :, -count:] for i, B in enumerate(rows.white_B)}
-    low = np.full(count, -np.inf)
-    return without, EffectHypothesis("payload", None, ({},), raw, white, low, count, "", False, 1)
+    raw, white = (dict(enumerate(B[:, -count:] for B in v)) for v in (rows.B, rows.white_B))
+    return without, Columns(raw, white)
 
 
 def _with_known(
@@ -114,28 +110,8 @@ def _with_known(
 ) -> Moments:
     """The model with what was accepted, in these rows."""
     for score in known:
-        hypothesis = score.hypothesis
-        if isinstance(hypothesis, ChangedParameter):
-            moments = moments.loosened(hypothesis.places, criteria.loose**-2.0)
-        elif isinstance(hypothesis, EffectHypothesis):
-            shaped = hypotheses.shaped(hypothesis, hypothesis.shapes[score.shape])
-            moments = moments.extended(effect_term(moments, shaped, 0))
+        if isinstance(score.hypothesis, ChangedParameter):
+            moments = moments.loosened(score.hypothesis.places, criteria.loose**-2.0)
+        else:
+            moments = moments.extended(effect_term(moments, hypotheses, score))
     return moments
-
-
-def _predicted(moments: Moments, columns: EffectHypothesis) -> tuple[Array, float]:
-    """What the payload's columns, with the tolerances of a payload, add to the log density of each
-    fold (folds,) [nats]; relative RMS of their torque beyond what the model takes up."""
-    total: dict[Left, float] = {}
-    size = 0.0
-    for left in [None, *moments.rows.folds]:
-        fit, found = moments.fit(left), products(moments, columns, left)
-        moved = fit.solve(found.cross)
-        S = found.own[0] - found.cross.T @ moved
-        A, r = (S + S.T) / 2 + np.eye(columns.width), found.right - found.cross.T @ fit.q
-        gains = np.linalg.solve(A, r)
-        total[left] = float(r @ gains - np.linalg.slogdet(A)[1]) / 2
-        if left is None:
-            torque = {i: raw[0] @ gains for i, raw in columns.raw.items()}
-            size = size_of(moments, -(moved @ gains), torque)
-    return np.array([total[None] - total[fold] for fold in moments.rows.folds]), size

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +11,10 @@ from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
+    GONE,
     Tried,
+    evidences,
     free,
-    predicted,
     products,
     tried,
 )
@@ -22,6 +23,7 @@ from flexhex.diagnosis.selection.hypotheses import (
     EffectHypothesis,
     Hypotheses,
     Hypothesis,
+    NamelessHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
 
@@ -32,26 +34,53 @@ HALVINGS = 4
 """Of the distance between shapes of a grid."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
-    """A hypothesis beside a model. by_fold (folds,): what it adds to the log predictive density of
-    each left-out fold [nats]; size: relative RMS of its torque beyond what the model takes up;
-    shape: place of the best one by all folds."""
+    """A hypothesis beside a model. whole: evidence of all folds, without (folds,): of all but each,
+    relative to the model alone [nats]; size: relative RMS of its torque beyond what the model takes
+    up; shape: place of the best one by all folds; still: places of gains that are zero there, as
+    they may not be negative."""
 
     hypothesis: Hypothesis
-    by_fold: Array
+    whole: float
+    without: Array
     size: float
     shape: int = 0
+    still: tuple[int, ...] = ()
+
+    @property
+    def order(self) -> float | None:
+        """Of a wave over the angle [1/rad]; None of anything else."""
+        if not isinstance(self.hypothesis, EffectHypothesis):
+            return None
+        return dict(self.hypothesis.shapes[self.shape]).get("order")
+
+    @property
+    def by_fold(self) -> Array:
+        """What it adds to the log predictive density of each left-out fold (folds,) [nats]."""
+        return self.whole - self.without
 
     @property
     def gain(self) -> float:
-        """What it adds to the log predictive density of all folds [nats]."""
+        """What it adds to the log predictive density of all folds [nats].
+
+        Parameters follow the other folds beyond their tolerances, too: that they changed predicts
+        nothing more, but the tolerances speak against it. Of these, the evidence.
+        """
+        if isinstance(self.hypothesis, ChangedParameter):
+            return self.whole
         return float(self.by_fold.sum())
 
     @property
     def elsewhere(self) -> float:
-        """The same without the fold that is predicted best: no single one decides."""
-        return self.gain - float(self.by_fold.max())
+        """Evidence without the fold that shows it best: no single one decides [nats]."""
+        return float(self.without.min())
+
+    @property
+    def worst(self) -> float:
+        """What it adds to the fold that it predicts worst: below zero, this one speaks against it
+        [nats]."""
+        return 0.0 if isinstance(self.hypothesis, ChangedParameter) else float(self.by_fold.min())
 
 
 def effect_score(
@@ -60,12 +89,17 @@ def effect_score(
     """An effect with its best shape, on left-out folds."""
     if hypotheses.searched(effect):
         effect, fits = refined(moments, hypotheses, effect, fits)
+        if ended(moments, hypotheses, effect, fits):
+            return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
-    torque = {i: own[shape] @ gains for i, own in effect.raw.items()}
-    cross = [moments.twin_X[i].T @ (own[shape] @ gains) for i, own in effect.white.items()]
+    columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
+    torque = {i: own @ gains for i, own in columns.raw.items()}
+    cross = [moments.twin_X[i].T @ (own @ gains) for i, own in columns.white.items()]
     taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
-    return Score(effect, predicted(moments, fits), size_of(moments, -taken_up, torque), shape)
+    size = size_of(moments, -taken_up, torque)
+    still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
+    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still)
 
 
 def refined(
@@ -77,16 +111,28 @@ def refined(
     best = hypotheses.shaped(effect, start)
     found = tried(moments, best)
     for level in range(1, HALVINGS + 1):
-        for name, low, high in hypotheses.searched(effect):
-            now = best.shapes[0]
+        for shape in hypotheses.searched(effect):
+            now, name = best.shapes[0], shape.name
             below, above = _way(effect, start, name)
             for value in (now[name] - below / 2**level, now[name] + above / 2**level):
-                if low <= value <= high:
+                if shape.low <= value <= shape.high:
                     other = hypotheses.shaped(effect, {**now, name: value})
                     trial = tried(moments, other)
                     if trial[None].evidence[0] > found[None].evidence[0]:
                         best, found = other, trial
     return best, found
+
+
+def ended(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> bool:
+    """Whether a shape that cannot lie beyond its range would: then this is another effect."""
+    for shape in hypotheses.searched(effect):
+        if shape.closed:
+            other = hypotheses.shaped(effect, {**effect.shapes[0], shape.name: shape.high})
+            if tried(moments, other)[None].evidence[0] >= fits[None].evidence[0]:
+                return True
+    return False
 
 
 def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tuple[float, float]:
@@ -98,41 +144,46 @@ def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tup
     return below or above, above or below
 
 
-def effect_term(moments: Moments, effect: EffectHypothesis, shape: int) -> Term:
-    """An effect of one shape as a term."""
-    raw = {i: own[shape] for i, own in effect.raw.items()}
-    white = {i: own[shape] for i, own in effect.white.items()}
-    return Term(raw, white, free(moments, effect)[shape])
+def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
+    """An effect of its best shape as a term."""
+    effect = score.hypothesis
+    assert isinstance(effect, EffectHypothesis)
+    columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
+    return Term(dict(columns.raw), dict(columns.white), free(moments, effect)[score.shape])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
-    """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the model's coefficients
-    together, on the axis that feels them most."""
+    """Relative RMS of a torque (R,) [N m] of some axes (none: of all) and a step (m,) of the
+    coefficients of the model together, on the axis of these that feels them most."""
     found = []
-    for i, (X, rms) in enumerate(zip(moments.X, moments.rows.torque_rms, strict=True)):
-        whole = X @ step + torque.get(i, 0.0)
-        found.append(float(np.sqrt((whole**2).mean()) / rms))
+    for i in torque or range(moments.rows.n):
+        whole = moments.X[i] @ step + torque.get(i, 0.0)
+        found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(found)
 
 
-def generic_score(moments: Moments, generic: EffectHypothesis) -> Score:
-    """The generic hypothesis, with coefficients of any of its sizes, on left-out folds."""
-    rows = moments.rows
-    total: dict[Left, float] = {}
-    size, priors = 0.0, [size**-2.0 for size in SIZES]
+def generic_score(
+    moments: Moments, listed: Sequence[NamelessHypothesis], sizes: Sequence[float] = SIZES
+) -> Score:
+    """Something without a name, of any of these kinds and sizes, on left-out folds."""
+    rows, total = moments.rows, dict[Left, float]()
+    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
     for left in [None, *rows.folds]:
-        fit, found = moments.fit(left), products(moments, generic, left)
-        moved = fit.solve(found.cross)
-        S = found.own[0] - found.cross.T @ moved
-        values, turned, vectors = _turned(S, found.right - found.cross.T @ fit.q)
-        evidence = [_log_evidence(values, turned, prior) for prior in priors]
-        total[left] = float(logsumexp(evidence))
-        if left is None:
-            gains = vectors @ (turned / (values + priors[int(np.argmax(evidence))]))
-            size = size_of(
-                moments, -(moved @ gains), {i: raw[0] @ gains for i, raw in generic.raw.items()}
-            )
-    return Score(generic, np.array([total[None] - total[fold] for fold in rows.folds]), size)
+        evidence = list[float]()
+        for kind in listed:
+            fit, found = moments.fit(left), products(moments, kind.columns, left)
+            moved = fit.solve(found.cross)
+            S, r = found.own[0] - found.cross.T @ moved, found.right - found.cross.T @ fit.q
+            for way in kind.ways:
+                values, turned, vectors = _turned(way.T @ S @ way, way.T @ r)
+                evidence += [_log_evidence(values, turned, prior) for prior in priors]
+                if left is None and max(evidence[-len(priors) :]) == max(evidence):
+                    prior = priors[int(np.argmax(evidence[-len(priors) :]))]
+                    gains = way @ vectors @ (turned / (values + prior))
+                    torque = {i: raw @ gains for i, raw in kind.columns.columns().raw.items()}
+                    best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
+        total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
+    return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
 def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
@@ -152,13 +203,16 @@ def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria)
             step = -(moved @ gains)
             step[places] += gains
             size = size_of(moments, step, {})
-    return Score(change, np.array([total[None] - total[f] for f in moments.rows.folds]), size)
+    without = np.array([total[fold] for fold in moments.rows.folds])
+    return Score(change, total[None], without, size)
 
 
 def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:
-    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k)."""
+    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
+    model explains all are empty."""
     values, vectors = np.linalg.eigh((S + S.T) / 2)
-    return np.maximum(values, 0.0), vectors.T @ r, vectors
+    there = values > GONE * max(float(values[-1]), 0.0)
+    return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
 
 
 def _log_evidence(values: Array, turned: Array, prior: float) -> float:

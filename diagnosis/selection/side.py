@@ -2,138 +2,206 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass
 from math import log
 
-from flexhex.diagnosis.answer import Joint, joint
+import numpy as np
+
+from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.changed import changed_of, payload_changes
+from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
+from flexhex.diagnosis.found import Found, Part
+from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.regression import Columns
-from flexhex.diagnosis.rounds import Round
-from flexhex.diagnosis.scored import Found, Scored
-from flexhex.diagnosis.selection.choose import Accepted, Selection, form_error, select
+from flexhex.diagnosis.selection.choose import Accepted, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis
+from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.sides import Side
-from flexhex.diagnosis.unannounced import elsewhere, payload_changes
+from flexhex.diagnosis.selection.search import Selection, select
+from flexhex.diagnosis.verdict import Candidate, Changed, Named
 
 Say = Callable[[str], None]
+SHOWN = 8
+"""Candidates of a round that the page shows."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One place where model and data meet: what was found there, and what remains (axes from 0).
+
+    first: the fit beside what was found first alone.
+    """
+
+    held: Joint
+    others: Elsewhere | None
+    named: tuple[Named, ...]
+    changed: tuple[Changed, ...] = ()
+    remains: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    first: Joint | None = None
+
+    @property
+    def matters(self) -> bool:
+        """Whether anything was found or is left here."""
+        return bool(self.named or self.remains)
 
 
 def selected(
     bench: Bench,
     judged: Sequence[Run],
     say: Say,
-    least: float = 0.0,
     drift: Joint | None = None,
     criteria: Criteria = USUAL,
 ) -> Side:
-    """What explains the runs, as `flexhex.diagnosis.sides.side_of` says it.
+    """What explains the runs beside a base model.
 
-    least: not asked, the criteria have a smallest effect for all places alike.
+    judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
     """
     selection = select(bench, criteria, say)
     bench, notes = selection.bench, list[str]()
     made = bench.made
     kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+    others = None
+    if judged:
+        others = elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
-        notes.append(f"{listed} would fit, but nothing shows it on another trajectory: record one")
-        kept = []
-    remains = nameless(selection, criteria)
-    for axis, size in remains.items():
+        kept = validated(bench, kept, others, criteria)
+        if not kept:
+            text = "would fit, but one trajectory cannot show it: record another one"
+            notes.append(f"{listed} {text}")
+    remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
+    for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        torque = f"{size * made.torque_rms[axis]:.2g} N m on axis {axis + 1} repeats"
-        if sum(a.score.size**2 for a in own) < size**2:
+        unit = bench.scales.kinds[axis].unit("N m")
+        torque = f"{left.size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
+        if left.size > tolerated(own, selection.explained[axis], criteria):
             kept = [a for a in kept if a not in own]
-            notes.append(f"{torque} and is explained by no effect of the library")
+            notes.append(f"{torque} and is explained by no effect of the library{left.what}")
         else:
-            notes.append(f"{torque} beside what was found: the form of that is not exact")
-    open_axes = [k for k in remains if not any(a.score.hypothesis.axis == k for a in kept)]
-    held = joint(bench, grouped(bench, kept))
+            notes.append(f"{torque} beside what was found: its form is not exact")
+    bodies = [
+        a.score.hypothesis.places
+        for a in selection.accepted
+        if isinstance(a.score.hypothesis, ChangedParameter)
+    ]
+    freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
+    held = joint(bench, grouped(bench, kept), freed)
+    poor = poor_axes(made, held.residual)
+    if poor:
+        kept = [a for a in kept if a.score.hypothesis.axis not in poor]
+        held = joint(bench, grouped(bench, kept), freed)
+        notes.append(sentence(poor))
     payloads = payload_changes(held)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
-    others = None
-    if judged:
-        others = elsewhere(held, blocks(made.base, judged, made.spacing, JUDGED), drift)
-    rounds = _rounds(bench, selection)
+    named = {a.score.hypothesis.axis for a in kept}
     return Side(
         held,
-        tuple(rounds),
         others,
-        tuple(named_of(held, rounds)),
-        tuple(open_axes),
+        tuple(named_of(held)),
+        (*payloads, *changed_of(held, bodies)),
+        tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
-        tuple(payloads),
+        tuple(_candidates(selection)),
+        joint(bench, grouped(bench, kept[:1])),
     )
 
 
-def nameless(selection: Selection, criteria: Criteria) -> dict[int, float]:
-    """Axes on which something without a name is left, with its relative RMS: smooth in the motion,
-    or of any other form as long as it repeats.
+def validated(
+    bench: Bench, kept: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
+) -> list[Accepted]:
+    """Effects of an only trajectory on those axes whose torque they predict on held-out runs."""
+    if others is None:
+        return []
+    held, plain = joint(bench, grouped(bench, kept)), bench.made.regression.q
+    before = axis_rms(others.blocks, others.residual((), (), plain))
+    after = axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q))
+    least = criteria.smallest_effect * bench.made.torque_rms
+    better = set(np.flatnonzero(before**2 - after**2 > least**2))
+    return [a for a in kept if a.score.hypothesis.axis in (*better, None)]
 
-    Where a smooth function predicts better than all that was accepted, that is an imitation. On one
-    trajectory alone only what repeats counts.
-    """
-    left = selection.rest if selection.arbitrated else selection.before
-    found = {k: rest.size for k, rest in enumerate(left) if rest.matters(criteria)}
-    if not selection.arbitrated:
-        return found
-    for axis, (alone, beside) in enumerate(zip(selection.alone, selection.beside, strict=True)):
-        own = [a.score for a in selection.accepted if a.score.hypothesis.axis == axis]
-        gain = sum(score.gain for score in own)
-        error = max((form_error(score, criteria) for score in own), default=0.0)
-        better = alone.gain - gain > log(criteria.odds) + error**2 * gain
-        for score, counts in (
-            (alone, better),
-            (beside, beside.gain > log(1 / criteria.false_alarms)),
-        ):
-            if counts and score.size > criteria.smallest_rest:
-                found[axis] = max(found.get(axis, 0.0), score.size)
+
+@dataclass(frozen=True)
+class Nameless:
+    """Something without a name: relative RMS; what it goes with, as a phrase, where that is
+    known."""
+
+    size: float
+    what: str = ""
+
+
+def nameless(
+    selection: Selection, criteria: Criteria, named: Container[int | None] = ()
+) -> dict[int, Nameless]:
+    """Axes on which something without a name is left: smooth in the motion, or of any other form as
+    long as it repeats. On one trajectory alone only what repeats counts, and what was found there
+    explains nothing unless it is among the axes that are `named`."""
+    after = [selection.arbitrated or axis in named for axis in range(len(selection.rest))]
+    pairs = zip(selection.rest, selection.before, after, strict=True)
+    rest = [one if there else other for one, other, there in pairs]
+    chance = log(len(rest) / criteria.false_alarms)
+    found = dict[int, Nameless]()
+    for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
+        own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
+        least = min(
+            criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
+        )
+        if left.deviations > criteria.deviations and left.size > least:
+            found[axis] = Nameless(left.size)
+        nats = max(chance, selection.unsure[axis])
+        if selection.arbitrated and beside.gain > nats and shown(beside, criteria):
+            size = max(beside.size, left.size if axis in found else 0.0)
+            if size > least:
+                found[axis] = Nameless(size, f": it goes with {beside.hypothesis.id}")
     return found
+
+
+def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> float:
+    """Relative RMS of a rest on an axis that leaves its effects their names, by what they explain
+    together: less for several, as together they can imitate more; harmonics of one wave count
+    once."""
+    orders = [a.score.order for a in accepted if a.score.order is not None]
+    count = len(accepted) - len(orders) + len(fundamentals(orders))
+    return criteria.largest_rest * explained / count if count else 0.0
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
     """Accepted effects of one kind on several axes as one."""
-    parts: dict[str, list[Scored]] = {}
+    parts: dict[str, list[Part]] = {}
     rivals: dict[str, list[str]] = {}
-    for each in accepted:
-        name = each.score.hypothesis.id
-        parts.setdefault(name, []).append(part_of(bench, each.score))
+    for each in sorted(accepted, key=lambda a: a.score.hypothesis.axis or 0):
+        hypothesis = each.score.hypothesis
+        assert isinstance(hypothesis, EffectHypothesis)
+        shape = dict(hypothesis.shapes[each.score.shape])
+        part = Part.of(bench, hypothesis.id, hypothesis.axis, shape, each.score.still)
+        parts.setdefault(hypothesis.id, []).append(part)
         others = [r.hypothesis for r in each.rivals]
-        rivals.setdefault(name, []).extend(o.id for o in others if isinstance(o, EffectHypothesis))
+        listed = [o.id for o in others if isinstance(o, EffectHypothesis)]
+        rivals.setdefault(hypothesis.id, []).extend(listed)
     return [Found(name, tuple(p), tuple(dict.fromkeys(rivals[name]))) for name, p in parts.items()]
 
 
-def part_of(bench: Bench, score: Score) -> Scored:
-    """A scored effect with its columns."""
-    hypothesis = score.hypothesis
-    assert isinstance(hypothesis, EffectHypothesis)
-    shape = dict(hypothesis.shapes[score.shape])
-    columns = bench.columns(hypothesis.id, hypothesis.axis or 0, shape)
-    if hypothesis.axis is None:
-        columns = Columns(None, columns.values)
-    gain = bench.made.regression.gain(columns)
-    return Scored(hypothesis.id, hypothesis.axis, shape, gain, columns)
-
-
-def _rounds(bench: Bench, selection: Selection) -> list[Round]:
-    """Rounds as the page shows them."""
+def _candidates(selection: Selection) -> list[Candidate]:
+    """The best hypotheses of every round, and which of them was accepted."""
     found = []
-    for number, scores in enumerate(selection.rounds):
-        chosen = selection.accepted[number] if number < len(selection.accepted) else None
-        best: dict[str, Score] = {}
-        for score in scores:
-            if isinstance(score.hypothesis, EffectHypothesis):
-                best.setdefault(score.hypothesis.id, score)
-        total = max(max(rest.size for rest in selection.before) ** 2, 1e-300)
-        tried = tuple(Found(name, (part_of(bench, s),), ()) for name, s in list(best.items())[:4])
-        shares = {name: float(s.size**2 / total) for name, s in best.items()}
-        named = None
-        if chosen is not None and isinstance(chosen.score.hypothesis, EffectHypothesis):
-            (named,) = grouped(bench, [chosen])
-        found.append(Round(tried, shares, named))
+    for number, scores in enumerate(selection.rounds, start=1):
+        chosen = next((a for a in selection.accepted if a.round == number), None)
+        same = () if chosen is None else (chosen.score, *chosen.rivals)
+        for score in [*same, *(s for s in scores if s not in same)][:SHOWN]:
+            first = chosen is not None and score is chosen.score
+            found.append(_candidate(number, score, first, score in same and not first))
     return found
+
+
+def _candidate(number: int, score: Score, chosen: bool, rival: bool) -> Candidate:
+    hypothesis = score.hypothesis
+    shapes = hypothesis.shapes if isinstance(hypothesis, EffectHypothesis) else ()
+    shape = dict(shapes[score.shape]) if shapes else {}
+    axes = () if hypothesis.axis is None else (hypothesis.axis + 1,)
+    return Candidate(number, hypothesis.id, axes, shape, score.gain, score.size, chosen, rival)

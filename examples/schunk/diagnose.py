@@ -37,7 +37,7 @@ def show(found: Diagnosis) -> None:
 
 
 if __name__ == "__main__":
-    options = Options(base="schunk", confidence=0)
+    options = Options(base="schunk")
     result = diagnose([run(k) for k in FITTED], [run(k) for k in LOCKED], options=options)
     if "--json" in sys.argv[1:]:
         print(json.dumps(result.data()))

@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +40,7 @@ def binary(subject: Subject) -> list[str]:
     name, element = library_name(subject), subject.cosimulation
     if name is None or element is None or element.get("needsExecutionTool") == "true":
         return []
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(subject.path) as archive:
+    with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
         return _tried(plan)
@@ -81,6 +80,7 @@ def _described(v: Scalar) -> dict[str, Any]:
         "name": v.name,
         "reference": int(v.reference) if v.reference.isdigit() else 0,
         "causality": v.causality,
+        "variability": v.variability,
         "start": start if math.isfinite(start) else 0.0,
         "min": low if math.isfinite(low) else None,
         "max": high if math.isfinite(high) else None,

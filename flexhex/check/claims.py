@@ -112,3 +112,34 @@ def refusals(library: Any, plan: Plan) -> Iterator[str]:
             elif not (instance.get([fault]) or [0.0])[0]:
                 yield f"{v['name']} = {value} is refused, but fault does not show it"
     instance.free()
+
+
+def parameters(library: Any, plan: Plan) -> Iterator[str]:
+    """Parameters take the values from min to max, and no others."""
+    if not plan["ours"]:
+        return
+    instance = Instance(library, plan)
+    for v in of(plan, "parameter"):
+        for end, beyond in (("min", -math.inf), ("max", math.inf)):
+            value = v[end]
+            if value is None:
+                continue
+            if not instance.set([v["reference"]], [value]):
+                yield f"{v['name']} = {value:.9g}, its {end}, is refused{instance.last}"
+            further = math.nextafter(value, beyond)
+            if instance.set([v["reference"]], [further]):
+                yield f"{v['name']} = {further:.17g} is taken, declared {end} {value:.9g}"
+    instance.free()
+
+
+def changes(library: Any, plan: Plan) -> Iterator[str]:
+    """Tunable parameters can be changed while it runs; of ours the fixed ones cannot."""
+    instance = initialised(library, plan)
+    course(instance, plan, 0, 1)
+    for v in of(plan, "parameter"):
+        taken = instance.set([v["reference"]], [v["start"]])
+        if v["variability"] == "tunable" and not taken:
+            yield f"{v['name']} is tunable, but cannot be set while it runs{instance.last}"
+        elif v["variability"] == "fixed" and taken and plan["ours"]:
+            yield f"{v['name']} is fixed, but can be set while it runs"
+    instance.free()

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from flexhex.check import claims, trials
-from flexhex.check.slave import FUNCTIONS, Instance
+from flexhex.check.slave import FUNCTIONS, Instance, RefusedError
 
 
 def say(kind: str, text: str) -> None:
@@ -39,10 +39,6 @@ def identity(library: Any, plan: dict[str, Any]) -> Iterator[str]:
         stranger = Instance(library, plan, "{00000000-0000-0000-0000-000000000000}")
         if stranger.c:
             yield "the binary takes any GUID: one of another build would not be noticed"
-
-
-class RefusedError(Exception):
-    """Nothing further can be tried."""
 
 
 def play(library: Any, plan: dict[str, Any]) -> None:
@@ -77,6 +73,8 @@ TRIALS: tuple[Callable[[Any, dict[str, Any]], Iterator[str]], ...] = (
     claims.first_dependencies,
     claims.categories,
     claims.refusals,
+    claims.parameters,
+    claims.changes,
 )
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import io
 import tempfile
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,23 +42,47 @@ class Deviation:
         return self.worst <= self.allowed
 
 
+def deviating(subject: Subject) -> list[str]:
+    """Complaints about outputs that differ from the results that an FMU of ours carries."""
+    if not subject.ours or IN not in subject.names or library_name(subject) is None:
+        return []
+    try:
+        found = _deviations_of(subject)
+    except InterfaceError as error:
+        return [str(error).removeprefix(f"{subject.path}: ")]
+    return [
+        f"{d.output} is off by {d.worst:.3g} at {d.time:.9g} s from what {OUT} holds"
+        for d in found
+        if not d.good
+    ]
+
+
 def check_results(path: Path) -> list[Deviation]:
     """Deviations of all outputs. InterfaceError without results, binary or an answer."""
-    subject = Subject.open(path)
-    name = library_name(subject)
+    return _deviations_of(Subject.open(path))
+
+
+def _deviations_of(subject: Subject) -> list[Deviation]:
+    path, name = subject.path, library_name(subject)
     if IN not in subject.names or OUT not in subject.names:
         raise InterfaceError(f"{path}: carries no reference results ({IN}, {OUT})")
     if name is None:
         raise InterfaceError(f"{path}: has no binary for this computer")
     inputs, given = _table(subject, IN)
     outputs, wanted = _table(subject, OUT)
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(path) as archive:
+    with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
         references = {v.name: int(v.reference) for v in subject.variables if v.reference.isdigit()}
         unknown = [n for n in (*inputs, *outputs) if n not in references]
         if unknown:
             raise InterfaceError(f"{path}: reference results of {unknown[0]}, no such variable")
+        declared = {v.name for v in subject.variables if v.causality == "input"}
+        other = sorted(set(inputs) ^ declared)
+        if other:
+            raise InterfaceError(
+                f"{path}: {other[0]} is an input in one of {IN} and the description, not in both"
+            )
         plan["play"] = {
             "inputs": [references[n] for n in inputs],
             "outputs": [references[n] for n in outputs],

@@ -24,6 +24,10 @@ FUNCTIONS = " ".join(NAMES).split()
 """All functions that a co-simulation FMU exports."""
 
 
+class RefusedError(Exception):
+    """Nothing further can be tried."""
+
+
 class Callbacks(ct.Structure):
     """fmi2CallbackFunctions."""
 

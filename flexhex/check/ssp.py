@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from flexhex.check.fmu import check_fmu
+from flexhex.check.subject import parsed
+from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.ssp.fmu import open_zip, read_bytes, read_member
-from flexhex.ssp.read import Instance, Package, period, read_ssp
+from flexhex.ssp.read import BASE_STEPS, Instance, Package, period, read_ssp
 from flexhex.ssp.xml import NAMESPACES, parse
 
-STEPS = (
-    ("osp:FixedStepAlgorithm", "baseStepSize"),
-    ("oms:SimulationInformation", "fixedStepSize"),
-    ("flexhex:Schedule", "baseStep"),
+OMSIMULATOR = (
+    "ssd:System/ssd:Annotations/ssc:Annotation[1][@type='org.openmodelica']"
+    "/oms:Annotations/oms:SimulationInformation/oms:FixedStepMaster"
 )
-"""Where importers and our executor look for the base step."""
+"""Where OMSimulator looks for its step: the first annotation of the system, no other."""
 
 
 def check_ssp(path: Path) -> list[str]:
@@ -39,7 +39,7 @@ def check_system(package: Package) -> list[str]:
     """Complaints about the system description alone."""
     path = package.path
     document = parse(
-        read_member(open_zip(read_bytes(path), str(path)), "SystemStructure.ssd", str(path)),
+        read_member(open_zip(path, str(path)), "SystemStructure.ssd", str(path)),
         f"{path}: SystemStructure.ssd",
     )
     return [f"{path}: {text}" for text in _system(package, document)]
@@ -48,7 +48,10 @@ def check_system(package: Package) -> list[str]:
 def _system(package: Package, document: Any) -> Iterator[str]:
     yield from _schema(document)
     yield from _steps(package, document)
+    yield from _schedule(package, document)
+    yield from _experiment(document)
     yield from _fed(package)
+    yield from _declared(package, document)
     elements = document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES)
     for element in elements:
         instance = package.instance(element.get("name", ""))
@@ -68,14 +71,23 @@ def _schema(document: Any) -> Iterator[str]:
 
 def _steps(package: Package, document: Any) -> Iterator[str]:
     """One base step for all importers; sample times are whole numbers of it."""
-    said = {}
-    for tag, key in STEPS:
-        element = document.find(f".//{tag}", NAMESPACES)
-        if element is not None and element.get(key):
-            said[tag] = float(element.get(key))
-    for tag, step in said.items():
-        if abs(step / package.base - 1) > 1e-9:
-            yield f"{tag} steps by {step:.9g} s, the system by {package.base:.9g} s"
+    said = [
+        (f"{tag} {key}", step)
+        for tag, key in BASE_STEPS
+        for element in document.iterfind(f".//{tag}[@{key}]", NAMESPACES)
+        for step in [parsed(element.get(key))]
+    ]
+    for where, step in said[1:]:
+        # written so that what is no number is blamed too
+        if not abs(step / package.base - 1) <= 1e-9:
+            yield f"{where} is {step:.9g} s, {said[0][0]} {package.base:.9g} s: make them equal"
+    if document.find(".//oms:SimulationInformation", NAMESPACES) is not None:
+        master = document.find(OMSIMULATOR, NAMESPACES)
+        if master is None or not master.get("stepSize"):
+            yield (
+                "oms:SimulationInformation without oms:FixedStepMaster stepSize in the first"
+                " annotation of the system: OMSimulator would step by 0.001 s"
+            )
     for instance in package.instances:
         try:
             period(instance, package.base)
@@ -88,6 +100,52 @@ def _steps(package: Package, document: Any) -> Iterator[str]:
                 f"{instance.name}: made for base steps of {step_size:.9g} s,"
                 f" the system steps by {package.base:.9g} s"
             )
+
+
+def _schedule(package: Package, document: Any) -> Iterator[str]:
+    """The periods that the schedule states are those of the sample times."""
+    schedule = document.find(".//flexhex:Schedule", NAMESPACES)
+    if schedule is None:
+        return
+    stated = {
+        e.get("component", ""): e.get("steps", "")
+        for e in schedule.iterfind("flexhex:Period", NAMESPACES)
+    }
+    for instance in package.instances:
+        try:
+            steps = str(period(instance, package.base))
+        except InterfaceError:  # blamed by _steps
+            continue
+        said = stated.pop(instance.name, None)
+        if said is None:
+            yield f"flexhex:Schedule lacks {instance.name}"
+        elif said != steps:
+            yield f"flexhex:Schedule: {instance.name} every {said} base steps, its Ts says {steps}"
+    for name in stated:
+        yield f"flexhex:Schedule names {name!r}, no component of the system"
+
+
+def _experiment(document: Any) -> Iterator[str]:
+    experiment = document.find("ssd:DefaultExperiment", NAMESPACES)
+    if experiment is None:
+        return
+    start, stop = (parsed(experiment.get(key), 0.0) for key in ("startTime", "stopTime"))
+    # written so that what is no number is blamed too
+    if experiment.get("stopTime") and not start < stop < math.inf:
+        yield f"DefaultExperiment: from {start:.9g} s to {stop:.9g} s, must end after it starts"
+
+
+def _declared(package: Package, document: Any) -> Iterator[str]:
+    """Connections end at connectors that their components declare."""
+    declared = {
+        (element.get("name"), connector.get("name"))
+        for element in document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES)
+        for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES)
+    }
+    for wire in package.wires:
+        for component, name in ((wire.source, wire.output), (wire.target, wire.input)):
+            if (component, name) not in declared:
+                yield f"connection {wire}: {component} declares no connector {name}"
 
 
 def _fed(package: Package) -> Iterator[str]:

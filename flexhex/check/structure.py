@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from lxml import etree
 
 from flexhex.check.subject import Subject, parsed
+from flexhex.fmugen.description import LOG_CATEGORIES
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 KINDS = {"dependent", "constant", "fixed", "tunable", "discrete"}
@@ -33,11 +34,14 @@ def _identity(subject: Subject) -> Iterator[str]:
             name = element.get("modelIdentifier", "")
             if not IDENTIFIER.fullmatch(name):
                 yield f"modelIdentifier {name!r} is no C identifier"
+    encoding = subject.root.getroottree().docinfo.encoding
+    if encoding and encoding.upper() not in ("UTF-8", "US-ASCII", "ASCII"):
+        yield f"modelDescription.xml is written in {encoding}, FMI 2.0 wants UTF-8"
     names = [str(e.get("name")) for e in subject.root.iterfind("LogCategories/Category")]
     for name, count in Counter(names).items():
         if count > 1:
             yield f"log category {name} is declared {count} times"
-    if subject.ours and names != ["logStatusError", "logStatusWarning", "logEvents"]:
+    if subject.ours and names != list(LOG_CATEGORIES):
         yield f"log categories {', '.join(names) or 'none'}: not those of this adapter"
 
 
@@ -58,8 +62,9 @@ def _experiment(root: etree._Element) -> Iterator[str]:
 def _outputs(subject: Subject) -> Iterator[str]:
     listed = [u.get("index", "") for u in subject.root.iterfind("ModelStructure/Outputs/Unknown")]
     outputs = {str(v.index): v.name for v in subject.variables if v.causality == "output"}
+    known = set(listed)
     for index, name in outputs.items():
-        if index not in listed:
+        if index not in known:
             yield f"output {name} is missing in ModelStructure/Outputs"
     for index in listed:
         if index not in outputs:

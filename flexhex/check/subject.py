@@ -12,7 +12,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from flexhex.fmus.common.errors import InterfaceError, unreadable
+from flexhex.fmus.common.archive import open_zip
+from flexhex.fmus.common.errors import InterfaceError
 
 
 def parsed(text: str | None, otherwise: float = math.nan) -> float:
@@ -25,7 +26,7 @@ def parsed(text: str | None, otherwise: float = math.nan) -> float:
         return math.nan
 
 
-SSD = "SystemStructure.ssd"
+SSD, XML = "SystemStructure.ssd", "modelDescription.xml"
 
 
 @dataclass(frozen=True)
@@ -58,28 +59,29 @@ class Subject:
     def open(path: Path) -> Subject:
         """InterfaceError when it is no archive with a readable modelDescription.xml."""
         try:
-            with zipfile.ZipFile(path) as archive:
+            with open_zip(path, str(path)) as archive:
                 names = tuple(archive.namelist())
                 damaged = archive.testzip()
                 if damaged is not None:
                     raise InterfaceError(f"{path}: {damaged} is damaged in the archive")
-                root = etree.fromstring(archive.read("modelDescription.xml"))
+                root = etree.fromstring(archive.read(XML))
         except KeyError:
             other = " (a system description? an FMU is wanted)" if SSD in names else ""
-            raise InterfaceError(f"{path}: modelDescription.xml is missing{other}") from None
+            raise InterfaceError(f"{path}: {XML} is missing{other}") from None
         except etree.XMLSyntaxError as error:
-            raise InterfaceError(f"{path}: modelDescription.xml: {error}") from None
-        except RuntimeError as error:  # encrypted, or packed in a way that Python does not know
+            raise InterfaceError(f"{path}: {XML}: {error}") from None
+        except (RuntimeError, zipfile.BadZipFile, zlib.error, ValueError, OSError) as error:
+            # encrypted, damaged, or packed in a way that Python does not know
             raise InterfaceError(f"{path}: cannot be unpacked ({error})") from None
-        except (zipfile.BadZipFile, zlib.error, ValueError):
-            raise InterfaceError(f"{path}: not a zip archive, or a truncated one") from None
-        except OSError as error:
-            raise InterfaceError(unreadable(path, error)) from None
         return Subject(path, names, root)
+
+    def archive(self) -> zipfile.ZipFile:
+        """The archive, to unpack it."""
+        return open_zip(self.path, str(self.path))
 
     def read(self, name: str) -> bytes:
         """One file of the archive."""
-        with zipfile.ZipFile(self.path) as archive:
+        with self.archive() as archive:
             return archive.read(name)
 
     @property

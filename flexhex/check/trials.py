@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from flexhex.check.slave import Instance
+from flexhex.check.slave import Instance, RefusedError
 
 Plan = dict[str, Any]
 STEPS = 5
@@ -71,7 +71,17 @@ def starts(library: Any, plan: Plan) -> Iterator[str]:
     for v, value in zip(listed, found[0] or [], strict=False):
         if not math.isclose(value, v["start"], rel_tol=1e-12, abs_tol=1e-300):
             yield f"{v['name']} starts at {value:.17g} in the binary, {v['start']:.17g} declared"
+    _all_readable(instance, plan)
     instance.free()
+
+
+def _all_readable(instance: Instance, plan: Plan) -> None:
+    """RefusedError that names a variable that cannot be read."""
+    listed = plan["variables"]
+    if instance.c and instance.get([v["reference"] for v in listed]) is None:
+        lost = next((v for v in listed if instance.get([v["reference"]]) is None), None)
+        name = f"{lost['name']} cannot be read" if lost else "variables can be read one by one only"
+        raise RefusedError(f"{name}{instance.last}")
 
 
 def steps(library: Any, plan: Plan) -> Iterator[str]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator
 
 from flexhex.check.subject import Scalar, Subject, parsed
-from flexhex.fmugen.units import unit
+from flexhex.fmugen.units import UNITS, unit
 from flexhex.fmus.common.errors import InterfaceError
 
 VARIABILITIES = {
@@ -19,6 +20,9 @@ VARIABILITIES = {
     "independent": {"continuous"},
 }
 """Causality -> what the standard allows beside it (section 2.2.7)."""
+_WORD = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
+STRUCTURED = re.compile(rf"{_WORD}(?:\.{_WORD})*|der\({_WORD}(?:\.{_WORD})*(?:,\d+)?\)", re.ASCII)
+"""Names of the convention `structured` (section 2.2.9)."""
 NUMERIC = ("Real", "Integer", "Enumeration")
 
 
@@ -27,6 +31,7 @@ def variables(subject: Subject) -> Iterator[str]:
     for name, count in Counter(v.name for v in subject.variables).items():
         if count > 1:
             yield f"variable {name} is declared {count} times"
+    yield from _names(subject)
     for variable in subject.variables:
         yield from _combination(variable)
         if variable.kind in NUMERIC:
@@ -38,6 +43,16 @@ def variables(subject: Subject) -> Iterator[str]:
         yield from _sample_time(subject)
 
 
+def _names(subject: Subject) -> Iterator[str]:
+    """Names of the convention that the description declares."""
+    structured = subject.root.get("variableNamingConvention") == "structured"
+    for variable in subject.variables:
+        if structured and not STRUCTURED.fullmatch(variable.name):
+            yield f"{variable.name!r} is no structured name like arm[3].lam or der(x)"
+        elif not structured and re.search(r"[\r\n\t]", variable.name):
+            yield f"{variable.name!r}: a line break or tab in a name"
+
+
 def _combination(v: Scalar) -> Iterator[str]:
     allowed = VARIABILITIES.get(v.causality)
     # without a word the standard takes continuous, also for what is not Real: let it pass
@@ -46,7 +61,9 @@ def _combination(v: Scalar) -> Iterator[str]:
             f"{v.name}: causality {v.causality} with variability {v.variability},"
             f" allowed: {', '.join(sorted(allowed))}"
         )
-    if not v.reference.isdigit() or int(v.reference) >= 2**32:
+    if not v.reference:
+        yield f"{v.name} has no valueReference"
+    elif not v.reference.isdigit() or int(v.reference) >= 2**32:
         yield f"{v.name}: value reference {v.reference!r} is no unsigned 32-bit number"
     has_start = "start" in v.attributes
     wants = v.causality in ("input", "parameter") or v.variability == "constant"
@@ -84,7 +101,8 @@ def _aliases(subject: Subject) -> Iterator[str]:
             yield f"{members[0].name}: constant and fixed variables share reference {reference}"
         outputs = [v.name for v in members if v.causality == "output"]
         if subject.ours and (len(outputs) > 1 or (outputs and settable)):
-            yield f"{outputs[0]} shares value reference {reference} with {members[0].name}"
+            other = next(v.name for v in members if v.name != outputs[0])
+            yield f"{outputs[0]} shares value reference {reference} with {other}"
 
 
 def _units(subject: Subject) -> Iterator[str]:
@@ -101,6 +119,10 @@ def _units(subject: Subject) -> Iterator[str]:
             factor = shown.get("factor", "1")
             if not math.isfinite(parsed(factor)) or parsed(factor) == 0:
                 yield f"unit {name}: display unit {shown.get('name')} has factor {factor}"
+                continue
+            usual = dict(UNITS[name].display).get(str(shown.get("name"))) if name in UNITS else None
+            if usual is not None and not math.isclose(parsed(factor), usual, rel_tol=1e-6):
+                yield f"unit {name}: 1 {name} is {usual:.9g} {shown.get('name')}, not {factor}"
     types = {
         str(t.get("name")): str(t.find("Real").get("unit"))  # type: ignore[union-attr]
         for t in subject.root.iterfind("TypeDefinitions/SimpleType")

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
-from flexhex.diagnose.options import interactive, once_each, writable
+from flexhex.diagnose.options import interactive, once_each, tolerances, writable
 from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
+    from flexhex.diagnosis.prepare import Options
     from flexhex.diagnosis.verdict import Diagnosis
 
 KINDS = ("hexapod", "axis", "schunk")
@@ -49,6 +50,14 @@ def diagnose_command(
             autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
         ),
     ] = "hexapod",
+    tolerance: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=VALUE",
+            help="one standard deviation of what the machine file says, relative, in place of its"
+            " [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma, geometry",
+        ),
+    ] = None,
     apply: Annotated[
         bool,
         typer.Option(
@@ -74,6 +83,7 @@ def diagnose_command(
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
     from flexhex.diagnosis.bases import BASES
+    from flexhex.diagnosis.prepare import Options
 
     if base not in BASES:
         raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
@@ -82,6 +92,9 @@ def diagnose_command(
             f"--machine {machine}: --base {base} reads no machine file: take --machine out"
         )
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
+    if tolerance and base != "hexapod":
+        raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
+    known = tolerances(tolerance or [])
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
     held = [*(held_out or []), *(locked or [])]
@@ -94,10 +107,11 @@ def diagnose_command(
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)
+    options = Options(base, logs, tolerance=known)
     if isolability:
-        session.isolate(runs, logs)
+        session.isolate(runs, options)
         return
-    found = session.diagnose(runs, held, logs)
+    found = session.diagnose(runs, held, options)
     if found.verdict != "none" and found.machine is None:
         raise typer.Exit(1)
 
@@ -117,18 +131,17 @@ class Session:
         self.progress = live()
         self._told = False
 
-    def diagnose(self, runs: list[Path], locked: list[Path], logs: LogOptions) -> Diagnosis:
+    def diagnose(self, runs: list[Path], locked: list[Path], options: Options) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
         from rich.console import Console
 
-        from flexhex.diagnosis.workflow import Options, diagnose
+        from flexhex.diagnosis.workflow import diagnose
 
         with self.progress:
-            options = Options(self.base, logs)
             found = diagnose(runs, locked, self.file, options, self.progress.steps)
-            found = self.planned(found, [*runs, *locked], logs)
+            found = self.planned(found, [*runs, *locked], options.log)
             if self.file is not None and self.agree(found):
-                found = self.added(found, self.file, runs, locked, logs)
+                found = self.added(found, self.file, runs, locked, options.log)
         from flexhex.diagnose.page import write_diagnosis
         from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 
@@ -194,17 +207,15 @@ class Session:
 
         return add(found, file, self.out, runs, locked, logs, say)
 
-    def isolate(self, trajectories: list[Path], logs: LogOptions) -> None:
+    def isolate(self, trajectories: list[Path], options: Options) -> None:
         """Which effects the trajectories could show and tell apart."""
         from flexhex.diagnose.isolability import (
             isolability_json,
             print_isolability,
             write_isolability,
         )
-        from flexhex.diagnosis.workflow import Options
 
         with self.progress:
-            options = Options(self.base, logs)
             module = importlib.import_module("flexhex.diagnosis.isolability")
             found = module.isolability(trajectories, self.file, options, self.progress.steps)
         written = write_isolability(found, [str(path) for path in trajectories], self.page)

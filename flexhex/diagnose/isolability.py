@@ -16,8 +16,12 @@ from flexhex.diagnose.words import listed, number, title, where
 from flexhex.diagnosis.isolability import ALIKE, Isolability
 from flexhex.output.page import Part, write_page
 
-HEADINGS = ("effect", "where", "detectable from [N m]", "indistinguishable from")
 MOST_NAMES = 4
+
+
+def headings(found: Isolability) -> tuple[str, ...]:
+    """Of the table."""
+    return "effect", "where", f"detectable from [{found.unit}]", "indistinguishable from"
 
 
 def rows(found: Isolability) -> list[tuple[str, ...]]:
@@ -56,7 +60,7 @@ def print_isolability(found: Isolability, page: Path) -> None:
     """The answer in a line, the table, where the page is."""
     out = Console()
     say(out, verdict(found), "bold")
-    out.print(table("Effects that these trajectories could reveal", HEADINGS, rows(found)))
+    out.print(table("Effects that these trajectories could reveal", headings(found), rows(found)))
     say(out, f"report   {page}")
 
 
@@ -77,7 +81,7 @@ def write_isolability(found: Isolability, trajectories: Sequence[str], path: Pat
     )
     parts = [
         Part("Which effects could be distinguished", text, figures=drawn),
-        Part("Smallest effects", "", HEADINGS, rows(found), words=True),
+        Part("Smallest effects", "", headings(found), rows(found), words=True),
     ]
     return write_page(
         path, "Effects that these trajectories could reveal", ", ".join(trajectories), parts

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.plots import candidate_bars, gap_bars, heat, residual_map, spectrum_map
+from flexhex.diagnose.plots import candidate_bars, gap_bars, residual_map, spectrum_map
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
     GAP,
     LOOPS,
     SIDES,
+    axis_names,
     changed_rows,
     effect_rows,
     gap_rows,
@@ -27,21 +28,14 @@ from flexhex.diagnose.view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose.words import carriers, gap_name, title, verdict
-from flexhex.diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnose.words import carriers, gap_name, verdict
+from flexhex.diagnosis.verdict import Diagnosis, Map
 from flexhex.output.page import Part, write_page
 from flexhex.output.plots import Figure
 
 Array = NDArray[np.float64]
 FREQUENCY = "frequency"
 """What a map is over that is a spectrum."""
-TRIALS = (
-    "Each candidate was added to this model with these motions and this noise, and all candidates"
-    " were fitted again. Rows: the effect added; columns: the candidate with the largest in-sample"
-    " reduction of the residual [% of trials]. The tests that decide the verdict (trajectories left"
-    " out, significance, deviating parameters) are not run here: the table shows how alike the"
-    " candidates are, not how often the verdict is right."
-)
 
 
 def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
@@ -53,7 +47,6 @@ def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path:
         *_tracking(found.shown),
         *_next(found, asked),
         *_candidates(found),
-        *_confusion(found.effects),
         *_maps(found.maps),
         *_remarks(found, files),
     ]
@@ -87,7 +80,8 @@ def _gap(found: Diagnosis) -> list[Part]:
     if not np.isfinite(gap.before).any():
         return []
     values = judged(found)
-    drawn = gap_bars("Residual", gap.unit, values["before"], values["after"], values["floor"])
+    sides = values["before"], values["after"], values["floor"]
+    drawn = gap_bars("Residual", gap.unit, *sides, [f"axis {name}" for name in axis_names(gap)])
     text = (
         "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
     )
@@ -123,34 +117,11 @@ def _candidates(found: Diagnosis) -> list[Part]:
         for k in numbers
     }
     text = (
-        "Share of the repeatable residual that each effect explains on trajectories left out of the"
-        " fit of its gains; its shape and the base model are fitted to all of them."
-        " Indistinguishable effects explain nearly as much as the named one. Each round fits what"
-        " the one before left."
-        " p-values (on hover) are those of a candidate by itself, not corrected for their number."
+        "What each hypothesis adds to the log density of trajectories that it was not fitted to, in"
+        " nats: 3 nats are odds of 20. Base model, gains and shapes are those of the other"
+        " trajectories. Indistinguishable ones predict as well as the one that was accepted."
     )
     return [Part("Candidates", text, figures=drawn)]
-
-
-def _confusion(effects: Sequence[Named]) -> list[Part]:
-    drawn = {}
-    for k, effect in enumerate(effects):
-        if effect.confusion:
-            said = sorted({name for row in effect.confusion.values() for name in row}, key=_last)
-            truth = list(effect.confusion)
-            values = [[effect.confusion[t].get(s, 0.0) for s in said] for t in truth]
-            rows, columns = [title(t) for t in truth], [title(s) for s in said]
-            place = f"confusion{k}"
-            drawn[place] = heat(title(effect.id), rows, columns, np.array(values))
-    if not drawn:
-        return []
-    return [Part("How alike the candidates are", TRIALS, figures=drawn)]
-
-
-def _last(name: str) -> tuple[int, str]:
-    """Alone first, sets, others and none last, effects by name between them."""
-    order = ("alone", "in a set", "set", "other", "unknown", "none")
-    return order.index(name) if name in order else 0, name
 
 
 def _maps(maps: Sequence[Map]) -> list[Part]:

@@ -50,11 +50,12 @@ def gap_bars(
         line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
         bars.append({**line, "name": "non-repeatable"})
     layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
-    return figure(name, "", f"RMS [{unit}]", bars, yaxis={"rangemode": "tozero"}, **layout)
+    label_y = f"RMS [{unit}]" if unit else "RMS"
+    return figure(name, "", label_y, bars, yaxis={"rangemode": "tozero"}, **layout)
 
 
 def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
-    """What each candidate of a round explains, best on top: chosen, rivals, others."""
+    """What each candidate of a round predicts, best on top: chosen, rivals, others."""
     best = sorted(candidates, key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
     kinds = [
         ("named", AFTER, [c for c in best if c.chosen]),
@@ -66,10 +67,8 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
             "type": "bar",
             "orientation": "h",
             "y": [label(c) for c in kind],
-            "x": [float(f"{100 * max(c.gain, 0.0):.4g}") for c in kind],
-            "hovertext": [
-                f"p = {c.p_value:.2g}, not corrected for the number of candidates" for c in kind
-            ],
+            "x": [float(f"{max(c.gain, 0.0):.4g}") for c in kind],
+            "hovertext": [f"{100 * c.size:.2g} % of the torque" for c in kind],
             "name": text,
             "marker": {"color": colour},
         }
@@ -79,11 +78,11 @@ def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
     order = {"categoryorder": "array", "categoryarray": [label(c) for c in best]}
     return figure(
         f"Round {number}",
-        "share of the repeatable residual [%]",
+        "gain on left-out trajectories [nats]",
         "",
         bars,
         yaxis={**order, "automargin": True, "title": {"text": ""}, "tickfont": {"size": 11}},
-        xaxis={"range": [0, 100]},
+        xaxis={"rangemode": "tozero"},
         legend={**TOP, "traceorder": "normal"},
         margin=MARGIN,
         height=165 + 30 * len(best),
@@ -111,7 +110,9 @@ def residual_map(m: Map) -> Figure:
     ]
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
     name = f"over {m.over}"
-    return figure(name, f"{m.over} [{m.unit}]", "[N m]", lines, xaxis={"nticks": 6}, **small)
+    return figure(
+        name, f"{m.over} [{m.unit}]", f"[{m.residual}]", lines, xaxis={"nticks": 6}, **small
+    )
 
 
 def spectrum_map(m: Map) -> Figure:
@@ -122,7 +123,9 @@ def spectrum_map(m: Map) -> Figure:
         "yaxis": {"type": "log", "exponentformat": "power"},
     }
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
-    return figure(f"axis {m.axis}", f"frequency [{m.unit}]", "N m/√Hz", lines, **logs, **small)
+    return figure(
+        f"axis {m.axis}", f"frequency [{m.unit}]", f"{m.residual}/√Hz", lines, **logs, **small
+    )
 
 
 def _band(x: Array, low: Array, high: Array) -> dict[str, Any]:

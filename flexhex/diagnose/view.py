@@ -58,7 +58,7 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
     for text in carriers(found) if found.verdict not in SAID else ():
         say(out, text)
     if np.isfinite(found.gap.before).any():
-        out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=True))
+        out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=bool(found.gap.unit)))
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
@@ -138,7 +138,13 @@ def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
 def gap_title(gap: Gap) -> str:
     """Title of the table: held-out runs where there are any."""
     on = "held-out runs" if gap.locked else "the runs of the fit"
-    return f"Residual RMS [{gap.unit}] on {on}"
+    return f"Residual RMS{f' [{gap.unit}]' if gap.unit else ''} on {on}"
+
+
+def axis_names(gap: Gap) -> list[str]:
+    """Numbers of the axes, with their units where these differ."""
+    units = [""] * len(gap.units) if gap.unit else [f" [{unit}]" for unit in gap.units]
+    return [f"{i}{unit}" for i, unit in enumerate(units, start=1)]
 
 
 def closed(before: float, after: float, floor: float) -> str:
@@ -155,15 +161,15 @@ def closed(before: float, after: float, floor: float) -> str:
 
 
 def gap_rows(found: Diagnosis) -> Rows:
-    """A row for each axis, then all of them together."""
+    """A row for each axis, then all of them together where they have one unit."""
     gap, values = found.gap, judged(found)
     before, after, floor = values["before"], values["after"], values["floor"]
     lines = [("torque", gap.torque), ("before", before), ("after", after), ("floor", floor)]
     rows: Rows = []
-    for i in range(len(before)):
+    for i, name in enumerate(axis_names(gap)):
         part = closed(float(before[i]), float(after[i]), float(floor[i]))
-        rows.append((str(i + 1), *(number(float(v[i])) for _, v in lines), part))
-    if len(rows) > 1:
+        rows.append((name, *(number(float(v[i])) for _, v in lines), part))
+    if len(rows) > 1 and gap.unit:
         part = closed(rms(before), rms(after), rms(floor))
         rows.append(("all", *(number(rms(v)) for _, v in lines), part))
     return rows

@@ -7,12 +7,15 @@ import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.verdict import Diagnosis, Estimate, Gap, Named, rms
 from flexhex.fmus.common.effects import library
 
+Array = NDArray[Any]
 COUNTED = ("harmonic", "lag", "delay", "force", "mode", "hysteresis", "base", "ring", "limit")
 """Last words of titles that want an article."""
 SEVERAL = 3
@@ -125,6 +128,16 @@ def gap_name(gap: Gap) -> str:
     return "the repeatable residual" if np.isfinite(gap.repeat).any() else "the residual"
 
 
+def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
+    """RMS over axes (from 0; all) with unit: `0.05 N m`, `0.05 N m and 2 N` where axes differ."""
+    at = np.arange(len(gap.units)) if axes is None else axes
+    parts = []
+    for unit in dict.fromkeys(gap.units[i] for i in at):
+        own = [i for i in at if gap.units[i] == unit]
+        parts.append(f"{number(rms(values[own]))} {unit}")
+    return listed(parts)
+
+
 def verdict(found: Diagnosis) -> str:
     """The answer in one or two plain sentences."""
     return SENTENCES[found.verdict](found)
@@ -195,13 +208,16 @@ def carriers(found: Diagnosis) -> list[str]:
 def _unknown(found: Diagnosis) -> str:
     gap = found.gap
     left = gap.repeat_after
-    worst = [i + 1 for i, v in enumerate(left) if v > 0.5 * np.nanmax(left, initial=0.0)]
+    # axes of different units compare as shares of their torque or force
+    torque = np.full(len(left), rms(gap.torque)) if gap.unit else gap.torque
+    size = left / torque
+    worst = [i + 1 for i, v in enumerate(size) if v > 0.5 * np.nanmax(size, initial=0.0)]
     on = "on all axes" if len(worst) == len(left) > 1 else f"on {where(worst)}"
     text = f"A repeatable residual remains {on} that no effect of the library explains"
     there = np.array(worst, dtype=int) - 1
-    size, torque = rms(left[there]), rms(gap.torque[there])
-    if math.isfinite(size):
-        text += f": {number(size)} {gap.unit} RMS, {number(100 * size / torque, 2)} % of the torque"
+    share = rms(left[there]) / rms(gap.torque[there]) if gap.unit else rms(size[there])
+    if math.isfinite(share):
+        text += f": {amount(gap, left, there)} RMS, {number(100 * share, 2)} % of the torque"
     parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
     if parts:
         text += f". Identified: {listed(parts)}, but more than half of the residual remains"
@@ -210,10 +226,9 @@ def _unknown(found: Diagnosis) -> str:
 
 def _none(found: Diagnosis) -> str:
     gap = found.gap
-    size = f" ({number(rms(gap.before))} {gap.unit} RMS, of which {number(rms(gap.floor))} is"
     return (
         "No effect is missing: the model explains these runs down to the non-repeatable residual"
-        f"{size} non-repeatable)."
+        f" ({amount(gap, gap.before)} RMS, of which {amount(gap, gap.floor)} is non-repeatable)."
     )
 
 

@@ -109,7 +109,7 @@ def drives(machine_file: Path, ssp: Path, seconds: float, out: Path, stage: Stag
 def diagnosed(passes: list[Path], machine_file: Path) -> Diagnosis | str:
     """Diagnosis of the passes, or why they cannot be diagnosed: short runs are no mistake here."""
     try:
-        return diagnose(passes, (), machine_file, Options(confidence=0))
+        return diagnose(passes, (), machine_file, Options())
     except LogError as error:
         return str(error)
 

@@ -24,6 +24,7 @@ import casadi as ca
 import numpy as np
 
 from flexhex.diagnosis.identify import Fit
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import Mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
@@ -38,7 +39,7 @@ from flexhex.output.progress import Progress
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import WARM, table_cases, whole_moves
 from flexhex.simulation.runs import Array, record, samples, variant
-from flexhex.ssp.fmu import read_bytes, read_fmu
+from flexhex.ssp.fmu import read_fmu
 
 SIGNALS = ("K.p", "K.p_std")
 

@@ -97,9 +97,7 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
     fixed = table_cases(builder.machine, fit.p, seconds, fit.std)[1]
     runs, held_out = record(builder, fixed, builder.out / "runs" / "missing", progress)
     progress.stage("diagnosing what the model lacks", STEPS, "steps")
-    diagnosis = diagnose(
-        runs, held_out, builder.machine_file, Options(confidence=0), progress.steps
-    )
+    diagnosis = diagnose(runs, held_out, builder.machine_file, Options(), progress.steps)
     if not diagnosis.effects:
         return Missing(diagnosis, None)
     progress.stage("building the extended model and running the loop again")

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from lxml import etree
 
+from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
 from flexhex.fmus.common.errors import UsageError
-from flexhex.ssp.fmu import TYPES, open_zip, read_bytes, read_fmu, read_member
+from flexhex.ssp.fmu import TYPES, read_fmu
 from flexhex.ssp.read import read_ssp
 
 COLUMNS = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -39,16 +38,6 @@ class Keep(StrEnum):
     ALL = "all"
 
 
-def one_blas_thread() -> None:
-    """One thread for NumPy's linear algebra, unless the user wants more.
-
-    The fit's matrices are small: several threads take three times the processor time, most of it
-    waiting for one another. It counts only before NumPy is imported.
-    """
-    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-
-
 def run_command(
     machine: MachineFile = DEFAULT_MACHINE,
     out: Annotated[
@@ -70,7 +59,6 @@ def run_command(
     json: AsJson = False,
 ) -> None:
     """Build, fit, simulate the paper's cases, print the table, write the report."""
-    one_blas_thread()
     from flexhex.output.live import live
     from flexhex.run.paper import paper_run
     from flexhex.run.report import write_report

@@ -48,7 +48,7 @@ class Builder:
 
     def check(self) -> None:
         """Make all but the C code: MachineError names file and field of what a room refuses."""
-        path, truth = self.machine_file, truth_file(self.machine_file)
+        path, truth = self.machine_file, self.truth
         rooms = {room: partial(room_interface, room, self.machine) for room in ROOMS}
         for room, make in rooms.items():
             named(path, make, room)
@@ -58,6 +58,11 @@ class Builder:
             named(path, partial(make, starts=self._starts_of(room)), room)
         if truth.exists():
             named(truth, self._machine.interface, "machine")
+
+    @cached_property
+    def truth(self) -> Path:
+        """Where the file is that says how the machine differs from its model."""
+        return truth_file(self.machine_file)
 
     @cached_property
     def real(self) -> Machine:
@@ -76,7 +81,7 @@ class Builder:
     def fmus(self) -> list[Path]:
         """Nominal FMUs into `out/fmus`, and machine.fmu when a truth file exists."""
         self.check()
-        folder, truth = self.out / "fmus", truth_file(self.machine_file)
+        folder, truth = self.out / "fmus", self.truth
         # the largest first; compilers run side by side
         largest_first = sorted(ROOMS, key=("plant", "estimator").count, reverse=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -94,14 +99,14 @@ class Builder:
         p = base_parameters(self.machine)
         adaptive = table_cases(self.machine, p, self.machine.reference.duration)[-1]
         written = [self._write(self._around_model(adaptive), self.out / "hexapod.ssp")]
-        if truth_file(self.machine_file).exists():
+        if self.has_truth:
             written.append(self._write(adaptive, self.out / "machine" / "hexapod.ssp"))
         return written
 
     @cached_property
     def has_truth(self) -> bool:
         """Whether a truth file says how the machine differs from its model."""
-        return truth_file(self.machine_file).exists()
+        return self.truth.exists()
 
     def simulated(self, case: Case) -> Case:
         """The case as it is simulated: around the model where there is no truth file."""
@@ -153,7 +158,7 @@ class Builder:
 
     @property
     def _machine(self) -> Source:
-        return Source("plant", self.real, truth_file(self.machine_file))
+        return Source("plant", self.real, self.truth)
 
     def _starts_of(self, room: str) -> Starts:
         found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)

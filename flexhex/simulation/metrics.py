@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.motion import MotionModel
-from flexhex.fmugen.codegen import SYMBOLIC
+from flexhex.diagnosis.motion import motion_model
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.tables import Column
 from flexhex.tracking import rms as rms
@@ -72,16 +70,9 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
     return Figures(rms(e) * 1e6, rms(tau_fb), *micro)
 
 
-@lru_cache(maxsize=4)
-def _motion_model(machine: Machine) -> MotionModel:
-    """The kinematics of a machine; CasADi needs most of a second for them."""
-    with SYMBOLIC:
-        return MotionModel(machine)
-
-
 def end_effector_error(machine: Machine, theta: Array, e: Array) -> Array:
     """Error of E (samples, 6): position [m], rotation [rad], both in the world frame."""
-    model = _motion_model(machine)
+    model = motion_model(machine)
     x = model.close(theta)
     moved, _ = model.rates(x, e, np.zeros_like(e))
     lam, lamd = x[:, -4:], moved[:, -4:]

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError, UsageError, unreadable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, truth_file
@@ -23,8 +24,6 @@ from flexhex.fmus.plant.interface import parameters as plant_parameters
 from flexhex.simulation.cases import SETTLE
 from flexhex.simulation.metrics import rms
 from flexhex.ssp.executor import run
-from flexhex.ssp.fmu import read_bytes
-from flexhex.ssp.library import DEFAULT_CACHE
 from flexhex.ssp.read import read_ssp
 from flexhex.study.draws import BUILT, Plan, Values, draw, start_values
 from flexhex.study.store import Scored, Store
@@ -116,7 +115,7 @@ def carry_out(
     return StudyResult(plan, tuple(listed), scored, failed, kept)
 
 
-def score(task: Task, content: bytes | None = None, cache: Path = DEFAULT_CACHE) -> Scored:
+def score(task: Task, content: bytes | None = None, cache: Path | None = None) -> Scored:
     """Run a task and reduce it to its figures; content is the .ssp where its path is not."""
     if content is not None:
         with tempfile.TemporaryDirectory(prefix="flexhex-") as folder:
@@ -126,7 +125,7 @@ def score(task: Task, content: bytes | None = None, cache: Path = DEFAULT_CACHE)
     return _score(task, task.ssp, cache)
 
 
-def _score(task: Task, path: Path, cache: Path) -> Scored:
+def _score(task: Task, path: Path, cache: Path | None) -> Scored:
     result = run(
         path,
         SETTLE + task.duration,

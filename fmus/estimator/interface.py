@@ -13,6 +13,7 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
 from flexhex.fmus.estimator.equations import row_width
 
 INNOVATION = "innovation: measured torque minus its prediction with the estimate before the update"
@@ -88,14 +89,25 @@ def interface(machine: Machine) -> Interface:
         return {**named, "initial_from": sources}
 
     n_effects = Bank.compensated(machine).n_gains
-    n_chi = n * (1 + 2 * machine.actuator.n_harmonics) + n_effects
+    chi = basis_at_rest(machine)
     # columns of effects have units of their own, so their range is wide
     reach = 1e9 if n_effects else 2.0
     variables = (
         *_settings(machine, p0, named),
         *coordinate_inputs(machine, "filtered x~"),
-        Variable("chi_f", "input", "1", "filtered actuator basis", n_chi, min=-reach, max=reach),
-        Variable("tau_f", "input", "N m", "filtered torque", size=n, min=-1e4, max=1e4),
+        Variable(
+            "chi_f", "input", "1", "filtered actuator basis", len(chi), chi, min=-reach, max=reach
+        ),
+        Variable(
+            "tau_f",
+            "input",
+            "N m",
+            "filtered torque",
+            n,
+            holding_torque(machine),
+            min=-1e4,
+            max=1e4,
+        ),
         Variable("p", "output", "1", "estimated parameters", start=p0, **from_("p0", "scale")),
         Variable(
             "p_std", "output", "1", "their standard deviations", **from_("scale", "adapt", "P0")

@@ -28,7 +28,7 @@ static void publish(const estimator_parameters *p, const state *s, estimator_out
 
 static bool start(const estimator_parameters *p, void *memory, estimator_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   memset(s, 0, sizeof *s);
   memset(y, 0, sizeof *y);
   estimator_columns(s->columns);
@@ -155,7 +155,7 @@ static bool all_finite(const double *values, int count) {
 
 static void tick(const estimator_parameters *p, const estimator_inputs *u, void *memory,
                  estimator_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   s->ticks += 1.0;
   if (s->ticks * p->Ts < p->t_start) {
     return;

@@ -6,6 +6,7 @@ from typing import Any
 
 from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.rest import holding_torque
 from flexhex.fmus.feedback.design import design
 
 MAX_DELAY = 64
@@ -48,7 +49,16 @@ def interface(machine: Machine) -> Interface:
         *parameters(machine),
         Variable("r", "input", "rad", "reference angles", size=n, min=-reach, max=reach),
         Variable("theta", "input", "rad", "measured angles", size=n, min=-reach, max=reach),
-        Variable("tau_ff", "input", "N m", "feedforward torques", size=n, min=-1e4, max=1e4),
+        Variable(
+            "tau_ff",
+            "input",
+            "N m",
+            "feedforward torques",
+            n,
+            holding_torque(machine),
+            min=-1e4,
+            max=1e4,
+        ),
         Variable("tau", "output", "N m", "torque command, within the limit", size=n),
         Variable(
             "tau_fb", "output", "N m", "torque of the PID controllers, before the limit", size=n

@@ -20,7 +20,7 @@ typedef struct {
 
 static bool start(const feedback_parameters *p, void *memory, feedback_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (p->tau_step > p->tau_max) {
     snprintf(message, size, "tau_step = %.9g N m, more than tau_max = %.9g N m", p->tau_step,
              p->tau_max);
@@ -60,11 +60,12 @@ static double clipped(double value, double limit) {
    added to the next command. The limit itself is taken down to whole steps: what lies beyond
    is never given, so it is not owed either, and the rest stays within half a step. */
 static double command(const feedback_parameters *p, double wanted, double *carried) {
-  if (p->tau_step <= 0.0) {
+  /* a quotient of decimal fractions may fall short of a whole number by rounding */
+  const double steps =
+      p->tau_step > 0.0 ? floor(p->tau_max / p->tau_step * (1.0 + 1e-12)) : INFINITY;
+  if (isinf(steps)) { /* no steps, or too fine to count */
     return clipped(wanted, p->tau_max);
   }
-  /* a quotient of decimal fractions may fall short of a whole number by rounding */
-  const double steps = floor(p->tau_max / p->tau_step * (1.0 + 1e-12));
   const double most = fmin(p->tau_max, p->tau_step * steps);
   const double owed = clipped(wanted, most) + *carried;
   const double given = clipped(p->tau_step * nearbyint(owed / p->tau_step), most);
@@ -74,7 +75,7 @@ static double command(const feedback_parameters *p, double wanted, double *carri
 
 static void tick(const feedback_parameters *p, const feedback_inputs *u, void *memory,
                  feedback_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   double r[N], e_I[N];
   delayed(s, u->r, r);
   for (int i = 0; i < N; ++i) {

@@ -6,7 +6,7 @@ from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
-from flexhex.fmus.common.model.parameters import parameters
+from flexhex.fmus.common.model.parameters import base_parameters, parameters
 
 
 def interface(machine: Machine) -> Interface:
@@ -23,6 +23,7 @@ def interface(machine: Machine) -> Interface:
             "1",
             "parameters",
             size=len(listed),
+            start=base_parameters(machine),
             min=-1e4,
             max=1e4,
             elements=names,

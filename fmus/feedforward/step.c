@@ -31,7 +31,7 @@ static bool all_finite(const double *tau) {
 
 static void tick(const feedforward_parameters *p, const feedforward_inputs *u, void *memory,
                  feedforward_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   double tau[FEEDFORWARD_N];
   feedforward_torque(u->x, u->xd, u->xdd, u->z, u->p, tau);
   if (!all_finite(tau)) {

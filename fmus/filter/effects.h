@@ -29,13 +29,13 @@ typedef struct {
    At the first tick all three are one sample, at the second the middle one is that sample still:
    only then does time go on. */
 static void filter_effects_at(filter_effects *e, double Ts, const double *past, const double *now,
-                              const double *new, double *columns) {
+                              const double *latest, double *columns) {
   filter_instant at;
   double state_next[FILTER_N_EFFECT_STATE], unused[FILTER_N];
   memcpy(at.of.theta, now, sizeof at.of.theta);
   memcpy(at.of.tau, now + FILTER_N, sizeof at.of.tau);
-  filter_derivatives(past, now, new, &Ts, at.of.thetad, at.of.thetadd);
-  filter_derivatives(past + FILTER_N, now + FILTER_N, new + FILTER_N, &Ts, at.of.taud, unused);
+  filter_derivatives(past, now, latest, &Ts, at.of.thetad, at.of.thetadd);
+  filter_derivatives(past + FILTER_N, now + FILTER_N, latest + FILTER_N, &Ts, at.of.taud, unused);
   at.of.time = e->ticks > 1.0 ? e->ticks * Ts : Ts;
   if (e->ticks == 0.0) {
     filter_effect_start(at.of.theta, e->state);

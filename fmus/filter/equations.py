@@ -36,36 +36,39 @@ def hann(points: int) -> NDArray[np.float64]:
     return normalised
 
 
-def derivatives(past: Any, now: Any, new: Any, Ts: Any) -> tuple[Any, Any]:
+def derivatives(past: Any, now: Any, latest: Any, Ts: Any) -> tuple[Any, Any]:
     """First and second derivative at `now` from three samples, SX or arrays.  [SH, IV-D]
 
         [-1, 0, 1] / (2 Ts),  [1, -2, 1] / Ts^2
 
     The second is printed with its sign turned.
     """
-    return (new - past) / (2 * Ts), ((new - now) - (now - past)) / Ts**2
+    return (latest - past) / (2 * Ts), ((latest - now) - (now - past)) / Ts**2
 
 
 def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
     filter_taps() -> taps (points,)
-    filter_derivatives(past, now, new, Ts) -> thetad, thetadd (6,)
+    filter_derivatives(past, now, latest, Ts) -> thetad, thetadd (6,)
     filter_basis(theta, z) -> chi (114,): z, cos, sin, ... joint by joint
     filter_dahl(z, theta_last, theta) -> z_next (6,)
     with effects, from `effect_bank`: filter_effect_columns, _start, _advance
     """
     n, a = machine.n_arms, machine.actuator
-    past, now, new, Ts = (*(ca.SX.sym(name, n) for name in ("past", "now", "new")), ca.SX.sym("Ts"))
+    past, now, latest, Ts = (
+        *(ca.SX.sym(name, n) for name in ("past", "now", "latest")),
+        ca.SX.sym("Ts"),
+    )
     theta, theta_last, z = (ca.SX.sym(name, n) for name in ("theta", "theta_last", "z"))
     z_next = [actuator.dahl(z[i], theta[i] - theta_last[i], a.sigma) for i in range(n)]
     return [
         ca.Function("filter_taps", [], [ca.SX(hann(machine.control.hann_points))], [], ["taps"]),
         ca.Function(
             "filter_derivatives",
-            [past, now, new, Ts],
-            ca.cse(list(derivatives(past, now, new, Ts))),
-            ["past", "now", "new", "Ts"],
+            [past, now, latest, Ts],
+            ca.cse(list(derivatives(past, now, latest, Ts))),
+            ["past", "now", "latest", "Ts"],
             ["thetad", "thetadd"],
         ),
         ca.Function(

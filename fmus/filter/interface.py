@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
-
 from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, columns_function
+from flexhex.fmus.common.model.effect_bank import Bank
+from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
 
 MAX_ALIGNMENT = 20
 """Longest extra delay of tau_f and chi_f, in samples."""
@@ -34,14 +31,21 @@ def switches() -> tuple[Variable, ...]:
 def interface(machine: Machine) -> Interface:
     """Filter of a machine: raw angles and torques in, filtered signals of one instant out."""
     n, n_basis = machine.n_arms, 1 + 2 * machine.actuator.n_harmonics
+    chi = basis_at_rest(machine)
     reach = round(1.15 * machine.geometry.stroke, 6)
-    at_zero = np.tile([0.0, *(1.0, 0.0) * machine.actuator.n_harmonics], n)
-    bank = Bank.compensated(machine)
-    chi = np.concatenate([at_zero, columns_at_rest(bank)])
     variables = (
         *switches(),
         Variable("theta", "input", "rad", "measured angles", size=n, min=-reach, max=reach),
-        Variable("tau_meas", "input", "N m", "measured torques", size=n, min=-1e4, max=1e4),
+        Variable(
+            "tau_meas",
+            "input",
+            "N m",
+            "measured torques",
+            n,
+            holding_torque(machine),
+            min=-1e4,
+            max=1e4,
+        ),
         Variable("theta_f", "output", "rad", "filtered angles", size=n),
         Variable("theta_fd", "output", "rad/s", "their rates", size=n),
         Variable("theta_fdd", "output", "rad/s2", "their accelerations", size=n),
@@ -58,15 +62,6 @@ def interface(machine: Machine) -> Interface:
             "N_CHI": n * n_basis,
             "POINTS": machine.control.hann_points,
             "MAX_ALIGNMENT": MAX_ALIGNMENT,
-            **bank.constants,
+            **Bank.compensated(machine).constants,
         },
     )
-
-
-def columns_at_rest(bank: Bank) -> NDArray[np.float64]:
-    """Columns of the effects (n_gains,) where everything is zero and has always been."""
-    if not bank:
-        return np.zeros(0)
-    columns = columns_function(bank, "columns")
-    still = np.zeros(len(SIGNALS) * bank.n + 1)
-    return np.array(columns(still, ca.DM(bank.start(ca.SX.zeros(bank.n))))).ravel()

@@ -35,7 +35,7 @@ typedef struct {
 
 static bool start(const filter_parameters *p, void *memory, filter_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (p->alignment != floor(p->alignment)) {
     snprintf(message, size, "alignment = %.17g, must be a whole number", p->alignment);
     return false;
@@ -49,7 +49,8 @@ static bool start(const filter_parameters *p, void *memory, filter_outputs *y, c
   filter_taps(s->taps);
   filter_basis(s->theta_last, s->z, y->chi_f);
 #ifdef FILTER_N_EFFECT
-  const filter_instant rest = {.all = {0.0}};
+  filter_instant rest;
+  memset(&rest, 0, sizeof rest);
   filter_effect_start(rest.of.theta, s->effects.state);
   filter_effect_columns(rest.all, s->effects.state, y->chi_f + N_CHI);
 #endif
@@ -135,7 +136,7 @@ static void differentiate(const filter_parameters *p, state *s, filter_outputs *
 
 static void tick(const filter_parameters *p, const filter_inputs *u, void *memory,
                  filter_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   const int age = STENCIL + (int)p->alignment;
   const bool filtered_basis = p->basis != 0.0;
   double now[N_SAMPLE] = {0.0}, past[N_SAMPLE];

@@ -16,7 +16,7 @@ typedef struct {
 
 static bool start(const kinematics_parameters *p, void *memory, kinematics_outputs *y,
                   char *message, size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (p->corrections != floor(p->corrections)) {
     snprintf(message, size, "corrections = %.17g, must be a whole number", p->corrections);
     return false;
@@ -64,7 +64,7 @@ static void hold(kinematics_outputs *y) {
 
 static void tick(const kinematics_parameters *p, const kinematics_inputs *u, void *memory,
                  kinematics_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   /* hysteresis follows the angle alone; at the first tick there is no earlier one */
   if (s->started != 0.0) {
     double z_next[KINEMATICS_N];

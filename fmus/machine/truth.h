@@ -20,7 +20,7 @@ static double hidden_uniform(plant_hidden_state *s) {
   uint64_t x = s->draw += UINT64_C(0x9e3779b97f4a7c15);
   x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
   x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
-  return (double)((x ^ (x >> 31)) >> 11) * 0x1p-53;
+  return (double)((x ^ (x >> 31)) >> 11) / 9007199254740992.0; /* 2^53 */
 }
 
 /* Nearly normal, mean 0, variance 1: twelve uniforms, the same on every platform. */

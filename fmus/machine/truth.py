@@ -149,7 +149,10 @@ def interface(machine: Machine, truth: Truth) -> Interface:
         text = "hidden effects, a row each: kind, axis, numbers"
         added.append(parameter("hidden_effects", "1", text, rows, -1e12, 1e12, size=len(rows)))
         constants["N_HIDDEN"] = len(rows) // WIDTH
-    text = "Ground truth for tests: the plant with deviations from its model"
+    text = (
+        "Ground truth for tests: the plant with deviations from its model. Without a controller it"
+        " falls onto its end stops: the torque that tau starts at holds the model"
+    )
     return Interface("machine", text, base.Ts, (*variables, *added), constants, base.faults)
 
 

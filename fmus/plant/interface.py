@@ -13,6 +13,7 @@ from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, n
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames
 from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.common.model.rest import holding_torque
 from flexhex.fmus.plant.effects import SUBSTEPS, constants
 
 MAX_DELAY = 40
@@ -110,7 +111,16 @@ def interface(machine: Machine) -> Interface:
     variables = (
         *parameters(machine),
         *gains(machine),
-        Variable("tau", "input", "N m", "torque command", size=n, min=-1e4, max=1e4),
+        Variable(
+            "tau",
+            "input",
+            "N m",
+            "torque command",
+            n,
+            holding_torque(machine),
+            min=-1e4,
+            max=1e4,
+        ),
         Variable("payload", "input", "kg", "mass at c_payload of E", min=0, max=50),
         Variable("theta", "output", "rad", "actuator angles, encoder reading", size=n),
         Variable(
@@ -122,7 +132,8 @@ def interface(machine: Machine) -> Interface:
     n_p = len(actuator_parameters(machine))
     return Interface(
         "plant",
-        "Six drives with motors, encoders and flexures, the mechanism, the payload",
+        "Six drives with motors, encoders and flexures, the mechanism, the payload; rests at the"
+        " torque that tau starts at",
         machine.timing.base,
         variables,
         {

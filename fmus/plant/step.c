@@ -43,8 +43,10 @@ typedef struct {
 #endif
 } state;
 
+/* value in whole steps; itself where there is no step, or one too fine to count */
 static double quantised(double value, double step) {
-  return step > 0.0 ? step * nearbyint(value / step) : value;
+  const double count = step > 0.0 ? value / step : INFINITY;
+  return isfinite(count) ? step * nearbyint(count) : value;
 }
 
 static bool whole(const char *name, double value, char *message, size_t size) {
@@ -78,7 +80,7 @@ static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) 
 
 static bool start(const plant_parameters *p, void *memory, plant_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (!whole("substeps", p->substeps, message, size) ||
       !whole("command_delay", p->command_delay, message, size) ||
       !whole("measurement_delay", p->measurement_delay, message, size)) {
@@ -183,7 +185,7 @@ static bool within_stroke(const plant_parameters *p, const motion *now, double r
 }
 
 static void tick(const plant_parameters *p, const plant_inputs *u, void *memory, plant_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   const int substeps = (int)p->substeps;
   const double h = p->Ts / substeps;
   double command[N];

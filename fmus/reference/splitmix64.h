@@ -12,7 +12,7 @@ static double uniform(double seed, double index) {
   x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
   x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
   x = x ^ (x >> 31);
-  return (double)(x >> 11) * 0x1p-53;
+  return (double)(x >> 11) / 9007199254740992.0; /* 2^53 */
 }
 
 #endif

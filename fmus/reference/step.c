@@ -174,7 +174,7 @@ static bool check_kind(const reference_parameters *p, const state *s, char *mess
 
 static bool start(const reference_parameters *p, void *memory, reference_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   memset(s, 0, sizeof *s);
   if (!whole("kind", p->kind, message, size) || !whole("seed", p->seed, message, size) ||
       !whole("passes", p->passes, message, size) || !whole("n_sines", p->n_sines, message, size) ||
@@ -194,7 +194,7 @@ static bool start(const reference_parameters *p, void *memory, reference_outputs
 
 static void tick(const reference_parameters *p, const reference_inputs *u, void *memory,
                  reference_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   (void)u;
   s->ticks += 1.0;
   at_tick(p, s, s->ticks + 1.0, y);

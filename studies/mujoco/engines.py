@@ -33,16 +33,7 @@ def load(name: str) -> Engine:
     return found
 
 
-def selection(
-    paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path
-) -> dict[str, Any]:
-    """The same with the search by predictive density."""
-    return today(paths, test_paths, machine_file, selection=True)
-
-
-def today(
-    paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path, selection: bool = False
-) -> dict[str, Any]:
+def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path) -> dict[str, Any]:
     """The engine as it is, with the base model that it has for such a machine.
 
     Axes and gantries: `axis`, which takes no file. Arms: its rigid arm, with the links, inertias
@@ -52,7 +43,7 @@ def today(
     data = tomllib.loads(machine_file.read_text(encoding="utf-8"))
     kind = data.get("kind")
     base = {"arm": "arm", None: "hexapod"}.get(kind, "axis")
-    options = replace(workflow.QUICK, base=base, selection=selection)
+    options = workflow.Options(base=base)
     if kind == "arm":
         bases: Any = importlib.import_module("flexhex.diagnosis.bases")
         cast(dict[str, Any], bases.BASES)["arm"] = lambda file, log: _arm(data, log["theta"].ts)
@@ -63,9 +54,14 @@ def today(
 def _arm(data: dict[str, Any], ts: float) -> Any:
     """Base model of an arm from its machine file."""
     arm: Any = importlib.import_module("flexhex.diagnosis.arm")
+    serial: Any = importlib.import_module("flexhex.diagnosis.serial")
     spread, rows = data["tolerance_mass"], data["links"]
-    links = [arm.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows]
-    base = arm.RigidArmBase(arm.Arm(tuple(links), tuple(data["gravity"]), spread), ts)
+    links = tuple(
+        serial.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows
+    )
+    misplaced = data["tolerance_geometry"]
+    described = serial.Arm(links, tuple(data["gravity"]), spread, misplaced)
+    base = arm.RigidArmBase(described, ts)
     values = [value for row in rows for value in _ten(row)]
     linear = list(base.linear)
     for k, value in enumerate(values):

@@ -187,8 +187,9 @@ def projections(model: mujoco.MjModel, q: Array, at: Array) -> Array:
     return found
 
 
-def toml(h: Hexapod, reach: float) -> str:
-    """The machine file of base model `hexapod`: the template with this machine's values."""
+def toml(h: Hexapod, reach: float, mass: float, geometry: float) -> str:
+    """The machine file of base model `hexapod`: the template with this machine's values, and the
+    tolerances of masses and geometry."""
     data = tomllib.loads(TEMPLATE.read_text(encoding="utf-8"))
 
     def put(section: dict[str, Any], name: str, value: Any) -> None:
@@ -215,6 +216,11 @@ def toml(h: Hexapod, reach: float) -> str:
         put(motor, name, [one] * 6)
     for name in ("a", "b"):
         put(motor, name, [[0.0] * motor["n_harmonics"]] * 6)
+    known = {"mass": mass, "inertia": mass, "geometry": geometry}
+    data["tolerance"] = {
+        name: {"value": float(f"{value:.3g}"), "unit": "1", "source": "assumed"}
+        for name, value in known.items()
+    }
     return _dumped(data)
 
 

@@ -40,7 +40,7 @@ def gantry(rng: Rng) -> Machine:
     """Two or three linear axes at right angles; the third stands upright."""
     n, size = int(rng.integers(2, 4)), float(10 ** rng.uniform(-1.7, 0.3))
     mass = float(10 ** rng.uniform(-2, 2.7))
-    frames: tuple[Three, ...] = ((0.0, np.pi / 2, 0.0), LEVEL, (np.pi / 2, 0.0, 0.0))
+    frames: tuple[Three, ...] = ((0.0, np.pi / 2, 0.0), LEVEL, (0.0, -np.pi / 2, 0.0))
     links = []
     for k in range(n):
         own = mass * 0.6**k * float(rng.uniform(0.7, 1.4))

@@ -146,8 +146,9 @@ def make(
         (kept if log.test else fit).append(path)
     machine_file = logs / "machine.toml"
     chain, reach = case.written.chain, max(case.machine.reach)
-    text = toml(case.written, case.mass_error, case.geometry_error)
-    machine_file.write_text(hexapod.toml(chain, reach) if chain is not None else text)
+    known = case.mass_error, case.geometry_error
+    text = toml(case.written, *known) if chain is None else hexapod.toml(chain, reach, *known)
+    machine_file.write_text(text)
     truth = sealed / f"{FAMILY}-{seed}.json"
     truth.write_text(json.dumps(truth_of(found), indent=1) + "\n", encoding="utf-8")
     return Written(tuple(fit), tuple(kept), machine_file, truth)

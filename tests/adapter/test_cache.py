@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
 import os
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 from flexhex.fmugen import cache, compile, fmu, rooms, sources
 from flexhex.fmugen.rooms import Source
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.numeric.library import loaded
 from tests.conftest import MACHINE_FILE, ROOT
 
 ROOM = "feedback"
@@ -203,3 +205,18 @@ def test_generated_c_survives_its_file(machine: Machine) -> None:
     assert sources.Generated.loaded(made.dumped()) == made
     assert made.source
     assert fmu.RUNTIME.is_dir()
+
+
+def test_library_of_equations_is_compiled_once_for_all_working_folders(
+    folder: Path, work: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("a", "b"):
+        place = tmp_path / name
+        place.mkdir()
+        monkeypatch.chdir(place)
+        library = loaded("double one(void) { return 1.0; }\n", "one")
+        library.one.restype = ctypes.c_double
+        assert library.one() == 1.0
+        assert list(place.iterdir()) == []
+    assert work == ["one.c"]
+    assert len(list(folder.glob("objects/one-*.so"))) == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes as ct
 import random
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from tests.adapter.slave import ERROR, OK, Binary, Slave
+from tests.adapter.slave import DISCARD, ERROR, OK, Binary, Slave
 from tests.adapter.toys import BASE, OUTPUTS, VR, Twin
 
 OUT = [VR[name] for name in OUTPUTS]
@@ -19,6 +20,13 @@ IN = [VR[name] for name in ("u", "a[1]", "a[2]", "a[3]")]
 def inputs(n: int) -> list[float]:
     """Some input for every base step."""
     return [np.sin(0.3 * n), np.cos(0.1 * n), 0.01 * (n % 17), -1.0]
+
+
+def last_time(slave: Slave) -> float:
+    """What fmi2GetRealStatus says of fmi2LastSuccessfulTime."""
+    time = ct.c_double()
+    assert slave.call("fmi2GetRealStatus", 2, ct.byref(time)) == OK
+    return time.value
 
 
 def set_period(slave: Slave, period: int) -> None:
@@ -75,16 +83,27 @@ def test_slices_of_a_step_change_nothing(make, seed: int) -> None:
         assert whole.get(OUT) == sliced.get(OUT)
 
 
-@pytest.mark.parametrize(
-    "size", [0.0, -BASE, 0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, np.nan, np.inf]
-)
-def test_step_that_is_not_whole_is_refused(running: Slave, size: float) -> None:
+@pytest.mark.parametrize("size", [0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, 1e-6 * BASE, 1e300])
+def test_step_that_is_not_whole_is_discarded(running: Slave, size: float) -> None:
+    """The standard: an importer may ask how far the FMU came, and try a step of another size."""
     running.advance(3)
-    before = running.get(OUT[:-1])
+    before = running.get(OUT)
+    assert running.step(3 * BASE, size) == DISCARD
+    (status, category, text) = running.log[-1]
+    assert (status, category) == (DISCARD, "logStatusDiscard")
+    assert text.startswith("fmi2DoStep by ")
+    assert text.endswith("must be a whole number of base steps of 0.00025 s (instance one)")
+    assert last_time(running) == 3 * BASE
+    assert running.get(OUT) == before, "no fault either"
+    running.advance()
+
+
+@pytest.mark.parametrize("size", [0.0, -BASE, np.nan, np.inf, -np.inf])
+def test_step_without_a_size_is_refused(running: Slave, size: float) -> None:
+    running.advance(3)
     assert running.step(3 * BASE, size) == ERROR
-    assert "fmi2DoStep by" in running.said
-    assert "whole number of base steps of 0.00025 s (instance one)" in running.said
-    assert running.get(OUT[:-1]) == before
+    assert running.said.endswith("s, must be above zero and finite (instance one)")
+    assert last_time(running) == 3 * BASE
     running.advance()
 
 
@@ -107,6 +126,68 @@ def test_summed_time_never_drifts(running: Slave) -> None:
     assert running.get([VR["ticks"]]) == [149_999]
 
 
+TENTHS = 10_000
+"""Tenths of a second up to 1000 s."""
+
+
+def run_to(slave: Slave, time: float, step: float, stop: float) -> float:
+    """What tools do: steps of min(step, what is left) until their sum is there; the last size."""
+    size = 0.0
+    while time < stop:
+        size = min(step, stop - time)
+        assert slave.step(time, size) == OK, (stop, slave.said)
+        time += size
+    return size
+
+
+@pytest.mark.parametrize("steps", [1, 3, 4, 40])
+def test_summed_time_ends_at_every_tenth_of_a_second(running: Slave, steps: int) -> None:
+    step = steps * BASE
+    times = np.concatenate([[0.0], np.cumsum(np.full(int(1000 / step) + 2, step))])
+    rests = 0
+    for tenth in range(1, TENTHS + 1):
+        stop = tenth / 10
+        # the sum as it stands two steps earlier; the FMU is there at once
+        before = int(np.searchsorted(times, stop)) - 2
+        if before * steps > running.n:
+            size = (before * steps - running.n) * BASE
+            assert running.step(running.n * BASE, size) == OK, running.said
+            running.n = before * steps
+        state = running.state()
+        rests += run_to(running, float(times[before]), step, stop) < 0.01 * BASE
+        assert round(last_time(running) / BASE) == tenth * 400
+        assert running.restore(state) == OK
+        assert running.forget(state) == OK
+    assert running.log == []
+    assert rests > 1000, "sums of steps leave rests, or nothing was tried"
+
+
+def test_rest_of_time_does_nothing(running: Slave) -> None:
+    running.set(IN, inputs(3))
+    running.advance(4)
+    before, state = running.get(OUT), running.serialised()
+    assert running.step(4 * BASE, 3e-19) == OK
+    assert running.step(4 * BASE + 3e-19, 1e-18) == OK
+    assert running.get(OUT) == before
+    assert running.serialised() == state, "nothing at all"
+    running.advance()
+
+
+def test_tolerance_is_that_of_sums_of_doubles(running: Slave) -> None:
+    """After n steps n**2 half units in the last place, twice; never a quarter of a step."""
+    for count, near, off in [
+        (400, 400**2 * 2.0**-53, 400**2 * 2.0**-49),
+        (4_000_000, 4e6**2 * 2.0**-53, 4e6**2 * 2.0**-49),
+        (400_000_000, 0.24, 0.26),
+    ]:
+        running.advance(count - running.n)
+        assert running.step(count * BASE, off * BASE) == DISCARD
+        assert running.step((count + off) * BASE, BASE) == ERROR
+        assert running.step(count * BASE, near * BASE) == OK
+        assert running.step((count + near) * BASE, BASE) == OK
+        running.n += 1
+
+
 def test_start_time_is_where_counting_begins(make) -> None:
     slave = make().initialise(start=12.345)
     assert slave.step(0.0, BASE) == ERROR
@@ -123,7 +204,7 @@ def test_step_beyond_stop_time_is_refused(make) -> None:
     slave.advance()
     assert slave.step(10 * BASE, BASE) == ERROR
     # an importer whose summed time falls short of the end takes one step more
-    assert slave.step(10 * BASE - 1e-12, BASE) == OK
+    assert slave.step(10 * BASE - 1e-18, BASE) == OK
 
 
 def test_sample_time_must_be_whole(fresh: Slave) -> None:

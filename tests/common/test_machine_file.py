@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.machine.truth import load_truth
 from tests.conftest import MACHINE_FILE
@@ -36,6 +37,8 @@ def drop_line(start: str) -> Edit:
 
     return edit
 
+
+RELATIVE = '{ value = %s, unit = "1", source = "assumed" }'
 
 CASES: dict[str, tuple[Edit, str]] = {
     "missing field": (drop_line("sigma ="), r"actuator\.sigma: is missing"),
@@ -126,6 +129,22 @@ CASES: dict[str, tuple[Edit, str]] = {
         replace('name = "tflex"', 'name = "My Hexapod"'),
         r"name: wants small letters, .*, is 'My Hexapod'",
     ),
+    "unknown tolerance": (
+        replace("[drive]", "[tolerance]\nmasses = 0.1\n[drive]"),
+        r"tolerance\.masses: is not a known key, did you mean mass\?$",
+    ),
+    "tolerance in per cent": (
+        replace("[drive]", f"[tolerance]\nmass = {RELATIVE % 5}\n[drive]"),
+        r"tolerance\.mass: 5\.0, must be at most 1$",
+    ),
+    "tolerance that holds fast": (
+        replace("[drive]", f"[tolerance]\nstiffness = {RELATIVE % 0}\n[drive]"),
+        r"tolerance\.stiffness: 0\.0, must be above 0$",
+    ),
+    "tolerance of a bare number": (
+        replace("[drive]", "[tolerance]\nmass = 0.1\n[drive]"),
+        r"tolerance\.mass: wants \{ value = \.\.\., unit = \"1\"",
+    ),
     "no TOML": (replace("[gravity]", "[gravity"), r"not valid TOML"),
 }
 
@@ -145,6 +164,15 @@ def test_wrong_machine_file_is_one_clear_message(case: str, tmp_path: Path) -> N
 
 def test_default_machine_file_is_accepted() -> None:
     assert load_machine(MACHINE_FILE).n_arms == 6
+
+
+def test_tolerances_that_a_file_does_not_give_are_the_usual_ones(tmp_path: Path) -> None:
+    edit = replace("[drive]", f"[tolerance]\nmass = {RELATIVE % 0.1}\n[drive]")
+    path = tmp_path / "machine.toml"
+    path.write_text(edit(MACHINE_FILE.read_text(encoding="utf-8")), encoding="utf-8")
+    read, usual = load_machine(path).tolerance, load_machine(MACHINE_FILE).tolerance
+    assert (read.mass, usual.mass) == (0.1, Tolerance().mass)
+    assert read.model_copy(update={"mass": usual.mass}) == usual
 
 
 def test_missing_machine_file_is_named(tmp_path: Path) -> None:

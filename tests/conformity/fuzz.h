@@ -56,8 +56,8 @@ static void describe(void) {
   for (int k = 0; k < model->n_variables; ++k) {
     const flexhex_variable *v = &model->variables[k];
     for (int i = 0; i < (v->size ? v->size : 1); ++i, ++vr) {
-      low[vr] = v->min > -DBL_MAX ? v->min : -DBL_MAX;
-      high[vr] = v->max < DBL_MAX ? v->max : DBL_MAX;
+      low[vr] = v->min;
+      high[vr] = v->max;
       kind[vr] = (int)v->kind;
       first[vr] = model->starts[vr];
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes as ct
 import zipfile
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 from flexhex.check.binary import make_plan
@@ -24,33 +25,41 @@ class Loop:
     n: int = 0
     now: Outputs = field(default_factory=dict)
 
+    @cached_property
+    def outputs(self) -> dict[str, list[int]]:
+        """References of the outputs by instance."""
+        return {i.name: [v.reference for v in i.fmu.of("output")] for i in self.package.instances}
+
+    @cached_property
+    def inputs(self) -> dict[str, list[tuple[int, str, int]]]:
+        """By instance: reference of each connected input, the source and its output's place."""
+        found: dict[str, list[tuple[int, str, int]]] = {name: [] for name in self.instances}
+        for wire in self.package.wires:
+            source = self.package.instance(wire.source).fmu.variables[wire.output]
+            target = self.package.instance(wire.target).fmu.variables[wire.input]
+            place = source.reference - self.outputs[wire.source][0]
+            found[wire.target].append((target.reference, wire.source, place))
+        return found
+
     def read(self) -> Outputs:
         """All outputs of all instances."""
         found: Outputs = {}
-        for instance in self.package.instances:
-            references = [v.reference for v in instance.fmu.of("output")]
-            values = self.instances[instance.name].get(references)
+        for name, references in self.outputs.items():
+            values = self.instances[name].get(references)
             assert values is not None
-            found[instance.name] = values
+            found[name] = values
         return found
 
     def step(self) -> None:
         """One base step of all."""
         self.now = self.now or self.read()
-        for instance in self.package.instances:
-            wires = [w for w in self.package.wires if w.target == instance.name]
-            values = [self.now[w.source][self.place(w.source, w.output)] for w in wires]
-            references = [instance.fmu.variables[w.input].reference for w in wires]
-            slave = self.instances[instance.name]
-            assert slave.set(references, values), slave.last
+        for name, wires in self.inputs.items():
+            values = [self.now[source][place] for _, source, place in wires]
+            slave = self.instances[name]
+            assert slave.set([reference for reference, _, _ in wires], values), slave.last
             assert slave.step(self.n * self.package.base, self.package.base), slave.last
         self.n += 1
         self.now = self.read()
-
-    def place(self, source: str, output: str) -> int:
-        """Where an output stands among those of its instance."""
-        fmu = self.package.instance(source).fmu
-        return fmu.variables[output].reference - fmu.of("output")[0].reference
 
     def states(self) -> dict[str, bytes]:
         """Serialised states of all instances."""

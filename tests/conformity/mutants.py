@@ -27,7 +27,32 @@ def other_machine(files: Files) -> None:
     files[SO] = files[SO][:18] + b"\xb7\x00" + files[SO][20:]
 
 
+def exchanged(files: Files) -> None:
+    """The references of two outputs of one kind."""
+    for old, new in (("11", "x"), ("15", "11"), ("x", "15")):
+        text(f'valueReference="{old}"', f'valueReference="{new}"')(files)
+
+
+def utf16(files: Files) -> None:
+    """The description in another encoding, which XML allows."""
+    files[XML] = files[XML].decode().replace("UTF-8", "UTF-16").encode("utf-16")
+
+
+def other_results(files: Files) -> None:
+    """One of the results that it carries, the last number."""
+    name = "resources/reference_out.csv"
+    rows = files[name].decode().splitlines()
+    cells = rows[-1].split(",")
+    cells[1] = str(float(cells[1]) + 1e-3)
+    files[name] = "\n".join([*rows[:-1], ",".join(cells), ""]).encode()
+
+
 ARCHIVE: Mutants = {
+    "source that does not compile": (
+        text("#include", "#error stop\n#include", "sources/states.c"),
+        r"sources/states.c does not compile: states.c:\d+:\d+: error: #error stop$",
+    ),
+    "results of another build": (other_results, r"y is off by 0\.001 at [0-9.]+ s from what"),
     "source file listed but missing": (without("sources/states.c"), "listed in SourceFiles but"),
     "source file not listed": (text('<File name="states.c"/>', ""), "not listed in SourceFiles"),
     "header missing": (without("sources/instance.h"), "included but missing"),
@@ -77,6 +102,56 @@ VARIABLES: Mutants = {
     "sample time that does not fit": (
         text('start="0.0005"', 'start="0.0006"'),
         "2.4 steps of 0.00025 s: not whole",
+    ),
+    "display unit of another size": (
+        text('name="mN m" factor="1000.0"', 'name="mN m" factor="1"'),
+        "unit N m: 1 N m is 1000 mN m, not 1$",
+    ),
+    "name that is not structured": (
+        text('name="begin[2]"', 'name="begin 2"'),
+        "'begin 2' is no structured name",
+    ),
+    "minimum below what is taken": (
+        text('min="1e-06" max="10.0" start="0.0005"', 'min="1e-09" max="10.0" start="0.0005"'),
+        "Ts = 1e-09, its min, is refused",
+    ),
+    "maximum below what is taken": (
+        text('min="0.0" max="9.0"', 'min="0.0" max="8.0"'),
+        "gain = 8.00000000000000[12][0-9]* is taken, declared max 8$",
+    ),
+    "fixed parameter declared tunable": (
+        text(
+            'to y" causality="parameter" variability="fixed"',
+            'to y" causality="parameter" variability="tunable"',
+        ),
+        "offset is tunable, but cannot be set while it runs",
+    ),
+    "tunable parameter declared fixed": (
+        text('variability="tunable"', 'variability="fixed"'),
+        "gain is fixed, but can be set while it runs$",
+    ),
+    "input declared as a fixed parameter": (
+        text('input" variability="discrete"', 'parameter" variability="fixed"'),
+        "u is fixed, but can be set while it runs$",
+    ),
+    "input declared as a tunable parameter": (
+        text(
+            'causality="input" variability="discrete"',
+            'causality="parameter" variability="tunable"',
+        ),
+        "u is an input in one of resources/reference_in.csv and the description, not in both",
+    ),
+    "two outputs exchanged": (exchanged, "last is off by|ticks is off by"),
+    "written in UTF-16": (utf16, "modelDescription.xml is written in UTF-16, FMI 2.0 wants UTF-8"),
+    "no FMI version": (text('fmiVersion="2.0" ', ""), "has no fmiVersion: not the description"),
+    "reference missing": (text(' valueReference="11"', ""), "last has no valueReference$"),
+    "reference that the binary lacks": (
+        text('name="fault" valueReference="16"', 'name="fault" valueReference="77"'),
+        "fault cannot be read .fmi2GetReal: value reference 77 does not exist",
+    ),
+    "two outputs share a reference": (
+        text('name="last" valueReference="11"', 'name="last" valueReference="10"'),
+        "y shares value reference 10 with last$",
     ),
     "nominal negative": (text('nominal="', 'nominal="-'), "nominal = -"),
     "terminal without variable": (

@@ -56,7 +56,7 @@ BINARY: Mutants = {
     "instances share memory": (
         rebuilt(
             "toy_step.c",
-            "state *s = memory;\n  double next",
+            "state *s = (state *)memory;\n  double next",
             "static state one; state *s = &one; (void)memory;\n  double next",
         ),
         "not bring everything back|runs otherwise",

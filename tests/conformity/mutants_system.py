@@ -45,7 +45,45 @@ SYSTEM: Mutants = {
     ),
     "importers told different steps": (
         text('fixedStepSize="0.00025"', 'fixedStepSize="0.0005"', SSD),
-        "steps by 0.0005 s",
+        r": oms:SimulationInformation fixedStepSize is 0.0005 s, flexhex:Schedule baseStep 0.00025",
+    ),
+    "libcosim told another step": (
+        text('baseStepSize="0.00025"', 'baseStepSize="0.0005"', SSD),
+        r": osp:FixedStepAlgorithm baseStepSize is 0.0005 s, flexhex:Schedule baseStep 0.00025 s",
+    ),
+    "step that OMSimulator does not find": (
+        text(
+            '<ssc:Annotation type="org.openmodelica">\n        <oms:Annotations>\n'
+            '          <oms:SimulationInformation name="base_step" method',
+            '<ssc:Annotation type="x"/><ssc:Annotation type="org.openmodelica">'
+            '<oms:Annotations><oms:SimulationInformation name="base_step" method',
+            SSD,
+        ),
+        "OMSimulator would step by 0.001 s",
+    ),
+    "connector that is not declared": (
+        passage_out('<ssd:Connector name="rd[1]" kind="output">', "</ssd:Connector>", SSD),
+        r"connection reference.rd\[1\] -> N_F.thetad\[1\]: reference declares no connector rd\[1\]",
+    ),
+    "schedule with another period": (
+        text('component="N_F" steps="2"', 'component="N_F" steps="4"', SSD),
+        "flexhex:Schedule: N_F every 4 base steps, its Ts says 2$",
+    ),
+    "schedule without a component": (
+        text('<flexhex:Period component="N_F" steps="2"/>', "", SSD),
+        "flexhex:Schedule lacks N_F$",
+    ),
+    "schedule of a stranger": (
+        text('component="N_F" steps', 'component="N_G" steps', SSD),
+        "flexhex:Schedule names 'N_G', no component",
+    ),
+    "stop before start": (
+        text('startTime="0.0"', 'startTime="60.0"', SSD),
+        "DefaultExperiment: from 60 s to 52 s, must end after it starts$",
+    ),
+    "value in another unit": (
+        text('value="0.0005" unit="s"', 'value="0.5" unit="ms"', "resources/N_F.ssv"),
+        "N_F.Ts = 0.5 ms, the FMU wants s",
     ),
     "sample time that is not whole": (
         text(

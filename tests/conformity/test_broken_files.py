@@ -85,3 +85,30 @@ def test_one_line_says_what_is_wrong(
     (tmp_path / "toy.txt").write_text("hello")
     (tmp_path / "folder.fmu").mkdir()
     assert says in said(tmp_path, *words.split())
+
+
+def test_many_variables_take_no_longer_than_their_number(toy: Path, tmp_path: Path) -> None:
+    """FMPy's grammar of names takes 5 ms for each of them, so it is not asked."""
+    from lark import Lark
+
+    files = members(toy)
+    one = '<ScalarVariable name="m[{0}]" valueReference="{0}"><Real/></ScalarVariable>'
+    more = "".join(one.format(k) for k in range(100, 20_100))
+    files[XML] = files[XML].replace(b"</ModelVariables>", more.encode() + b"</ModelVariables>")
+    path = write(tmp_path / "toy.fmu", files)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Lark, "parse", None)
+        assert check_fmu(path, run=False) == []
+
+
+def test_of_many_complaints_some_are_shown(toy: Path, tmp_path: Path) -> None:
+    """And none of another kind is lost."""
+    files = members(toy)
+    one = '<ScalarVariable name="m {0}" valueReference="{0}"><Real/></ScalarVariable>'
+    more = "".join(one.format(k) for k in range(100, 300))
+    files[XML] = files[XML].replace(b"</ModelVariables>", more.encode() + b"</ModelVariables>")
+    del files["documentation/index.html"]
+    first, *names, rest = check_fmu(write(tmp_path / "toy.fmu", files), run=False)
+    assert "index.html is missing" in first
+    assert len(names) == 10
+    assert rest.endswith("... and 190 more")

@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis import logs
-from flexhex.diagnosis.arm import Arm, RigidArmBase, newton_euler
+from flexhex.diagnosis.arm import RigidArmBase
 from flexhex.diagnosis.arms import SCHUNK
 from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.kinds import LINEAR, ROTARY
+from flexhex.diagnosis.serial import Arm, newton_euler
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
@@ -25,6 +27,13 @@ Array = NDArray[np.float64]
 RUNS = Path(__file__).resolve().parents[2] / "examples" / "schunk"
 LOCKED = (40, 60, 80, 100)
 HEAVY = replace(SCHUNK, gravity=(0.3, -0.2, -9.81))
+SLIDING = replace(
+    HEAVY,
+    links=tuple(
+        replace(link, kind=LINEAR) if k in (0, 2, 4) else link for k, link in enumerate(HEAVY.links)
+    ),
+)
+"""Sliding and turning joints in turn."""
 STEP = 1e-5
 
 
@@ -43,12 +52,16 @@ def energies(arm: Arm, theta: Array, thetad: Array, p: Array) -> tuple[float, fl
     w, v = np.zeros(3), np.zeros(3)
     kinetic = potential = 0.0
     for k, link in enumerate(arm.links):
-        step = R @ np.array(link.at)
-        origin, v = origin + step, v + np.cross(w, step)
+        step, before = R @ np.array(link.at), w
         for axis in (2, 1, 0):
             R = R @ turned(axis, link.rpy[axis])
-        R = R @ turned(2, theta[k])
-        w = w + R[:, 2] * thetad[k]
+        if link.kind is LINEAR:
+            step = step + R[:, 2] * theta[k]
+            v = v + R[:, 2] * thetad[k]
+        else:
+            R = R @ turned(2, theta[k])
+            w = w + R[:, 2] * thetad[k]
+        origin, v = origin + step, v + np.cross(before, step)
         m, mc = p[10 * k], R @ p[10 * k + 1 : 10 * k + 4]
         xx, xy, xz, yy, yz, zz = p[10 * k + 4 : 10 * k + 10]
         J = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
@@ -72,17 +85,19 @@ def parameters() -> Array:
     return np.random.default_rng(3).uniform(0.1, 1.0, 60)
 
 
+@pytest.mark.parametrize("arm", [HEAVY, SLIDING], ids=["turning", "sliding"])
 @pytest.mark.parametrize("t", [0.3, 1.9])
-def test_arm_takes_the_power_that_its_energy_gains(t: float) -> None:
+def test_arm_takes_the_power_that_its_energy_gains(t: float, arm: Arm) -> None:
     p = parameters()
-    tau = np.array(torque(HEAVY)(*along(t), p)).ravel()
-    sides = [sum(energies(HEAVY, *along(t + s)[:2], p)) for s in (STEP, -STEP)]
+    tau = np.array(torque(arm)(*along(t), p)).ravel()
+    sides = [sum(energies(arm, *along(t + s)[:2], p)) for s in (STEP, -STEP)]
     # central difference of energies of some 50 J
     assert_close(tau @ along(t)[1], (sides[0] - sides[1]) / (2 * STEP), atol=1e-5)
 
 
-def test_arm_has_the_mass_matrix_of_its_kinetic_energy() -> None:
-    p, tau = parameters(), torque(HEAVY)
+@pytest.mark.parametrize("arm", [HEAVY, SLIDING], ids=["turning", "sliding"])
+def test_arm_has_the_mass_matrix_of_its_kinetic_energy(arm: Arm) -> None:
+    p, tau = parameters(), torque(arm)
     theta = along(0.7)[0]
     still = np.array(tau(theta, np.zeros(6), np.zeros(6), p)).ravel()
     M = np.column_stack(
@@ -91,7 +106,7 @@ def test_arm_has_the_mass_matrix_of_its_kinetic_energy() -> None:
     # entries of a few kg m2 in double precision
     assert_close(M, M.T, atol=1e-12)
     for v in np.random.default_rng(1).standard_normal((3, 6)):
-        assert_close(0.5 * v @ M @ v, energies(HEAVY, theta, v, p)[0], atol=1e-11)
+        assert_close(0.5 * v @ M @ v, energies(arm, theta, v, p)[0], atol=1e-11)
 
 
 def test_arm_columns_times_parameters_are_its_torque() -> None:
@@ -105,6 +120,13 @@ def test_arm_columns_times_parameters_are_its_torque() -> None:
     # the same sums in another order
     assert_close(rows @ p, np.array(wanted), atol=1e-11)
     assert_close(base.torque(motion, p), np.array(wanted), atol=1e-11)
+
+
+def test_joints_of_an_arm_say_what_they_move_along() -> None:
+    base = RigidArmBase(SLIDING, 0.004)
+    assert base.kinds == (LINEAR, ROTARY) * 3
+    rotors = [(known.name, known.unit) for known in base.linear[60:62]]
+    assert rotors == [("m_r[1]", "kg"), ("J_r[2]", "kg m2")]
 
 
 def run(number: int) -> Path:
@@ -129,7 +151,7 @@ def test_axis_does_not_couple_with_itself() -> None:
 
 @cache
 def measured(runs: tuple[int, ...]) -> Diagnosis:
-    options = Options(base="schunk", confidence=0)
+    options = Options(base="schunk")
     return diagnose([run(k) for k in runs], [run(k) for k in LOCKED], options=options)
 
 

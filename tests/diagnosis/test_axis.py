@@ -13,7 +13,7 @@ from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
 from tests.diagnosis.single import write
 
-OPTIONS = Options(base="axis", confidence=0)
+OPTIONS = Options(base="axis")
 DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
 """What bristles with some static friction are, seen from far and from near."""
 

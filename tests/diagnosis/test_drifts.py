@@ -12,7 +12,7 @@ from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, wandering, write
 
-OPTIONS = Options(base="axis", confidence=0)
+OPTIONS = Options(base="axis")
 RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """Motion and pass of each run, in the order of time; the last motion is judged on."""
 CREEP, TIME = 1e-3, 25.0

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from flexhex.diagnosis import drives, late, workflow
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.found import Found
 from flexhex.diagnosis.path import PathBase, driven
-from flexhex.diagnosis.scored import Found
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
 AXIS_3: Any = SimpleNamespace(id=late.LAG, axis=2)
 N, TS, SECONDS, LOOP = 3, 5e-4, 12.0, 2e-4
+USUAL = np.full(N, 0.8)
 """Axes, sample time [s], length [s], lag of every current loop [s]."""
 
 
@@ -63,7 +64,7 @@ def told(made: list[Run], about: float, off: float = 0.0) -> tuple[str, float]:
 
     off: error of the common lag [s].
     """
-    path = PathBase(N, 0.0105, 0.005, 1.0)
+    path = PathBase(USUAL, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, made)
     assert common == pytest.approx(LOOP, rel=0.02)
     answer = late.lag_or_delay(path, made, common + off, {1: about}, [1])
@@ -86,7 +87,7 @@ def test_late_axis_that_the_search_left_out_is_no_measure_for_others() -> None:
         run.tau.values[:, 1] = other.tau.values[:, 1]
         t = run.tau.t0 + TS * np.arange(len(run.tau.values))
         run.tau.values[:, 2] = sines(t, int(run.trajectory), 2, (LOOP, 2e-3), 0.0)
-    path = PathBase(N, 0.0105, 0.005, 1.0)
+    path = PathBase(USUAL, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, made)
     side: Any = SimpleNamespace(held=SimpleNamespace(effects=[Found(late.LAG, (AXIS_3,), ())]))
     found = drives._late(side, path, made, common)
@@ -101,7 +102,7 @@ def test_drive_that_is_asked_for_nothing_says_nothing(still: tuple[int, ...]) ->
         assert run.command is not None
         run.command.values[:, still] = 0.0
         run.tau.values[:, still] = np.round(run.tau.values[:, still] * 1e-3, 3)
-    path = PathBase(N, 0.0105, 0.005, 1.0)
+    path = PathBase(USUAL, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, made)
     moving = [i for i in range(N) if i not in still]
     assert common == pytest.approx(LOOP if 0 in moving else LOOP + 1.5e-3, rel=0.05)
@@ -114,15 +115,15 @@ def test_no_drive_that_moves_has_no_lag() -> None:
     for run in made:
         assert run.command is not None
         run.command.values[:] = 0.0
-    assert drives.common_lag(PathBase(N, 0.0105, 0.005, 1.0), made) == 0.0
+    assert drives.common_lag(PathBase(USUAL, 0.0105, 0.005, 1.0), made) == 0.0
 
 
 def test_gain_between_command_and_report_is_no_limit() -> None:
     """All torques of an axis 3 % small: a limit far below all torques takes away as much."""
     small = np.array([1.0, 0.97, 1.0])
     made = [replace(run, tau=replace(run.tau, values=run.tau.values * small)) for run in runs()]
-    path = PathBase(N, 0.0105, 0.005, 1.0)
-    settled: Any = SimpleNamespace(base=path, spacing=path.spacing)
+    path = PathBase(USUAL, 0.0105, 0.005, 1.0)
+    settled: Any = SimpleNamespace(base=path, spacing=path.spacing, torque_rms=USUAL)
     (side,) = drives.drives_of(settled, made, made[2:])
     (effect,) = side.named
     assert (effect.id, effect.axes) == ("drive_gain", (2,))

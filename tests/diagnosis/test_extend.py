@@ -32,7 +32,7 @@ def named(id: str, parts: Parts, rivals: tuple[str, ...] = ()) -> Named:
 
 
 def diagnosis(effects: tuple[Named, ...] = (), changed: tuple[Changed, ...] = ()) -> Diagnosis:
-    gap = Gap("N m", *(NOTHING for _ in range(7)))
+    gap = Gap(("N m",) * 6, *(NOTHING for _ in range(7)))
     return Diagnosis("named", effects, changed, gap, runs=("logs/a1.h5",))
 
 
@@ -148,6 +148,13 @@ def test_part_of_one_arm_is_said_not_to_be_written(name: str, tmp_path: Path) ->
     assert text.startswith(f"{name} from 0.1 to 0.2 kg")
     assert "one such part for all arms: not written" in text
     assert load_machine(made.path) == load_machine(MACHINE_FILE)
+
+
+def test_changed_geometry_is_said_not_to_be_written(tmp_path: Path) -> None:
+    change = changed("arm[2].L", 0.0, 1e-3, "m")
+    made = extend(MACHINE_FILE, diagnosis((), (change,)), tmp_path / "new.toml")
+    (text,) = made.left_out
+    assert text == "arm[2].L from 0 to 0.001 m (the loops must close at neutral: not written)"
 
 
 def test_effect_found_again_with_its_shape_grows(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from flexhex.diagnosis.identify import fit, predicted, regression
 from flexhex.diagnosis.logs import Channel, Finding, Log
-from flexhex.diagnosis.motion import MotionModel, dahl_states
+from flexhex.diagnosis.motion import MotionModel, dahl_states, motion_model
 from flexhex.diagnosis.rows import on_clock, parts
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
@@ -23,7 +23,7 @@ from tests.diagnosis.sines import NOISE, TS, sines_log
 
 @pytest.fixture(scope="module")
 def model(machine: Machine) -> MotionModel:
-    return MotionModel(machine)
+    return motion_model(machine)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import pytest
 
 from flexhex.diagnosis.identify import Fit, fit
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import MotionModel
+from flexhex.diagnosis.motion import MotionModel, motion_model
 from flexhex.diagnosis.rows import parts, rates, window_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
@@ -18,7 +18,7 @@ from tests.diagnosis.sines import TS, sines_log
 
 @pytest.fixture(scope="module")
 def model(machine: Machine) -> MotionModel:
-    return MotionModel(machine)
+    return motion_model(machine)
 
 
 @pytest.fixture(scope="module")

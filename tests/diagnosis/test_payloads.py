@@ -10,9 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis import bases
-from flexhex.diagnosis.arm import Arm, Link, RigidArmBase
+from flexhex.diagnosis.arm import RigidArmBase
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.levels import partitions
+from flexhex.diagnosis.serial import Arm, Link
 from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
 from tests.diagnosis import two_links
@@ -53,7 +54,7 @@ def on_axis(
 
 
 def answer(paths: list[Path], judged: list[Path] | None = None, base: str = "axis") -> Diagnosis:
-    return diagnose(paths, judged or [], None, Options(base=base, confidence=0, selection=True))
+    return diagnose(paths, judged or [], None, Options(base=base))
 
 
 def within(change: Changed, value: float) -> bool:

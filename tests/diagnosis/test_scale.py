@@ -11,7 +11,7 @@ from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, wanted, write
 
-OPTIONS = Options(base="axis", confidence=0)
+OPTIONS = Options(base="axis")
 RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """Motion and pass; the last motion is judged on."""
 CLOCK = np.arange(round(SECONDS / TS)) * TS

@@ -15,25 +15,27 @@ WIDTHS = [8e-3, 12e-3, 14e-3, 15e-3, 15e-3]
 
 
 def searched(
-    monkeypatch: pytest.MonkeyPatch, widths: list[float], named: bool = True, chosen: bool = True
+    monkeypatch: pytest.MonkeyPatch, widths: list[float], named: bool = True
 ) -> list[float]:
-    """Widths beside which was searched; named: an answer held; chosen: there was a candidate."""
-    made = [SimpleNamespace(fitted=SimpleNamespace(widths=np.array([w]))) for w in widths]
+    """Widths beside which was searched; named: an effect was found."""
+    made = [
+        SimpleNamespace(fitted=SimpleNamespace(widths=np.array([w]), delay=0.0, late=1.0))
+        for w in widths
+    ]
     asked: list[Any] = []
 
     def side(bench: Any, *more: Any) -> Any:
         asked.append(bench.made)
         held = SimpleNamespace(parts=["part"] if named else [], bench=bench)
-        return SimpleNamespace(held=held, rounds=[SimpleNamespace(chosen="it" if chosen else None)])
+        return SimpleNamespace(held=held, first=None)
 
     bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
+    monkeypatch.setattr(workflow, "selected", side)
     monkeypatch.setattr(workflow, "before_of", lambda side: side.held.bench.made)
-    fitted = lambda bench, chosen: SimpleNamespace(parts=chosen, bench=bench)  # noqa: E731
-    monkeypatch.setattr(workflow, "joint", fitted)
     monkeypatch.setattr(workflow, "beside", lambda held: made[made.index(held.bench.made) + 1])
     start: Any = made[0]
-    before, last = workflow._mechanism(start, [], [], lambda text: None, side)
+    before, last = workflow._mechanism(start, [], [], lambda text: None)
     assert before is asked[0]  # type: ignore[comparison-overlap]
     assert last.held.bench.made is asked[-1]
     return [float(m.fitted.widths[0]) for m in asked]
@@ -51,14 +53,7 @@ def test_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     assert searched(monkeypatch, WIDTHS) == WIDTHS[: workflow.SEARCHES]
 
 
-def test_candidate_that_was_taken_back_may_have_bent_the_fit(
+def test_without_an_effect_there_is_nothing_to_search_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """It explained too little beside the width that makes up for it."""
-    assert searched(monkeypatch, [22e-3, 15e-3, 15e-3], named=False) == [22e-3, 15e-3]
-
-
-def test_without_a_candidate_there_is_nothing_to_ask_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    assert searched(monkeypatch, WIDTHS, named=False, chosen=False) == WIDTHS[:1]
+    assert searched(monkeypatch, WIDTHS, named=False) == WIDTHS[:1]

@@ -12,9 +12,12 @@ from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.stacked import deviations_of, stack
 from flexhex.fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
+from tests.diagnosis.usual import usual
 
 ROWS = layout()
 SHAPE = Shape("w", "rad", 0.1, 10.0, 2.0, (1.0, 2.0))
+
+ITEMS = {"a": SimpleNamespace(searched=[SHAPE], effect=SimpleNamespace(shapes=[SHAPE]))}
 
 
 def spreads(alike: float) -> tuple[float, dict[str, float]]:
@@ -23,7 +26,7 @@ def spreads(alike: float) -> tuple[float, dict[str, float]]:
     own, other = signals(ROWS, 2, 11).T
     column, tangent = own[:, None], (own + alike * other)[:, None]
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
-    bench: Any = SimpleNamespace(effects={"a": SimpleNamespace(searched=[SHAPE])})
+    bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
     deviation, shape = deviations_of(bench, regression(ROWS), [part], column, tangent)
     return float(deviation[0]), shape[0]
 
@@ -57,7 +60,7 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     chance = np.random.default_rng(12).standard_normal((len(own), 1))
     chance -= ROWS.twin(chance)  # what one pass has more, the other has less
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
-    bench: Any = SimpleNamespace(effects={"a": SimpleNamespace(searched=[SHAPE])})
+    bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
     deviation, shape = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
     assert shape[0] == {"w": np.inf}
     assert deviation[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
@@ -72,8 +75,7 @@ def test_shape_is_never_asked_for_beyond_its_bounds(value: float) -> None:
         assert SHAPE.low <= shape["w"] <= SHAPE.high
         return Columns(0, shape["w"] ** 2 * own[:, None])
 
-    item = SimpleNamespace(searched=[SHAPE], effect=SimpleNamespace(shapes=[SHAPE]))
-    bench: Any = SimpleNamespace(effects={"a": item}, columns=columns)
+    bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS), columns=columns)
     made = regression(ROWS)
     part: Any = SimpleNamespace(
         id="a", axis=0, shape={"w": value}, columns=Columns(0, own[:, None])

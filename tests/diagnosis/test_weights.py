@@ -13,7 +13,7 @@ from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, move
 
 CLOCK = np.arange(round(SECONDS / TS)) * TS
 HUNTING = 2 * np.pi * 15.0
-OPTIONS = Options("axis", confidence=0)
+OPTIONS = Options("axis")
 
 
 def hunting(path: Path, motion: int, number: int) -> Path:

@@ -33,7 +33,9 @@ def gap(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Gap:
     repeat, repeat_after = size * shown, left * shown
     before, after = np.hypot(FLOOR, repeat), np.hypot(FLOOR, repeat_after)
     locked = {"nominal": before * 1.2, "before": before, "after": after * 1.05, "floor": FLOOR}
-    return Gap("N m", TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked)
+    return Gap(
+        ("N m",) * N, TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked
+    )
 
 
 def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
@@ -43,13 +45,7 @@ def coulomb(axes: tuple[int, ...] = (3,)) -> Named:
     else:
         parameters = {f"F_c[{a}]": estimate(0.05 + 0.01 * k, 0.0031) for k, a in enumerate(axes)}
     parameters["v0"] = Estimate(0.002, (math.nan, math.nan), "rad/s")
-    said = {
-        "coulomb_friction": {"coulomb_friction": 0.94, "set": 0.05, "none": 0.01},
-        "stribeck_friction": {"stribeck_friction": 0.81, "coulomb_friction": 0.04, "set": 0.15},
-    }
-    return Named(
-        "coulomb_friction", "Coulomb friction", axes, parameters, share=0.93, confusion=said
-    )
+    return Named("coulomb_friction", "Coulomb friction", axes, parameters, share=0.93)
 
 
 def cogging() -> Named:
@@ -67,11 +63,11 @@ def candidates() -> tuple[Candidate, ...]:
     first = [("coulomb_friction", 0.93), ("stribeck_friction", 0.71), ("second_hysteresis", 0.66)]
     first += [("quadratic_drag", 0.21), ("time_delay", 0.04), ("torque_constant_saturation", 0.02)]
     made = [
-        Candidate(1, name, (3,), {}, gain, 1e-12, chosen=k == 0, rival=k == 2)
+        Candidate(1, name, (3,), {}, 1e3 * gain, 0.02 * gain, chosen=k == 0, rival=k == 2)
         for k, (name, gain) in enumerate(first)
     ]
-    made += [Candidate(2, "cubic_stiffness", (1,), {}, 0.03, 0.2)]
-    made += [Candidate(2, "cross_coupling", (2, 4), {}, -0.01, 0.6)]
+    made += [Candidate(2, "cubic_stiffness", (1,), {}, 3.0, 2e-4)]
+    made += [Candidate(2, "cross_coupling", (2, 4), {}, -1.0, 1e-4)]
     return tuple(made)
 
 
@@ -149,7 +145,7 @@ CANNOT = Diagnosis(
     "cannot tell",
     (),
     (),
-    Gap("N m", TORQUE, *(np.full(N, np.nan) for _ in range(6))),
+    Gap(("N m",) * N, TORQUE, *(np.full(N, np.nan) for _ in range(6))),
     notes=("no trajectory was run twice, so what repeats is not known",),
     findings=FINDINGS,
     runs=("run1.csv",),

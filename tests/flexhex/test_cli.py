@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexhex import cli
 from flexhex.diagnosis.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import parameters
@@ -62,7 +63,11 @@ MISTAKES: dict[str, tuple[list[str], int, str]] = {
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_mistake_gives_message_and_exit_code(
-    mistake: str, hexapod_ssp: Path, tmp_path: Path
+    mistake: str,
+    hexapod_ssp: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     words, code, message = MISTAKES[mistake]
     (tmp_path / "loop.ssp").symlink_to(hexapod_ssp)
@@ -70,10 +75,47 @@ def test_mistake_gives_message_and_exit_code(
     (tmp_path / "x-truth.toml").write_text(truth, encoding="utf-8")
     (tmp_path / "other.toml").write_text(MACHINE_FILE.read_text(encoding="utf-8"))
     (tmp_path / "log.csv").write_text("time,theta[1],tau_meas[1]\ns,inc,N m\n0,1,2\n1,2,3\n2,3,4\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["flexhex", *words])
+    with pytest.raises(SystemExit) as exit:
+        cli.main()
+    _, stderr = capsys.readouterr()
+    assert exit.value.code == code, stderr
+    assert re.search(message, stderr), stderr
+    assert "Traceback" not in stderr
+
+
+def test_mistake_ends_the_process_without_a_traceback(tmp_path: Path) -> None:
+    """One mistake as a user makes it; the others are the same function in this process."""
+    words, code, message = MISTAKES["no such log"]
     done = flexhex(*words, cwd=tmp_path)
     assert done.returncode == code, done.stderr
-    assert re.search(message, done.stderr), done.stderr
-    assert "Traceback" not in done.stderr
+    assert re.fullmatch(f"flexhex: {message}.*\n", done.stderr), done.stderr
+
+
+THREADS = """
+import os, sys
+from flexhex import cli
+assert "numpy" not in sys.modules
+cli.app = lambda: None
+cli.main()
+print(os.environ["OPENBLAS_NUM_THREADS"])
+"""
+
+
+@pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_linear_algebra_takes_one_thread(given: dict[str, str], used: str, tmp_path: Path) -> None:
+    """Set before NumPy is imported, else it has no effect; the user's own value stays."""
+    env = {"PYTHONPATH": ":".join(sys.path), "PATH": "/usr/bin:/bin", **given}
+    done = subprocess.run(
+        [sys.executable, "-c", THREADS],
+        cwd=tmp_path,
+        env=env,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == [used], done.stderr
 
 
 def test_version_is_shown(tmp_path: Path) -> None:

@@ -133,6 +133,11 @@ def test_options_of_logs_arrive(workflow: Workflow, call: Callable[..., Any]) ->
     assert workflow.seen["options"].log.torque_constant == 3.0
 
 
+def test_tolerances_arrive(workflow: Workflow, call: Callable[..., Any]) -> None:
+    call("a.csv", "--tolerance", "mass=0.1", "--tolerance", "geometry=0")
+    assert workflow.seen["options"].tolerance == {"mass": 0.1, "geometry": 0.0}
+
+
 def test_effect_with_rivals_gets_its_experiment_written(
     workflow: Workflow,
     call: Callable[..., Any],
@@ -173,6 +178,19 @@ MISTAKES = {
     "endless": (["a.csv", "--torque-constant", "inf"], "must be positive"),
     "not a number": (["a.csv", "--torque-constant", "nan"], "must be positive"),
     "unit": (["a.csv", "--unit", "deg"], "--unit deg: write NAME=VALUE"),
+    "tolerance of what": (
+        ["a.csv", "--tolerance", "masss=0.1"],
+        "tolerance 'masss': there are mass,",
+    ),
+    "tolerance in per cent": (
+        ["a.csv", "--tolerance", "mass=5"],
+        "tolerance mass = 5.0, must be at",
+    ),
+    "no tolerance": (["a.csv", "--tolerance", "mass"], "--tolerance mass: write KEY=NUMBER"),
+    "tolerance without a file": (
+        ["a.csv", "--base", "axis", "--tolerance", "mass=0.1"],
+        "--tolerance: --base axis reads no machine file",
+    ),
 }
 
 

@@ -50,7 +50,7 @@ def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -
 
 def test_page_draws_what_there_is(tmp_path: Path) -> None:
     _, figures = page(NAMED, tmp_path)
-    expected = {"gap", "replay0", "loop", "round1", "round2", "confusion0", "spectrum3"}
+    expected = {"gap", "replay0", "loop", "round1", "round2", "spectrum3"}
     assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
 
@@ -74,7 +74,7 @@ def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
     many = first + [replace(first[-1], id=f"effect_{k}", gain=0.001 * k) for k in range(9)]
     drawn = candidate_bars(1, many)
     bars = {bar["name"]: bar for bar in drawn["data"]}
-    assert bars["named"]["x"] == [93.0]
+    assert bars["named"]["x"] == [930.0]
     assert bars["indistinguishable"]["y"][0].startswith("second hysteresis,<br>axis")
     assert sum(len(bar["x"]) for bar in drawn["data"]) == MOST_BARS
     assert drawn["layout"]["yaxis"]["categoryarray"][-1] == bars["named"]["y"][0], "best on top"
@@ -98,10 +98,8 @@ def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
     assert all("--apply" not in words for _, words in next_steps(CHANGED, single))
 
 
-def test_page_claims_of_trials_and_p_values_only_what_is_done(tmp_path: Path) -> None:
-    """Trials look at the fall of the residual alone, p-values at one candidate alone."""
+def test_page_says_how_large_a_candidate_is_and_what_its_nats_are(tmp_path: Path) -> None:
     text, figures = page(SET, tmp_path)
-    assert "The tests that decide the verdict" in text
-    assert "are not run here" in text
+    assert "3 nats are odds of 20" in text
     (hover, *_) = [bar["hovertext"][0] for bar in figures["round1"]["data"]]
-    assert hover.endswith("not corrected for the number of candidates")
+    assert hover == "1.9 % of the torque"

@@ -47,7 +47,7 @@ def tilt(angle: float) -> Named:
 
 def diagnosis(*effects: Named) -> Diagnosis:
     nothing = np.full(6, np.nan)
-    return Diagnosis("named", effects, (), Gap("N m", *(nothing for _ in range(7))))
+    return Diagnosis("named", effects, (), Gap(("N m",) * 6, *(nothing for _ in range(7))))
 
 
 @pytest.fixture(scope="module")

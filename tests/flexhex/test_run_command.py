@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,36 +9,6 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from tests.conftest import ROOT
-
-RUN = """
-import sys
-from flexhex.run import command
-assert "numpy" not in sys.modules
-try:
-    command.run_command(quick=sys.argv[1] == "quick", machine=command.Path("none.toml"))
-except Exception:
-    pass
-import os
-print(os.environ["OPENBLAS_NUM_THREADS"])
-"""
-
-
-@pytest.mark.parametrize("length", ["quick", "full"])
-def test_run_takes_one_thread_for_linear_algebra(length: str, tmp_path: Path) -> None:
-    """Set before NumPy is imported, else it has no effect; the user's own value stays."""
-    for given, wanted in ((None, "1"), ("3", "3")):
-        own = {} if given is None else {"OPENBLAS_NUM_THREADS": given}
-        kept = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
-        done = subprocess.run(
-            [sys.executable, "-c", RUN, length],
-            cwd=tmp_path,
-            env={**kept, "PYTHONPATH": str(ROOT), **own},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.stdout.split() == [wanted], done.stderr
 
 
 @pytest.mark.parametrize(

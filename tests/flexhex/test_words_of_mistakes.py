@@ -74,12 +74,30 @@ def test_columns_of_the_file_are_named_where_channels_are_missing(tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    "header",
-    ["time [s],theta[1] [mm],tau_meas[1] [N m]", "time [s],theta[1] [rad],tau_meas[1] [N]"],
+    ("header", "text"),
+    [
+        (
+            "time [s],theta[1] [mm],tau_meas[1] [N m]",
+            r"tau_meas\[1\] is in 'N m', but theta\[1\] .* linear axis, which wants 'N' here",
+        ),
+        (
+            "time [s],theta[1] [rad],tau_meas[1] [N]",
+            r"tau_meas\[1\] is in 'N', but theta\[1\] .* rotary axis, which wants 'N m' here",
+        ),
+    ],
 )
-def test_linear_axis_is_refused_as_one(header: str, tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="only rotary axes are supported so far"):
+def test_force_beside_an_angle_is_refused_with_what_is_wanted(
+    header: str, text: str, tmp_path: Path
+) -> None:
+    with pytest.raises(LogError, match=text):
         read_log(log_file(tmp_path, header))
+
+
+def test_log_of_a_slide_is_no_log_of_the_hexapod(machine: Machine, tmp_path: Path) -> None:
+    log = read_log(log_file(tmp_path, "time [s],theta[1] [mm],tau_meas[1] [N]"))
+    text = r"axis 1 is linear \(position in m, force in N\), that of tflex is rotary: .*--base axis"
+    with pytest.raises(LogError, match=text):
+        fit(machine, [log])
 
 
 def test_log_of_one_axis_is_sent_to_its_base(machine: Machine, tmp_path: Path) -> None:
@@ -114,11 +132,11 @@ def test_file_to_check_that_is_none_is_bad_input(tmp_path: Path) -> None:
 def test_where_fmpy_stumbles_the_description_is_blamed(
     error: Exception, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def stumbles(path: str) -> list[str]:
+    def stumbles(path: str, **_: bool) -> None:
         raise error
 
-    monkeypatch.setattr("fmpy.validation.validate_fmu", stumbles)
-    (said,) = check_fmu._fmpy(Path("x.fmu"))
+    monkeypatch.setattr("fmpy.model_description.read_model_description", stumbles)
+    (said,) = check_fmu._fmpy(Path("x.fmu"), False)
     assert said.endswith((text, f"{text} ({type(error).__name__})"))
     assert not re.search("NoneType|generator", said)
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from zipfile import ZipFile
 
 from flexhex.fmugen.compile import STRICT, compiler
+from flexhex.fmugen.fmu import FMI
 from flexhex.ssp.fmu import binary_path
 from flexhex.ssp.read import read_ssp
-from tests.gateway.cargo import headers
 
 PROXY = Path(__file__).with_name("proxy.c")
 Changes = Mapping[str, bytes | None]
@@ -78,6 +78,6 @@ def shared_library(source: Path, folder: Path) -> Path:
     """A C file compiled to a shared library in `folder`, once."""
     library = folder / f"{source.stem}.so"
     if not library.exists():
-        flags = ("-std=c99", "-O1", "-fPIC", "-shared", *STRICT, f"-I{headers()}")
+        flags = ("-std=c99", "-O1", "-fPIC", "-shared", *STRICT, f"-I{FMI}")
         subprocess.run([*compiler(), *flags, str(source), "-o", str(library), "-ldl"], check=True)
     return library

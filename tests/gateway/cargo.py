@@ -9,7 +9,6 @@ import sys
 from functools import lru_cache
 from pathlib import Path
 
-import fmpy
 import pytest
 
 from tests.conftest import ROOT, one_at_a_time
@@ -17,16 +16,6 @@ from tests.conftest import ROOT, one_at_a_time
 GATEWAY = ROOT / "gateway"
 TARGET = GATEWAY / os.environ.get("CARGO_TARGET_DIR", "target")
 """Where cargo builds; it reads the same variable."""
-
-
-def headers() -> Path:
-    """Folder of the FMI 2.0 headers."""
-    return Path(fmpy.__file__).resolve().parent / "c-code"
-
-
-def environment(**more: str) -> dict[str, str]:
-    """Environment of a cargo command."""
-    return {**os.environ, "FLEXHEX_FMI_HEADERS": str(headers()), **more}
 
 
 @lru_cache
@@ -46,7 +35,7 @@ def cargo(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
     need_cargo()
     with one_at_a_time(TARGET):
         command = ["cargo", *arguments, "--release", "--locked"]
-        env = environment(**more)
+        env = {**os.environ, **more}
         return subprocess.run(command, cwd=GATEWAY, env=env, capture_output=True, text=True)
 
 

@@ -98,6 +98,14 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
         lambda s: edited(s, SSD, ('Component name="N_E"', 'Component name="N_F"')),
         ("component 'N_F' exists twice", "rename one"),
     ),
+    "another unit": (
+        lambda s: edited(
+            s,
+            "resources/feedback.ssv",
+            (f'{TS} unit="s"', TS.replace("0.00025", "0.25") + ' unit="ms"'),
+        ),
+        ("feedback", "Ts = 0.25 ms: write the value in s"),
+    ),
     "unknown component": (
         lambda s: edited(s, SSD, (THETA, THETA.replace('"plant"', '"plnat"'))),
         ("plnat.theta[2] -> feedback.theta[2]", "did you mean 'plant'?"),

@@ -56,8 +56,9 @@ def own_rows(path: Path, parameters: Parameters | None = None) -> Rows:
         held = seen // period(package.instance(component), package.base)
         for name in names:
             array, _, index = name.partition("[")
-            values = result[f"{component}.{array}"][held]
-            rows[f"{component}.{name}"] = values[:, int(index[:-1]) - 1] if index else values
+            values = result[f"{component}.{array}"]
+            column = values[:, int(index[:-1]) - 1] if index else values
+            rows[f"{component}.{name}"] = column[held]
     return rows
 
 

@@ -64,11 +64,11 @@ def test_ecos_gives_the_same_bits(loop_ssp: Path, expected: Rows) -> None:
 def test_toolbox_container_gives_the_same_bits(
     loop_ssp: Path, expected: Rows, tmp_path: Path
 ) -> None:
-    """The .ssp as one FMU; its connected signals are local variables there. FMPy records the
-    start as row 0."""
+    """The .ssp as one FMU; its connected signals are local variables there. The step is that of
+    the FMUs' default experiments. FMPy records the start as row 0."""
     assembly = wanted("fmu_manipulation_toolbox.assembly", TOOLBOX).Assembly
     shutil.copy(loop_ssp, tmp_path / "hexapod.ssp")
-    assembly(filename="hexapod.ssp", default_step_size=BASE, fmu_directory=tmp_path).make_fmu()
+    assembly(filename="hexapod.ssp", fmu_directory=tmp_path).make_fmu()
     inside = _names_inside(loop_ssp)
     names = {f"{c}.{s}": f"{inside[c]}.{s}" for c, s in (n.split(".", 1) for n in expected)}
     rows = simulate_fmu(

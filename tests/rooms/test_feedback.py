@@ -176,6 +176,14 @@ def test_feedback_keeps_what_it_owes_at_a_limit_of_broken_steps() -> None:
     assert np.abs(np.asarray(after)).max() <= 0.3
 
 
+def test_feedback_takes_a_current_step_too_fine_for_a_double_for_none() -> None:
+    """The limit counted in such steps is infinite; every torque came out as the limit."""
+    finest, without = (started(tau_step=h, reference_delay=0.0) for h in (5e-324, 0.0))
+    for r in (0.0, 1e-3, -2e-3):
+        y, z = finest.tick(r=np.full(6, r)), without.tick(r=np.full(6, r))
+        assert y.values.tobytes() == z.values.tobytes()
+
+
 def test_feedback_refuses_a_current_step_beyond_the_limit() -> None:
     with pytest.raises(StartError, match=r"^tau_step = 0.3 N m, more than tau_max = 0.2 N m$"):
         started(tau_max=0.2, tau_step=0.3)

@@ -26,6 +26,13 @@ class Inertia:
         self.x = self.A @ self.x + self.B * (tau - self.load_torque)
 
 
+def without_feedforward(**parameters: float) -> Loaded:
+    """The feedback whose inputs are all zero; as an FMU it starts with the torque that holds."""
+    room = started(**parameters, **PLAIN)
+    room.u["tau_ff"] = 0.0
+    return room
+
+
 def loop(room: Loaded, plant: Inertia, r: Array) -> dict[str, Array]:
     """First joint in closed loop; the plant's own delay is the controller's step."""
     rows: dict[str, list[float]] = {"theta": [], "tau": [], "fault": []}
@@ -40,7 +47,7 @@ def loop(room: Loaded, plant: Inertia, r: Array) -> dict[str, Array]:
 
 def test_feedback_settles_after_a_step_and_carries_a_load() -> None:
     r = np.concatenate([np.zeros(4), np.full(8000, 0.02)])
-    theta = loop(started(**PLAIN), Inertia(load_torque=0.1), r)["theta"]
+    theta = loop(without_feedforward(), Inertia(load_torque=0.1), r)["theta"]
     # 45 deg with a PI corner at 1 Hz overshoots by half; the slowest pole is near that corner
     assert 0.025 < theta.max() < 0.031
     assert np.abs(theta[2000:] - 0.02).max() < 3e-3
@@ -49,7 +56,7 @@ def test_feedback_settles_after_a_step_and_carries_a_load() -> None:
 
 def test_feedback_leaves_its_limit_as_soon_as_the_error_turns() -> None:
     """Three seconds in the limit would wind the integral up to 30 times the limit."""
-    room = started(tau_max=2.0, **PLAIN)
+    room = without_feedforward(tau_max=2.0)
     room.tick()
     for _ in range(12000):
         y = room.tick(theta=np.full(6, -0.1))
@@ -67,7 +74,7 @@ def test_feedback_leaves_its_limit_as_soon_as_the_error_turns() -> None:
 
 def test_feedback_recovers_from_saturation_in_the_loop() -> None:
     r = np.concatenate([np.zeros(4), np.full(12000, 0.15)])
-    row = loop(started(tau_max=1.0, **PLAIN), Inertia(), r)
+    row = loop(without_feedforward(tau_max=1.0), Inertia(), r)
     assert np.count_nonzero(row["fault"] == 2.0) > 400
     assert np.abs(row["tau"]).max() == 1.0
     assert row["theta"].max() < 0.27

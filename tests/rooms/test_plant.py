@@ -132,6 +132,14 @@ def test_plant_tells_divergence_from_an_end_stop() -> None:
         assert 3.0 in faults
 
 
+def test_step_too_fine_for_a_double_is_none() -> None:
+    """Angles divided by it are infinite; `make fuzz` found it."""
+    finest, without = (started(theta_step=h, tau_step=h) for h in (5e-324, 0.0))
+    for tau in torques(20, seed=5):
+        y, z = finest.tick(tau=tau), without.tick(tau=tau)
+        assert y.values.tobytes() == z.values.tobytes()
+
+
 def test_plant_quantises_like_its_sensors_and_drives() -> None:
     coarse, fine = started(theta_step=1e-4, tau_step=0.0), started(theta_step=0.0, tau_step=0.0)
     for tau in torques(300, seed=8):

@@ -6,14 +6,13 @@ import subprocess
 import zipfile
 from pathlib import Path
 
-import fmpy
 import pytest
 
 from flexhex.fmugen.compile import STRICT, compiler
+from flexhex.fmugen.fmu import FMI
 from flexhex.ssp.fmu import binary_path, read_fmu
 from flexhex.ssp.library import HERE
 
-HEADERS = Path(fmpy.__file__).parent / "c-code"
 SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 
@@ -22,7 +21,7 @@ def harness(work: Path) -> Path:
     """The test program, with sanitizers where the compiler has them."""
     program = work / "harness"
     source = Path(__file__).with_name("harness.c")
-    command = [*compiler(), "-std=c99", "-g", *STRICT, f"-I{HEADERS}", f"-I{HERE}"]
+    command = [*compiler(), "-std=c99", "-g", *STRICT, f"-I{FMI}", f"-I{HERE}"]
     files = [str(source), str(HERE / "executor.c"), "-o", str(program), "-ldl", "-lm"]
     sanitized = subprocess.run([*command, *SANITIZE, *files], check=False, capture_output=True)
     if sanitized.returncode:

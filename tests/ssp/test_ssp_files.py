@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import fmpy
@@ -51,13 +52,46 @@ def test_invalid_document_is_seen_by_the_schema(ring_ssp: Path, tmp_path: Path) 
         read_ssd(str(broken))
 
 
-def test_both_annotations_declare_the_base_step(ring_ssp: Path) -> None:
+def test_libcosims_annotation_declares_the_base_step(ring_ssp: Path) -> None:
     document = etree.fromstring(members(ring_ssp)["SystemStructure.ssd"])
-    experiment = document.find("ssd:DefaultExperiment", NAMESPACES)
-    osp = experiment.find(".//osp:FixedStepAlgorithm", NAMESPACES)
-    oms = experiment.find(".//oms:SimulationInformation", NAMESPACES)
-    assert float(osp.get("baseStepSize")) == float(oms.get("fixedStepSize")) == 0.00025
+    osp = document.find("ssd:DefaultExperiment//osp:FixedStepAlgorithm", NAMESPACES)
+    assert float(osp.get("baseStepSize")) == 0.00025
     assert b"StepSizeHint" not in members(ring_ssp)["SystemStructure.ssd"]
+
+
+def test_omsimulators_importfile_finds_the_base_step(ring_ssp: Path) -> None:
+    """As its C++ reads: names with the prefix as it stands, of annotations only the first one,
+    and the kind of master from the child that has a description (Model.cpp, SystemWC.cpp)."""
+    text = members(ring_ssp)["SystemStructure.ssd"].decode()
+    system = text[text.index("</ssd:Connections>") : text.index("</ssd:System>")]
+    first = system[system.index("<ssc:Annotation ") : system.index("</ssc:Annotation>")]
+    words = re.findall(r'<([\w:]+)|(\w+)="([^"]*)"', first)
+    assert [tag for tag, _, _ in words if tag] == [
+        "ssc:Annotation",
+        "oms:Annotations",
+        "oms:SimulationInformation",
+        "oms:FixedStepMaster",
+    ]
+    values = {key: value for _, key, value in words if key}
+    assert values["type"] == "org.openmodelica"
+    assert values["description"] == "oms-ma"
+    assert float(values["stepSize"]) == 0.00025
+
+
+def test_omsimulators_python_classes_find_the_base_step(ring_ssp: Path) -> None:
+    """As `SSP` and `System.generateJson` read: a solver of the system, used by the components
+    that name it; all others would step by 1 ms."""
+    document = etree.fromstring(members(ring_ssp)["SystemStructure.ssd"])
+    path = "ssd:Annotations/ssc:Annotation[@type='org.openmodelica']/oms:Annotations/*"
+    (solver,) = document.find("ssd:System", NAMESPACES).iterfind(path, NAMESPACES)
+    assert (solver.get("method"), float(solver.get("fixedStepSize"))) == ("oms_ma", 0.00025)
+    components = list(document.iterfind(".//ssd:Component", NAMESPACES))
+    assert len(components) == 5
+    for component in components:
+        (named,) = component.iterfind(path, NAMESPACES)
+        assert dict(named.attrib) == {"name": solver.get("name")}
+    # of the experiment it takes its logging from such an annotation, and no step
+    assert document.find("ssd:DefaultExperiment//oms:SimulationInformation", NAMESPACES) is None
 
 
 def test_schedule_carries_periods_and_delays(toy_hexapod: tuple[System, Path]) -> None:

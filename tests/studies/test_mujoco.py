@@ -16,7 +16,7 @@ from studies.mujoco import draw as drawing
 from studies.mujoco import hexapod, inside, outside
 from studies.mujoco.case import Case, Wanted
 from studies.mujoco.draw import draw
-from studies.mujoco.machine import Array
+from studies.mujoco.machine import Array, rotation
 from studies.mujoco.make import Simulated, make, runs_of, truth_of
 from studies.mujoco.model import compiled, inverse, places
 from studies.mujoco.observable import gap, observable
@@ -130,6 +130,17 @@ def test_an_effect_is_in_the_logs_at_the_size_that_the_truth_says(kind: str, id:
     assert seen[others].max(initial=0.0) < 1e-6
 
 
+def test_axes_of_a_gantry_stand_at_right_angles_the_third_upright() -> None:
+    """Axes that are not would push each other, though nothing is hidden."""
+    machine = next(m for m in (draw(s, kind="gantry").machine for s in range(20)) if m.n == 3)
+    frame, along = np.eye(3), []
+    for link in machine.links:
+        frame = frame @ rotation(link.rpy)
+        along.append(frame[:, 2])
+    assert np.array(along) @ np.array(along).T == pytest.approx(np.eye(3), abs=1e-12)
+    assert np.abs(along[2]) == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+
+
 def test_what_the_base_model_can_take_up_is_not_observable() -> None:
     axis = truth_of(hidden("viscous_friction", "axis"))["beside"][0]
     arm = truth_of(hidden("viscous_friction", "arm"))["hidden"][0]
@@ -204,8 +215,9 @@ def test_the_loops_of_the_hexapod_close_and_its_file_is_one_of_the_library(tmp_p
         # MuJoCo's constraints are a little soft
         assert np.linalg.norm(ends, axis=1).max() < 1e-5 * case.machine.chain.L
     path = tmp_path / "machine.toml"
-    path.write_text(hexapod.toml(case.written.chain, 0.19))
+    path.write_text(hexapod.toml(case.written.chain, 0.19, 0.0314, 0.0027))
     machine = load_machine(path)
+    assert (machine.tolerance.mass, machine.tolerance.geometry) == (0.0314, 0.0027)
     assert pytest.approx(case.machine.chain.L, rel=0.03) == machine.geometry.L
     assert machine.geometry.L != case.machine.chain.L
 

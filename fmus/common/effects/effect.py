@@ -42,7 +42,8 @@ class Gain:
 class Shape:
     """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
 
-    start: first guess; grid: values to try; whole: only whole numbers make sense.
+    start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
+    seems to lie at `high` or beyond is something else.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Shape:
     grid: tuple[float, ...] = ()
     description: str = ""
     whole: bool = False
+    closed: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,7 @@ class Effect:
               logged too; None: all of it
     extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
+    turning   whether only an axis that turns can have it
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
     """
@@ -136,6 +139,7 @@ class Effect:
     behind: Effect | None = None
     extends: str = ""
     most: int = 1
+    turning: bool = False
     exact: bool = False
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

@@ -18,6 +18,7 @@ class EncoderEccentricity(Effect):
         Gain("e_c", "rad", 1e-4, -0.02, 0.02, "cosine amplitude"),
         Gain("e_s", "rad", 1e-4, -0.02, 0.02, "sine amplitude"),
     )
+    turning = True
     excites = "the whole stroke, with much cogging"
     confused_with = ("cogging_harmonic", "quadratic_stiffness")
     experiment = "slow triangle through as much of the stroke as possible"

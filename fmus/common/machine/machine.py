@@ -28,6 +28,7 @@ from flexhex.fmus.common.machine.sections import (
     Reference,
     Section,
     Timing,
+    Tolerance,
     Vector,
 )
 
@@ -63,6 +64,7 @@ class Machine(Section):
     control: Control
     reference: Reference
     effects: tuple[EffectUse, ...] = ()
+    tolerance: Tolerance = Tolerance()
 
     @property
     def n_arms(self) -> int:

@@ -90,9 +90,10 @@ def _flat(value: Any) -> list[float]:
 def _check(number: float, unit: str, gt: float | None, ge: float | None, le: float | None) -> None:
     if not math.isfinite(number):
         raise ValueError(f"{number} is not a finite number")
+    shown = "" if unit == "1" else f" {unit}"
     if gt is not None and not number > gt:
-        raise ValueError(f"{number} {unit}, must be above {gt} {unit}")
+        raise ValueError(f"{number}{shown}, must be above {gt}{shown}")
     if ge is not None and not number >= ge:
-        raise ValueError(f"{number} {unit}, must be at least {ge} {unit}")
+        raise ValueError(f"{number}{shown}, must be at least {ge}{shown}")
     if le is not None and not number <= le:
-        raise ValueError(f"{number} {unit}, must be at most {le} {unit}")
+        raise ValueError(f"{number}{shown}, must be at most {le}{shown}")

@@ -30,7 +30,7 @@ class ArmFrame:
     """Constants of one arm; vectors (3,) in the world at neutral, quaternions (4,).
 
     S = conj(lam_E0) lam_Q0: Q seen from E at neutral; a_Q: motor axis in the axes of Q at
-    neutral.
+    neutral; L, l: upper and lower arm [m].
     """
 
     x_B: Array
@@ -40,6 +40,8 @@ class ArmFrame:
     lam_Q0: Array
     S: Array
     a_Q: Array
+    L: float
+    l: float  # noqa: E741 - the paper's neighbour of L
 
     @property
     def rod(self) -> Array:
@@ -145,7 +147,8 @@ def _arm_frame(machine: Machine, i: int, where: str) -> ArmFrame:
     y_Q /= np.linalg.norm(y_Q)
     R_Q0 = np.column_stack([x_Q, y_Q, np.cross(x_Q, y_Q)])
     lam_Q0 = _quaternion(R_Q0)
-    return ArmFrame(x_B, axis, u_B, r_EP, lam_Q0, lam_Q0, R_Q0.T @ axis)
+    lengths = machine.geometry.L, platform.l
+    return ArmFrame(x_B, axis, u_B, r_EP, lam_Q0, lam_Q0, R_Q0.T @ axis, *lengths)
 
 
 def _quaternion(R: Array) -> Array:

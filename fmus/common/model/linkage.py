@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine.sections import Arm
 from flexhex.fmus.common.model import quaternion as qn
 from flexhex.fmus.common.model.constraints import (
     Coordinates,
@@ -42,13 +43,12 @@ def half_angles(theta: ca.SX) -> ca.SX:
 
 
 class UpperPose:
-    """The upper arm of arm i: u (3,), unit vector along it, and up = du/dtheta.
+    """The upper arm of an arm: u (3,), unit vector along it, and up = du/dtheta.
 
-    turn (4,): quaternion of its rotation by theta; half (2,): column i of `half_angles`.
+    turn (4,): quaternion of its rotation by theta; half (2,): its column of `half_angles`.
     """
 
-    def __init__(self, machine: Machine, half: ca.SX, i: int) -> None:
-        arm = machine.arms[i]
+    def __init__(self, arm: Arm | ArmFrame, half: ca.SX) -> None:
         self.turn = ca.vertcat(half[0], half[1] * ca.SX(arm.axis))
         sine, cosine = 2 * half[0] * half[1], 1 - 2 * half[1] ** 2
         u0, side = ca.SX(arm.u_B), ca.cross(ca.SX(arm.axis), ca.SX(arm.u_B))
@@ -56,7 +56,7 @@ class UpperPose:
 
 
 class ArmPose(UpperPose):
-    """Everything about arm i that depends on the pose alone.
+    """Everything about an arm that depends on the pose alone; lam_Q (4,), lam_E (4,).
 
     R_Q = R(lam_Q); n_Q = |lam_Q|^2; per_n_Q = 1 / n_Q;
     q, s (4,): relative quaternions of the universal and spherical joint; per_twist: what a twist
@@ -64,16 +64,14 @@ class ArmPose(UpperPose):
     rate, R_Q[:, 0] . L up. One division for each reciprocal.
     """
 
-    def __init__(
-        self, machine: Machine, arm: ArmFrame, xt: Coordinates, half: ca.SX, i: int
-    ) -> None:
-        super().__init__(machine, half, i)
-        self.arm, self.L, self.l = arm, machine.geometry.L, machine.platform.l
-        self.lam_Q = xt.lam_Q[i]
+    def __init__(self, arm: ArmFrame, lam_Q: ca.SX, lam_E: ca.SX, half: ca.SX) -> None:
+        super().__init__(arm, half)
+        self.arm, self.L, self.l = arm, arm.L, arm.l
+        self.lam_Q = lam_Q
         self.R_Q = qn.rotation(self.lam_Q)
         self.n_Q = ca.dot(self.lam_Q, self.lam_Q)
         self.q = relative_universal(arm, self.turn, self.lam_Q)
-        self.s = relative_spherical(arm, xt.lam_E, self.lam_Q)
+        self.s = relative_spherical(arm, lam_E, self.lam_Q)
         self.per_n_Q = reciprocal(self.n_Q)
         self.per_twist = reciprocal(self.q[0] ** 2 - self.q[1] ** 2)
         self.beta = self.L * ca.dot(self.R_Q[:, 0], self.up)
@@ -107,14 +105,15 @@ class Linkage:
     half (2, n): `half_angles` of the pose.
     """
 
-    def __init__(self, machine: Machine, frames: Frames, x: ca.SX, half: ca.SX) -> None:
-        self.n = machine.n_arms
+    def __init__(self, frames: Frames, x: ca.SX, half: ca.SX) -> None:
+        self.n = len(frames.arms)
         self.xt = Coordinates.split(x, self.n)
         self.R_E = qn.rotation(self.xt.lam_E)
         self.n_E = ca.dot(self.xt.lam_E, self.xt.lam_E)
         self.per_n_E = reciprocal(self.n_E)
         self.arms = [
-            ArmPose(machine, arm, self.xt, half[:, i], i) for i, arm in enumerate(frames.arms)
+            ArmPose(arm, self.xt.lam_Q[i], self.xt.lam_E, half[:, i])
+            for i, arm in enumerate(frames.arms)
         ]
         rows = []
         for pose in self.arms:
@@ -194,7 +193,7 @@ class FreeArms:
 
     def __init__(self, machine: Machine, half: ca.SX) -> None:
         self.n = machine.n_arms
-        self.arms = [UpperPose(machine, half[:, i], i) for i in range(self.n)]
+        self.arms = [UpperPose(arm, half[:, i]) for i, arm in enumerate(machine.arms)]
 
     def residual(self) -> ca.SX:
         """No constraints (0,)."""

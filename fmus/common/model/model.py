@@ -52,7 +52,7 @@ class Model:
         half = half_angles(x[: self.n]) if half is None else half
         if not self.machine.has_platform:
             return FreeArms(self.machine, half)
-        return Linkage(self.machine, self.frames, x, half)
+        return Linkage(self.frames, x, half)
 
     def motion(self, xd: ca.SX, xdd: ca.SX) -> Motion:
         """Velocities and accelerations of all frames."""

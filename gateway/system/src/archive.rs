@@ -9,6 +9,9 @@ use zip::ZipArchive;
 
 use crate::error::Error;
 
+/// What an archive may unpack to, as in `fmus/common/archive.py`.
+const MOST_BYTES: u64 = 1 << 30;
+
 /// An archive, named in messages.
 pub(crate) struct Archive {
     name: String,
@@ -24,10 +27,19 @@ impl Archive {
     }
 
     pub fn new(bytes: Vec<u8>, name: String) -> Result<Archive, Error> {
-        match ZipArchive::new(Cursor::new(bytes)) {
-            Ok(zip) => Ok(Archive { name, zip }),
-            Err(_) => Err(Error::new("not a zip archive, or a truncated one").at(name)),
+        let Ok(mut zip) = ZipArchive::new(Cursor::new(bytes)) else {
+            return Err(Error::new("not a zip archive, or a truncated one").at(name));
+        };
+        let mut size = 0_u64;
+        for k in 0..zip.len() {
+            size = size.saturating_add(zip.by_index_raw(k).map_or(0, |file| file.size()));
         }
+        if size > MOST_BYTES {
+            let (size, most) = (size >> 20, MOST_BYTES >> 20);
+            let text = format!("unpacks to {size} MB, at most {most} MB are opened");
+            return Err(Error::new(text).at(name));
+        }
+        Ok(Archive { name, zip })
     }
 
     pub fn name(&self) -> &str {
@@ -49,7 +61,9 @@ impl Archive {
             Err(error) => return Err(damaged(member, &error.to_string()).at(&self.name)),
         };
         let mut bytes = Vec::new();
-        match file.read_to_end(&mut bytes) {
+        // no more than the archive declares, whatever it holds
+        let declared = file.size();
+        match (&mut file).take(declared).read_to_end(&mut bytes) {
             Ok(_) => Ok(bytes),
             Err(error) => Err(damaged(member, &error.to_string()).at(&self.name)),
         }
@@ -91,6 +105,18 @@ mod tests {
         let refused = Archive::new(b"PK is not enough".to_vec(), "a.ssp".to_owned());
         let text = refused.err().map(|e| e.to_string());
         assert_eq!(text.as_deref(), Some("a.ssp: not a zip archive, or a truncated one"));
+    }
+
+    #[test]
+    fn what_unpacks_to_too_much_is_refused_before_it_is_unpacked() {
+        // an empty file "a" whose directory declares 4 GB
+        let local = b"PK\x03\x04\x0a\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x01\0\0\0a";
+        let head = b"PK\x01\x02\x0a\0\x0a\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xfe\xff\xff\xff";
+        let tail = b"\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0a";
+        let end = b"PK\x05\x06\0\0\0\0\x01\0\x01\0\x2f\0\0\0\x1f\0\0\0\0\0";
+        let bytes = [&local[..], &head[..], &tail[..], &end[..]].concat();
+        let text = Archive::new(bytes, "a.fmu".to_owned()).err().map(|e| e.to_string());
+        assert_eq!(text.as_deref(), Some("a.fmu: unpacks to 4095 MB, at most 1024 MB are opened"));
     }
 
     #[test]

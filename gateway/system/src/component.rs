@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu, Variable};
-use crate::structure::Values;
+use crate::structure::Setting;
+
+/// Names and values in file order.
+pub(crate) type Values = Vec<(String, f64)>;
 
 /// One component of the system.
 #[derive(Clone)]
@@ -19,16 +22,20 @@ impl Component {
     pub(crate) fn new(
         name: &str,
         fmu: Arc<Fmu>,
-        sets: &Values,
+        settings: &[Setting],
         base: f64,
     ) -> Result<Component, Error> {
         let mut component =
             Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
         // names that the FMU does not have are ignored, as SSP says
-        for (name, value) in sets {
-            if component.fmu.find(name).is_some() {
-                component.set(name, *value)?;
+        for Setting { name, value, unit } in settings {
+            let Some(variable) = component.fmu.find(name) else { continue };
+            if !unit.is_empty() && !variable.unit.is_empty() && *unit != variable.unit {
+                let wanted = &variable.unit;
+                let text = format!("{name} = {value} {unit}: write the value in {wanted}");
+                return Err(Error::new(text).at(&component.name));
             }
+            component.set(name, *value)?;
         }
         component.schedule(base)?;
         Ok(component)

@@ -190,7 +190,7 @@ fn categories(top: Node) -> Vec<String> {
     all.iter()
         .flat_map(|c| c.children())
         .filter_map(|c| c.attribute("name"))
-        .filter(|name| ["logStatusError", "logStatusWarning"].contains(name))
+        .filter(|name| ["logStatusError", "logStatusDiscard", "logStatusWarning"].contains(name))
         .map(str::to_owned)
         .collect()
 }

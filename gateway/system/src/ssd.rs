@@ -4,20 +4,19 @@ use roxmltree::{Document, Node};
 
 use crate::archive::Archive;
 use crate::error::Error;
-use crate::structure::{Element, Structure, Values, Wire};
+use crate::structure::{Element, Setting, Structure, Wire};
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
+const OMS: &str =
+    "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd";
 /// Elements that may hold the base step [s]; the first present wins.
-const BASE_STEPS: [(&str, &str, &str); 3] = [
+const BASE_STEPS: [(&str, &str, &str); 4] = [
     ("urn:flexhex:schedule", "Schedule", "baseStep"),
     ("http://opensimulationplatform.com/SSP/OSPAnnotations", "FixedStepAlgorithm", "baseStepSize"),
-    (
-        "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
-        "SimulationInformation",
-        "fixedStepSize",
-    ),
+    (OMS, "FixedStepMaster", "stepSize"),
+    (OMS, "SimulationInformation", "fixedStepSize"),
 ];
 
 /// Reads `SystemStructure.ssd` and the parameter sets it refers to.
@@ -48,7 +47,7 @@ fn structure(document: &Document, archive: &mut Archive) -> Result<Structure, Er
         wires: grandchildren(top, "Connections", "Connection")
             .map(wire)
             .collect::<Result<_, _>>()?,
-        values: parameter_sets(top, archive)?,
+        settings: parameter_sets(top, archive)?,
         base_step: base_step(root)?,
     })
 }
@@ -103,7 +102,7 @@ fn element(node: Node, archive: &mut Archive) -> Result<Element, Error> {
     Ok(Element {
         name: name.to_owned(),
         source: node.attribute("source").unwrap_or_default().to_owned(),
-        values: parameter_sets(node, archive)?,
+        settings: parameter_sets(node, archive)?,
     })
 }
 
@@ -122,8 +121,8 @@ fn wire(node: Node) -> Result<Wire, Error> {
 }
 
 /// Name and value of every Real in the parameter sets of a component or of the system.
-fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
-    let mut values = Values::new();
+fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Vec<Setting>, Error> {
+    let mut settings = Vec::new();
     let bindings: Vec<Node> = node
         .children()
         .filter(|c| c.has_tag_name((SSD, "ParameterBindings")))
@@ -139,40 +138,42 @@ fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Values, Error> {
             Some(source) => {
                 let text = archive.text(source)?;
                 let document = parse(&text, source)?;
-                collect(document.root_element(), prefix, &mut values)?;
+                collect(document.root_element(), prefix, &mut settings)?;
             }
             None => {
                 let set = child(binding, (SSD, "ParameterValues"))
                     .and_then(|v| child(v, (SSV, "ParameterSet")));
                 if let Some(set) = set {
-                    collect(set, prefix, &mut values)?;
+                    collect(set, prefix, &mut settings)?;
                 }
             }
         }
     }
-    Ok(values)
+    Ok(settings)
 }
 
-fn collect(set: Node, prefix: &str, values: &mut Values) -> Result<(), Error> {
+fn collect(set: Node, prefix: &str, settings: &mut Vec<Setting>) -> Result<(), Error> {
     let groups = set.children().filter(|c| c.has_tag_name((SSV, "Parameters")));
     for entry in groups.flat_map(|g| g.children()) {
         if !entry.has_tag_name((SSV, "Parameter")) {
             continue;
         }
         let name = entry.attribute("name").unwrap_or_default();
-        let value = child(entry, (SSV, "Real"))
+        let real = child(entry, (SSV, "Real"));
+        let value = real
             .and_then(|real| real.attribute("value")?.trim().parse::<f64>().ok())
             .filter(|value| value.is_finite())
             .ok_or_else(|| Error::new(format!("parameter '{name}' has no finite Real value")))?;
-        values.push((format!("{prefix}{name}"), value));
+        let unit = real.and_then(|real| real.attribute("unit")).unwrap_or_default().to_owned();
+        settings.push(Setting { name: format!("{prefix}{name}"), value, unit });
     }
     Ok(())
 }
 
 fn base_step(root: Node) -> Result<Option<f64>, Error> {
     for (namespace, tag, key) in BASE_STEPS {
-        let found = root.descendants().find(|n| n.has_tag_name((namespace, tag)));
-        if let Some(text) = found.and_then(|n| n.attribute(key)).filter(|t| !t.is_empty()) {
+        let mut named = root.descendants().filter(|n| n.has_tag_name((namespace, tag)));
+        if let Some(text) = named.find_map(|n| n.attribute(key)) {
             let step = text.trim().parse::<f64>().ok();
             return match step.filter(|s| *s > 0.0 && s.is_finite()) {
                 Some(step) => Ok(Some(step)),

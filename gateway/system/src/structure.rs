@@ -2,14 +2,19 @@
 
 use std::fmt;
 
-/// Names and values in file order; later entries win.
-pub(crate) type Values = Vec<(String, f64)>;
+/// One parameter of a parameter set; without a unit it is in that of the FMU.
+#[derive(Clone)]
+pub(crate) struct Setting {
+    pub name: String,
+    pub value: f64,
+    pub unit: String,
+}
 
 /// A component: the path of its FMU in the archive and its own parameter sets.
 pub(crate) struct Element {
     pub name: String,
     pub source: String,
-    pub values: Values,
+    pub settings: Vec<Setting>,
 }
 
 /// One scalar connection.
@@ -31,8 +36,8 @@ impl fmt::Display for Wire {
 pub(crate) struct Structure {
     pub elements: Vec<Element>,
     pub wires: Vec<Wire>,
-    /// Parameter sets of the system: "component.parameter".
-    pub values: Values,
+    /// Parameter sets of the system: "component.parameter"; later ones win.
+    pub settings: Vec<Setting>,
     /// `[s]`
     pub base_step: Option<f64>,
 }

@@ -11,7 +11,7 @@ use crate::component::Component;
 use crate::error::Error;
 use crate::fmu::{Causality, Fmu};
 use crate::ssd;
-use crate::structure::{Element, Structure, Values, Wire};
+use crate::structure::{Element, Setting, Structure, Wire};
 use crate::wiring::{check, find};
 
 /// A `.ssp` that was read, checked and unpacked to a temporary folder, removed with the last
@@ -38,9 +38,9 @@ impl System {
                 let text = format!("component '{}' exists twice: rename one", element.name);
                 return Err(at(Error::new(text)));
             }
-            let sets = sets_of(element, &structure.values);
+            let settings = settings_of(element, &structure.settings);
             let fmu = Arc::clone(&fmus[&element.source]);
-            components.push(Component::new(&element.name, fmu, &sets, base).map_err(at)?);
+            components.push(Component::new(&element.name, fmu, &settings, base).map_err(at)?);
         }
         check(&structure.wires, &components).map_err(at)?;
         Ok(System { base, components, wires: structure.wires, folder: Arc::new(folder) })
@@ -101,24 +101,24 @@ impl System {
             .keep();
         let fmu = Arc::new(Fmu::open(Archive::open(path)?, folder)?);
         for component in components.iter_mut().filter(|c| c.name() == name) {
-            *component = Component::new(name, Arc::clone(&fmu), &Values::new(), self.base)?;
+            *component = Component::new(name, Arc::clone(&fmu), &[], self.base)?;
         }
         check(&self.wires, &components).map_err(|e| e.at(path.display()))?;
         Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
     }
 }
 
-/// Values of one component: its own sets, then those of the system, which win.
-fn sets_of(element: &Element, system: &Values) -> Values {
-    let mut sets = element.values.clone();
-    for (name, value) in system {
+/// Settings of one component: its own sets, then those of the system, which win.
+fn settings_of(element: &Element, system: &[Setting]) -> Vec<Setting> {
+    let mut settings = element.settings.clone();
+    for setting in system {
         if let Some((_, parameter)) =
-            name.split_once('.').filter(|(component, _)| *component == element.name)
+            setting.name.split_once('.').filter(|(component, _)| *component == element.name)
         {
-            sets.push((parameter.to_owned(), *value));
+            settings.push(Setting { name: parameter.to_owned(), ..setting.clone() });
         }
     }
-    sets
+    settings
 }
 
 fn open_fmus(

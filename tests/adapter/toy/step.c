@@ -12,7 +12,7 @@ typedef struct {
 
 static bool start(const toy_parameters *p, void *memory, toy_outputs *y, char *message,
                   size_t size) {
-  state *s = memory;
+  state *s = (state *)memory;
   if (p->offset == FORBIDDEN) {
     snprintf(message, size, "offset = %g, must not be seven", p->offset);
     return false;
@@ -28,7 +28,7 @@ static bool start(const toy_parameters *p, void *memory, toy_outputs *y, char *m
 }
 
 static void tick(const toy_parameters *p, const toy_inputs *u, void *memory, toy_outputs *y) {
-  state *s = memory;
+  state *s = (state *)memory;
   double next[TOY_N];
   y->last = y->y;
   toy_scale(&u->u, &p->gain, &p->offset, &y->y);

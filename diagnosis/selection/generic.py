@@ -1,0 +1,131 @@
+"""What has no name: smooth functions of one thing that an axis does, or of all of them together.
+
+    tau = f(angle), f(angle) direction, f(rate), f(acceleration), f(torque), f(all of them)
+
+f is a Gaussian process of unknown length and size, so its evidence is one of closed form; and a
+linear response with memory to rate and acceleration. This is the ceiling of what can be explained
+without knowing what it is. Time in a run is no argument: offsets wander with it, and what repeats
+of it is seen without a form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+from scipy.signal import lfilter
+
+from flexhex.diagnosis.selection.rows import Rows
+
+Array = NDArray[np.float64]
+PLACES, LENGTHS = 40, (0.3, 0.1, 0.03)
+"""Places along the range of an argument, and lengths over which a function of it goes together,
+relative to the range."""
+WAVES, LENGTH = 100, 1.5
+"""Waves over all arguments together, and their length in standard deviations."""
+CREEP = 0.1
+"""Rate, relative to its RMS, within which the direction turns."""
+TIMES, LONGEST = 8, 2.0
+"""Time constants of the linear response, and the longest [s]; the shortest is half a window."""
+
+
+@dataclass(frozen=True, eq=False)
+class Generic:
+    """Columns raw, white (R, k) of an axis, of unit RMS torque for coefficients of one; ways: how
+    the coefficients go together, each (k, k'): one evidence each."""
+
+    argument: str
+    raw: Array
+    white: Array
+    ways: tuple[Array, ...]
+
+
+def generic(rows: Rows, axis: int) -> list[Generic]:
+    """All that an axis may have without a name."""
+    arguments = _arguments(rows, axis)
+    unit = float(rows.torque_rms[axis])
+    smooth, one = tuple(_together(length) for length in LENGTHS), (np.eye(WAVES),)
+    listed: list[tuple[str, list[Array], tuple[Array, ...]]] = []
+    for name, values in arguments.items():
+        if name != "direction":
+            listed.append((name, _hats(values), smooth))
+    directed = [h * d[:, None] for h, d in zip(listed[0][1], arguments["direction"], strict=True)]
+    listed.append(("angle and direction", directed, smooth))
+    listed.append(("motion", _waves(list(arguments.values())), one))
+    memory = _memory(rows, axis)
+    listed.append(("history", memory, (np.eye(memory[0].shape[1]),)))
+    whole = [np.hstack(own) for own in zip(*(values for _, values, _ in listed), strict=True)]
+    middle = [ways[len(ways) // 2] for _, _, ways in listed]
+    listed.append(("all of these", whole, (block_diag(*middle),)))
+    return [
+        Generic(name, rows.raw(own), rows.white(axis, own), ways)
+        for name, values, ways in listed
+        for own in ([unit * v for v in values],)
+    ]
+
+
+def _arguments(rows: Rows, axis: int) -> Mapping[str, list[Array]]:
+    """What f may depend on, at the rows (m,) of each block, of unit RMS over all blocks."""
+    made = rows.made
+    found = dict[str, list[Array]]()
+    for name in ("theta", "thetad", "thetadd"):
+        found[name] = [b.smooth(getattr(b.run.motion, name)[:, axis]) for b in made.blocks]
+    found["torque"] = [b.smooth(r[:, axis]) for b, r in zip(made.blocks, made.raw, strict=True)]
+    unit = {name: _normal(values) for name, values in found.items()}
+    size = float(np.concatenate(found["thetad"]).std()) or 1.0
+    direction = [np.tanh(rate / (CREEP * size)) for rate in found["thetad"]]
+    names = {"theta": "angle", "thetad": "rate", "thetadd": "acceleration"}
+    return {**{names.get(k, k): v for k, v in unit.items()}, "direction": direction}
+
+
+def _normal(values: Sequence[Array]) -> list[Array]:
+    whole = np.concatenate(values)
+    centre, size = float(whole.mean()), float(whole.std()) or 1.0
+    return [(v - centre) / size for v in values]
+
+
+def _hats(values: Sequence[Array]) -> list[Array]:
+    """Hat functions (m, PLACES) of an argument, each on its part of the range."""
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    at = [(v - low) / max(high - low, np.finfo(float).tiny) * (PLACES - 1) for v in values]
+    return [np.maximum(0.0, 1.0 - np.abs(p[:, None] - np.arange(PLACES))) for p in at]
+
+
+def _together(length: float) -> Array:
+    """How the places (PLACES, k) of a function go together that is smooth over this length."""
+    at = np.arange(PLACES) / (PLACES - 1)
+    values, vectors = np.linalg.eigh(np.exp(-(((at[:, None] - at) / length) ** 2) / 2))
+    kept = values > 1e-6 * values[-1]
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+
+
+def _waves(arguments: Sequence[Sequence[Array]]) -> list[Array]:
+    """Waves (m, WAVES) over all arguments: a smooth function of several of them at once."""
+    rng = np.random.default_rng(0)
+    mixed = rng.normal(size=(len(arguments), WAVES)) / LENGTH
+    # each wave goes with about half of the arguments
+    mixed *= rng.random(mixed.shape) < 0.5
+    phase = rng.uniform(0, 2 * np.pi, WAVES)
+    together = [np.stack(own, axis=1) for own in zip(*arguments, strict=True)]
+    return [np.sqrt(2.0 / WAVES) * np.cos(own @ mixed + phase) for own in together]
+
+
+def _memory(rows: Rows, axis: int) -> list[Array]:
+    """Rate and acceleration (m, 2 TIMES) as first-order lags remember them."""
+    made = rows.made
+    times = np.geomspace(made.base.window / 2, LONGEST, TIMES)
+    listed = []
+    for block in made.blocks:
+        motion = block.run.motion
+        kept = [np.exp(-motion.ts / time) for time in times]
+        columns = [
+            lfilter([1 - a], [1, -a], values[:, axis])
+            for values in (motion.thetad, motion.thetadd)
+            for a in kept
+        ]
+        listed.append(block.smooth(np.stack(columns, axis=1)))
+    size = np.concatenate(listed).std(axis=0)
+    return [v / np.where(size > 0, size, 1.0) for v in listed]

@@ -1,0 +1,75 @@
+"""Archives (.fmu, .ssp) are opened here and nowhere else: what could do harm is refused first."""
+
+from __future__ import annotations
+
+import io
+import stat
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+
+from flexhex.fmus.common.errors import InterfaceError, unreadable
+
+MOST_BYTES = 2**30
+"""What an archive may unpack to [bytes]. Ours are below 20 MB for four platforms, FMUs of whole
+vehicles some hundred; beyond, memory and disks of ordinary computers are at stake."""
+MOST_MEMBERS = 20_000
+"""Files in an archive; ours have a hundred."""
+
+
+def open_zip(file: bytes | str | Path, name: str) -> zipfile.ZipFile:
+    """An archive from its bytes or its path; `name` is for messages.
+
+    Nothing is unpacked here, and sizes are those that the archive declares: more than these no
+    member gives. InterfaceError for no file, no zip, one that unpacks to more than MOST_BYTES or
+    MOST_MEMBERS, and for members that are links, lead outside, or are both file and folder.
+    """
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(file) if isinstance(file, bytes) else file)
+    except (zipfile.BadZipFile, ValueError):
+        text = "not a zip archive, or a truncated one: copy or build it anew"
+        raise InterfaceError(f"{name}: {text}") from None
+    except OSError as error:
+        raise InterfaceError(unreadable(name, error)) from None
+    objection = _objection(archive.infolist())
+    if objection:
+        archive.close()
+        raise InterfaceError(f"{name}: {objection}")
+    return archive
+
+
+def _objection(members: list[zipfile.ZipInfo]) -> str:
+    if len(members) > MOST_MEMBERS:
+        return f"holds {len(members)} files, at most {MOST_MEMBERS} are opened"
+    size = sum(member.file_size for member in members)
+    if size > MOST_BYTES:
+        return f"unpacks to {size / 2**20:.0f} MB, at most {MOST_BYTES // 2**20} MB are opened"
+    files = {m.filename for m in members if not m.is_dir()}
+    for member in members:
+        path, kind = PurePosixPath(member.filename), stat.S_IFMT(member.external_attr >> 16)
+        if "\\" in member.filename or ".." in path.parts or path.is_absolute():
+            return f"{member.filename}: not a path inside the archive, importers refuse it"
+        if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+            return f"{member.filename}: a link or a device, must be a file"
+        above = next((str(p) for p in path.parents if str(p) in files), None)
+        if above:
+            return f"{above} is a file, and the folder of {member.filename}"
+    return ""
+
+
+def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:
+    """One file of an archive; InterfaceError when it is missing or damaged."""
+    try:
+        return archive.read(name)
+    except KeyError:
+        raise InterfaceError(f"{file}: {name} is missing in the archive") from None
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:
+        raise InterfaceError(f"{file}: {name} is damaged in the archive ({error})") from None
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Contents of a file; InterfaceError when it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise InterfaceError(unreadable(path, error)) from None

@@ -1,0 +1,86 @@
+"""Parameter sets of a .ssp (SSP 1.0): names, values, units, and their values in other units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flexhex.fmus.common.errors import InterfaceError
+from flexhex.ssp.xml import NAMESPACES
+
+Units = Mapping[str, Mapping[str, str]]
+"""Unit by name: the attributes of its BaseUnit, exponents of SI units, `factor`, `offset`."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One parameter of a set: its value in `unit`, which `units` defines; no unit: the FMU's."""
+
+    name: str
+    value: float
+    unit: str
+    units: Units
+
+    def value_in(self, unit: str, units: Units) -> float:
+        """The value in an FMU's unit, which the FMU's units define.
+
+        InterfaceError when it cannot be converted: a unit that is not defined, or is another
+        quantity's.
+        """
+        if self.unit in ("", unit) or not unit:
+            return self.value
+        mine, theirs = self.units.get(self.unit), units.get(unit)
+        is_so = f"{self.name} = {self.value:.9g} {self.unit}, the FMU wants {unit}"
+        if mine is None or theirs is None:
+            missing = self.unit if mine is None else unit
+            raise InterfaceError(
+                f"{is_so}, and no ssc:Unit says what {missing} is: write the value in {unit}"
+            )
+        if _exponents(mine) != _exponents(theirs):
+            raise InterfaceError(f"{is_so}, which is another quantity")
+        (factor, offset), (to_factor, to_offset) = _scale(mine), _scale(theirs)
+        return (self.value * factor + offset - to_offset) / to_factor
+
+
+def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Setting]:
+    """Every parameter of a set; units: those defined outside it.
+
+    InterfaceError for one that is no finite Real.
+    """
+    known = {**units, **units_of(parameter_set.find("ssv:Units", NAMESPACES))}
+    for entry in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
+        name, real = entry.get("name", ""), entry.find("ssv:Real", NAMESPACES)
+        value = _number(None if real is None else real.get("value"))
+        if not math.isfinite(value):
+            raise InterfaceError(f"parameter {name!r} has no finite Real value")
+        yield Setting(prefix + name, value, real.get("unit", ""), known)
+
+
+def units_of(element: Any) -> dict[str, dict[str, str]]:
+    """Units that an element `Units` defines; None defines none."""
+    if element is None:
+        return {}
+    return {
+        unit.get("name", ""): {str(k): str(v) for k, v in base.attrib.items()}
+        for unit in element.iterfind("ssc:Unit", NAMESPACES)
+        for base in unit.iterfind("ssc:BaseUnit", NAMESPACES)
+    }
+
+
+def _number(text: str | None, otherwise: float = math.nan) -> float:
+    try:
+        return otherwise if text is None else float(text)
+    except ValueError:
+        return math.nan
+
+
+def _scale(base: Mapping[str, str]) -> tuple[float, float]:
+    return _number(base.get("factor"), 1.0), _number(base.get("offset"), 0.0)
+
+
+def _exponents(base: Mapping[str, str]) -> dict[str, float]:
+    """Without rad, which is a number too."""
+    powers = {k: _number(v) for k, v in base.items() if k not in ("factor", "offset", "rad")}
+    return {k: power for k, power in powers.items() if power}

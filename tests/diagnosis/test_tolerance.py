@@ -1,0 +1,62 @@
+"""Tolerances of a machine file, or those given in their place, are those of the base model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.diagnosis.logs import Log
+from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.machine_file import load_machine, machine_data
+
+MACHINE = Path("machines/tflex.toml")
+LOG = Log.of("made", 1e-3, np.zeros((10, 6)), np.zeros((10, 6)))
+KNOWN_BY = {
+    "mass": "lower[2].m",
+    "inertia": "end_effector.J_xx",
+    "centre": "end_effector.mc_z",
+    "stiffness": "flexure[3].k_u2",
+    "actuator": "o[4]",
+    "sigma": "sigma[1]",
+    "geometry": "arm[5].l",
+}
+"""A parameter that each tolerance is of."""
+
+
+def spreads(base: HexapodBase) -> dict[str, float]:
+    geometry = base.geometry.known if base.geometry else ()
+    return {k.name: k.tolerance for k in (*base.linear, *base.curved, *base.widths, *geometry)}
+
+
+@pytest.mark.parametrize("key", KNOWN_BY)
+def test_tolerance_of_a_file_is_that_of_its_parameters(key: str) -> None:
+    data, machine = machine_data(MACHINE), load_machine(MACHINE)
+    wider = 2 * getattr(machine.tolerance, key)
+    data["tolerance"] = {key: {"value": wider, "unit": "1", "source": "assumed"}}
+    found = HexapodBase(Machine.model_validate(data))
+    usual, more = spreads(HexapodBase(machine)), spreads(found)
+    name = KNOWN_BY[key]
+    # a moment m c has the errors of its mass as well
+    low = 1.0 if key == "centre" else 1.999
+    assert low < more[name] / usual[name] <= 2.0
+    others = {name for other, name in KNOWN_BY.items() if other != key}
+    if key != "mass":
+        assert all(more[name] == usual[name] for name in others)
+    given = base_of("hexapod", MACHINE, LOG, {key: wider})
+    assert isinstance(given, HexapodBase)
+    assert spreads(given) == more
+
+
+def test_geometry_without_a_tolerance_has_no_columns() -> None:
+    base = base_of("hexapod", MACHINE, LOG, {"geometry": 0.0})
+    assert base.geometry is None
+
+
+def test_tolerances_of_a_base_model_without_a_file_are_refused() -> None:
+    with pytest.raises(UsageError, match="base model axis reads no machine file"):
+        base_of("axis", None, LOG, {"mass": 0.1})

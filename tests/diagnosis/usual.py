@@ -1,0 +1,15 @@
+"""Sizes of the library as they are, for made-up benches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from flexhex.diagnosis.kinds import ROTARY
+from flexhex.diagnosis.scales import Scales
+
+
+def usual(effects: Mapping[str, Any]) -> Scales:
+    """Axes that turn, of the torque and motion that the library's sizes are for."""
+    inner = {name: item.effect for name, item in effects.items()}
+    return Scales((ROTARY,) * 6, ((1.0, 1.0, 1.0),) * 6, inner)

@@ -1,0 +1,68 @@
+"""Each FMU alone in FMPy: it starts as the nominal machine at rest, and as its README shows."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import read_model_description, simulate_fmu
+
+from flexhex.fmugen.rooms import ROOMS
+from tests.conftest import ROOT
+from tests.test_documents import blocks
+
+
+@pytest.mark.parametrize("name", [*ROOMS, "machine"])
+def test_lines_of_the_readme_print_what_they_say(fmu_dir: Path, name: str) -> None:
+    text = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
+    (code,), (wanted,) = blocks(text, "python"), blocks(text, "text")
+    assert f"out/fmus/{name}.fmu" in code or "out/fmus/{name}.fmu" in code
+    assert len(code.splitlines()) <= 12
+    here = code.replace("out/fmus", str(fmu_dir))
+    done = subprocess.run([sys.executable, "-c", here], capture_output=True, text=True, check=False)
+    said = [line for line in done.stdout.splitlines() if "missing input" not in line]
+    assert said == wanted.splitlines(), done.stderr[-2000:]
+
+
+def starts(fmu: Path, array: str) -> list[float]:
+    """Start values of an array."""
+    listed = read_model_description(str(fmu)).modelVariables
+    return [float(v.start) for v in listed if v.name.startswith(f"{array}[")]
+
+
+def test_plant_rests_for_its_whole_default_experiment(fmu_dir: Path) -> None:
+    """With tau = 0 it had fallen onto its stops within 0.34 s."""
+    names = [f"theta[{k}]" for k in range(1, 7)]
+    rows = simulate_fmu(str(fmu_dir / "plant.fmu"), output=["fault", *names])
+    assert rows["time"][-1] == 10.0
+    assert not rows["fault"].any()
+    # cogging and friction hold it near the pose; a tenth of a degree
+    assert max(np.abs(rows[name]).max() for name in names) < 2e-3
+
+
+def test_all_fmus_start_at_the_torque_that_holds_the_nominal_machine(fmu_dir: Path) -> None:
+    holding = starts(fmu_dir / "plant.fmu", "tau")
+    inputs = {"feedback": "tau_ff", "filter": "tau_meas", "estimator": "tau_f", "machine": "tau"}
+    for name, array in inputs.items():
+        assert starts(fmu_dir / f"{name}.fmu", array) == holding, name
+    torques = [f"tau_ff[{k}]" for k in range(1, 7)]
+    rows = simulate_fmu(str(fmu_dir / "feedforward.fmu"), stop_time=0.01, output=torques)
+    # start values have six decimals
+    assert np.allclose([rows[name][-1] for name in torques], holding, rtol=0, atol=5e-7)
+    assert min(np.abs(holding)) > 0.1, "nothing was held"
+
+
+def test_feedforward_and_estimator_start_with_the_same_parameters(fmu_dir: Path) -> None:
+    p = starts(fmu_dir / "feedforward.fmu", "p")
+    assert p == starts(fmu_dir / "estimator.fmu", "p0")
+    assert len(p) == 162
+
+
+def test_estimator_at_rest_has_nothing_to_learn(fmu_dir: Path) -> None:
+    """All of its inputs are of one machine: the innovation is what six decimals leave over."""
+    names = [f"innovation[{k}]" for k in range(1, 7)]
+    rows = simulate_fmu(str(fmu_dir / "estimator.fmu"), stop_time=1.0, output=names)
+    assert max(np.abs(rows[name]).max() for name in names) < 5e-7
