@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import Block, Run, torque_at, torque_rms
+from flexhex.diagnosis.blocks import Block, Run, torque_at, torque_rate, torque_rms
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
 from flexhex.diagnosis.payloads import Load, carried, columns_of, loads_of
@@ -210,7 +210,8 @@ def about(
             raw = raw + z * fitted.gains
             curve = _diagonal(block.smooth(z))
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
-        rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
+        # of the torque as reported: that of the model would be full of the encoders' noise
+        rate = -torque_rate(block, base.window, fitted.delay)
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
         if base.geometry:
             parts.append(base.geometry.columns(motion, block.weights, p))

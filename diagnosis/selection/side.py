@@ -33,7 +33,8 @@ SHOWN = 8
 class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
-    first: the fit beside what was found first alone.
+    accepted: fits beside what the search accepted first, and beside all that it accepted, whether
+    it is named or not.
     """
 
     held: Joint
@@ -43,7 +44,7 @@ class Side:
     remains: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
-    first: Joint | None = None
+    accepted: tuple[Joint, ...] = ()
 
     @property
     def matters(self) -> bool:
@@ -65,8 +66,8 @@ def selected(
     selection = select(bench, criteria, say)
     bench, notes = selection.bench, list[str]()
     made = bench.made
-    kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    others = None
+    effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+    kept, others = effects, None
     if judged:
         others = elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
@@ -109,7 +110,7 @@ def selected(
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
-        joint(bench, grouped(bench, kept[:1])),
+        tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
     )
 
 
