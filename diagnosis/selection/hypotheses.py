@@ -244,8 +244,7 @@ def nameless(
     axis: Axis, argument: str, made: Columns, ways: tuple[Array, ...]
 ) -> NamelessHypothesis:
     """Something without a name from its columns (R, k) on an axis or on several."""
-    felt = tuple(made.raw)
-    count = made.raw[felt[0]].shape[1]
+    felt, count = tuple(made.raw), next(iter(made.raw.values())).shape[1]
     low = np.full(count, -np.inf)
     columns = EffectHypothesis(argument, axis, ({},), lambda: made, felt, low, count, "", False, 1)
     return NamelessHypothesis(columns, ways)

@@ -28,7 +28,7 @@ from flexhex.diagnose.view import (
     remarks,
     shown_lines,
 )
-from flexhex.diagnose.words import carriers, gap_name, verdict
+from flexhex.diagnose.words import gap_name, verdict
 from flexhex.diagnosis.verdict import Diagnosis, Map
 from flexhex.output.page import Part, write_page
 from flexhex.output.plots import Figure
@@ -70,7 +70,7 @@ def _effects(found: Diagnosis) -> list[Part]:
         rows = effect_rows(found)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
     if found.changed:
-        text = " ".join(["Parameters that deviate from the machine file.", *carriers(found)])
+        text = "Parameters of the model that deviate from the machine file."
         parts.append(Part("Changed parameters", text, CHANGED, changed_rows(found)))
     return parts
 

@@ -16,21 +16,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.words import (
-    carriers,
-    listed,
-    measured,
-    number,
-    percent,
-    title,
-    verdict,
-    where,
-)
+from flexhex.diagnose.words import listed, measured, number, percent, title, verdict, where
 from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
-SAID = ("named", "set", "changed")
-"""Verdicts whose sentence says what was carried."""
 SIDES = ("before", "after")
 LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
@@ -55,8 +44,6 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
     if found.changed:
         rows = changed_rows(found)
         out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
-    for text in carriers(found) if found.verdict not in SAID else ():
-        say(out, text)
     if np.isfinite(found.gap.before).any():
         out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=bool(found.gap.unit)))
     for text in (*shown_lines(found.shown), *remarks(found)):

@@ -139,8 +139,8 @@ def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
 
 
 def verdict(found: Diagnosis) -> str:
-    """The answer in one or two plain sentences."""
-    return SENTENCES[found.verdict](found)
+    """The answer in one or two plain sentences, and what runs carried."""
+    return " ".join([SENTENCES[found.verdict](found), *_carriers(found)])
 
 
 def _named(found: Diagnosis) -> str:
@@ -157,7 +157,7 @@ def _named(found: Diagnosis) -> str:
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
         text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
-    return text + "." + (f" {_other_values(found)}" if found.changed else "")
+    return " ".join([f"{text}.", *_other_values(found)])
 
 
 def _set(found: Diagnosis) -> str:
@@ -171,16 +171,14 @@ def _set(found: Diagnosis) -> str:
     sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
-    if found.changed:
-        sentences.append(_other_values(found))
-    return " ".join(sentences)
+    return " ".join([*sentences, *_other_values(found)])
 
 
 def _changed(found: Diagnosis) -> str:
-    return f"No effect is missing. {_other_values(found)}"
+    return " ".join(["No effect is missing.", *_other_values(found)])
 
 
-def _other_values(found: Diagnosis) -> str:
+def _other_values(found: Diagnosis) -> list[str]:
     parts, everywhere = [], [c for c in found.changed if not c.runs]
     for c in everywhere[:SEVERAL]:
         unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
@@ -188,13 +186,10 @@ def _other_values(found: Diagnosis) -> str:
     more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")
-    sentences = carriers(found)
-    if parts:
-        sentences.append(f"Parameters that deviate from the machine file: {'; '.join(parts)}.")
-    return " ".join(sentences)
+    return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
 
 
-def carriers(found: Diagnosis) -> list[str]:
+def _carriers(found: Diagnosis) -> list[str]:
     """A sentence for each payload that no log announces: what it is, and on which runs."""
     sets = dict.fromkeys(c.runs for c in found.changed if c.runs)
     sentences = []

@@ -20,7 +20,6 @@ from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,
-    CARRIED,
     CHANGED,
     EXAMPLES,
     NAMED,
@@ -74,12 +73,6 @@ def test_every_verdict_has_an_example_that_starts_with_its_sentence() -> None:
     for found in EXAMPLES.values():
         text = " ".join(shown(found).split())
         assert text.startswith(verdict(found)), text[:200]
-
-
-def test_payload_is_said_where_the_verdict_does_not() -> None:
-    text = " ".join(shown(replace(CARRIED, verdict="unknown")).split())
-    assert text.count("A payload that no log announces was on run1.csv and run2.csv") == 1
-    assert " ".join(shown(CARRIED).split()).count("A payload that no log announces") == 1
 
 
 def test_reason_that_asks_ends_as_it_does() -> None:
@@ -246,10 +239,6 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--held-out OTHER_RUN")
     assert next_steps(CHANGED, ASKED)[0][1] == again
     assert "--isolability" in next_steps(NONE, ASKED)[0][1]
-    # no machine file holds a payload of some runs
-    assert [text for text, _ in next_steps(CARRIED, ASKED)] == [
-        "Write the payload into the heads of its runs: `payload: 0.5 kg`."
-    ]
     assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
 
