@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,10 @@ from numpy.typing import NDArray
 from flexhex.diagnosis import bases
 from flexhex.diagnosis.arm import RigidArmBase
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection.choose import unrepeated
 from flexhex.diagnosis.selection.levels import partitions
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.serial import Arm, Link
 from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
@@ -146,6 +150,19 @@ def test_groups_that_differ_in_payload_are_one_trajectory(light: str, tmp_path: 
     assert set(loads) == {0.0, 0.4}
     np.testing.assert_array_equal(loads[made.layout.partner], loads)
     assert (made.layout.partner != np.arange(len(loads))).mean() > 0.99
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+def test_nothing_is_named_beside_a_payload_that_leaves_no_repeats(
+    heavy: bool, tmp_path: Path
+) -> None:
+    """Noise that moves the joints would be."""
+    paths = [p for p in on_axis(tmp_path, lambda motion, k: 0.0) if p.stem[1] in "12"]
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(asked.runs)]
+    made, _, _ = fitted(base, runs)
+    least = unrepeated(Moments(Rows.of(made)), ())
+    assert least[0] == (np.inf if heavy else 0.0)
 
 
 def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
