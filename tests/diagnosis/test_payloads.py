@@ -12,11 +12,15 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis import bases
 from flexhex.diagnosis.arm import RigidArmBase
+from flexhex.diagnosis.axis import AxisBase
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.choose import unrepeated
 from flexhex.diagnosis.selection.levels import partitions
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.search import carrying
 from flexhex.diagnosis.serial import Arm, Link
 from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
@@ -81,6 +85,22 @@ def test_payload_on_some_passes_is_found_with_its_runs(
     # twice two percent: nobody would call a wide interval an answer
     assert np.ptp(inertia.estimate.ci95) < 0.04 * MASS * ARM**2
     assert sorted(inertia.runs) == [str(p) for p in paths if int(p.stem[1]) in heavy]
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+def test_payload_that_keeps_the_base_model_from_fitting_is_sought_alone(
+    heavy: bool, tmp_path: Path
+) -> None:
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (heavy and k > 2))
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    bench = Bench(fitted(base, asked.runs)[0], ())
+    assert bool(carrying(bench).made.loads) == heavy
+
+
+def test_weight_of_what_slides_is_an_offset() -> None:
+    base = AxisBase(2, TS, (ROTARY, LINEAR))
+    names = [base.linear[place].name for place in base.payload]
+    assert names == ["J[1]", "g_s[1]", "g_c[1]", "o[2]", "m[2]"]
 
 
 def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
