@@ -95,11 +95,12 @@ def _levels(shown: Shown, which: Levels, count: int, least: float) -> Levels | N
     less than `least`.
 
     Along the direction that varies most, then by shares of what the ends of that cut differ in: of
-    passes about their trajectory's mean, for trajectories differ in what the model lacks; of all
-    runs where that tells nothing.
+    passes about their trajectory's mean, for trajectories differ in what the model lacks, or of all
+    runs, as a trajectory may have one load alone; whichever tells more.
     """
     if len(which) <= count:
         return None
+    found = list[tuple[float, Levels]]()
     for group in (which, np.zeros_like(which)):
         spread = _centred(shown.amounts, group)
         direction = np.linalg.svd(spread, full_matrices=False)[2][0]
@@ -107,9 +108,9 @@ def _levels(shown: Shown, which: Levels, count: int, least: float) -> Levels | N
         ends = [shown.of(rough == level).together for level in (0, count - 1)]
         share = shown.along(ends[1] - ends[0])
         levels = _cut(_centred(share, group), count)
-        if _chance(share, levels, which) < least:
-            return levels
-    return None
+        found.append((_chance(share, levels, which), levels))
+    chance, levels = min(found, key=lambda each: each[0])
+    return levels if chance < least else None
 
 
 def _centred(values: Array, group: Levels) -> Array:

@@ -114,6 +114,14 @@ def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
     assert within(found.changed[0], MASS * ARM**2)
 
 
+def test_trajectories_of_one_load_alone_are_sorted_too(tmp_path: Path) -> None:
+    """About their own mean all of their passes are alike."""
+    paths = on_axis(tmp_path, lambda m, k: carried(m) * (m == 2 or (m == 3 and k > 2)))
+    heavy = ["21", "22", "23", "24", "33", "34"]
+    (runs,) = {change.runs for change in answer(paths).changed}
+    assert [Path(run).stem for run in runs] == heavy
+
+
 def test_two_payloads_are_two(tmp_path: Path) -> None:
     """The second one stands on the first one."""
     sizes = {1: 0.0, 2: 0.0, 3: 1.0, 4: 1.6}
