@@ -37,7 +37,7 @@ FACTORS = (0.5, 2.0)
 ELSEWHERE = (
     ("calibrate", "LOOSE"),
     ("calibrate", "HISTORY"),
-    ("changed", "CORRELATED"),
+    ("answer", "CORRELATED"),
     ("fit", "MISLED"),
     ("guard", "POOR"),
     ("guard", "TOGETHER"),
