@@ -108,7 +108,7 @@ def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
         ends = [shown.of(rough == level).together for level in (0, count - 1)]
         share = shown.along(ends[1] - ends[0])
         levels = _cut(_centred(share, group), count)
-        found.append((_chances(share, levels, which), levels))
+        found.append((_chances(shown.amounts, levels, which), levels))
     chances, levels = min(found, key=lambda each: sum(each[0]))
     return min(chances), levels
 
@@ -188,30 +188,36 @@ def _cut(amount: Array, count: int) -> Levels:
     return levels
 
 
-def _chances(amount: Array, levels: Levels, which: Levels) -> tuple[float, ...]:
-    """log p-values of the differences of levels of the runs (runs,), `which` their trajectories.
+def _chances(amounts: Array, levels: Levels, which: Levels) -> tuple[float, ...]:
+    """log p-values of the differences of levels between amounts (runs, k), `which` their
+    trajectories.
 
     Where the cut passes through trajectories: of all runs, and of passes about their trajectory's
     mean; else passes of a trajectory are one run.
     """
     named = which[:, None] == np.unique(which)
     if any(np.ptp(levels[own]) for own in named.T):
-        abouts = (np.ones((len(amount), 1)), named.astype(float))
-        return tuple(_f_test(amount, levels, about) for about in abouts)
-    means = np.array([amount[own].mean() for own in named.T])
+        abouts = (np.ones((len(amounts), 1)), named.astype(float))
+        return tuple(_f_test(amounts, levels, about) for about in abouts)
+    means = np.array([amounts[own].mean(axis=0) for own in named.T])
     each = np.array([levels[own][0] for own in named.T])
     return (_f_test(means, each, np.ones((len(means), 1))),)
 
 
-def _f_test(amount: Array, levels: Levels, about: Array) -> float:
-    """log p-value of another mean for every level, beside columns (runs, k)."""
+def _f_test(amounts: Array, levels: Levels, about: Array) -> float:
+    """log p-value of other means (k,) for every level, beside columns (runs, j).
+
+    Of sums of squares over all k directions, as none was chosen beforehand; errors that go along
+    few of them count as as many (Satterthwaite).
+    """
     both = np.column_stack([about, levels[:, None] == np.unique(levels)[1:]])
     rank, plain = (int(np.linalg.matrix_rank(X)) for X in (both, about))
-    free, more = len(amount) - rank, rank - plain
+    free, more = len(amounts) - rank, rank - plain
     if free < 1 or more < 1:
         return 0.0
-    before, after = (
-        float(((amount - X @ np.linalg.lstsq(X, amount)[0]) ** 2).sum()) for X in (about, both)
-    )
-    ratio = (before - after) / more / max(after / free, 1e-300)
-    return float(f_distribution.logsf(ratio, more, free))
+    before, after = (amounts - X @ np.linalg.lstsq(X, amounts)[0] for X in (about, both))
+    errors = after.T @ after
+    left = max(float(np.trace(errors)), 1e-300)
+    ways = left**2 / max(float((errors**2).sum()), 1e-300)
+    ratio = (float((before**2).sum()) - left) / more / (left / free)
+    return float(f_distribution.logsf(ratio, more * ways, free * ways))
