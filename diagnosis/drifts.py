@@ -21,15 +21,15 @@ from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.noise import measured, unweighted
 from flexhex.diagnosis.selection.choose import (
     Accepted,
+    best_first,
+    effect_scores,
     one_cause,
-    one_round,
     passes,
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import (
     Columns,
-    EffectHypothesis,
     Hypotheses,
     NamelessHypothesis,
     nameless,
@@ -63,16 +63,11 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     if len(rows.folds) < 2:
         return []
     hypotheses = Hypotheses(bench, rows)
-    scores = one_round(hypotheses.moments, hypotheses, (), criteria)
     kept = list[Accepted]()
     for axis in range(rows.n):
         wander = generic_score(hypotheses.moments, [_offsets(rows, axis)]).gain
         least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
-        own = [
-            s
-            for s in scores
-            if s.hypothesis.axis == axis and isinstance(s.hypothesis, EffectHypothesis)
-        ]
+        own = best_first(effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis]))
         if own and passes(own[0], (), least, criteria):
             kept.append(simplest(own[0], own, 1, criteria))
     if not kept:

@@ -13,19 +13,19 @@ Function = Callable[..., Any]
 
 @contextmanager
 def remembered() -> Iterator[None]:
-    """The base model's fit, and the scores of a round beside what was accepted before, are computed
+    """The base model's fit, and the scores of an axis beside what was accepted before, are computed
     once."""
     workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
-    choose: Any = importlib.import_module("flexhex.diagnosis.selection.choose")
-    before = workflow.asked_of, workflow.fitted, workflow.beside, choose.one_round
+    search: Any = importlib.import_module("flexhex.diagnosis.selection.search")
+    before = workflow.asked_of, workflow.fitted, workflow.beside, search.effect_scores
     workflow.asked_of = kept(workflow.asked_of, lambda *given: ())
     workflow.fitted = kept(workflow.fitted, lambda *given: ())
     workflow.beside = kept(workflow.beside, lambda held: (id(held.bench.made), *_held(held)))
-    choose.one_round = kept(choose.one_round, _round)
+    search.effect_scores = kept(search.effect_scores, _round)
     try:
         yield
     finally:
-        workflow.asked_of, workflow.fitted, workflow.beside, choose.one_round = before
+        workflow.asked_of, workflow.fitted, workflow.beside, search.effect_scores = before
 
 
 def kept(function: Function, key: Callable[..., Hashable]) -> Function:
@@ -48,11 +48,14 @@ def _held(held: Any) -> tuple[Hashable, ...]:
     return (*parts, *sorted(held.freed.items()))
 
 
-def _round(moments: Any, hypotheses: Any, known: Sequence[Any], criteria: Any) -> Hashable:
+def _round(
+    moments: Any, hypotheses: Any, known: Sequence[Any], criteria: Any, axes: Sequence[Any]
+) -> Hashable:
     accepted = []
     for score in known:
         h = score.hypothesis
         shape = tuple(sorted(h.shapes[score.shape].items())) if hasattr(h, "shapes") else h.places
         accepted.append((h.id, h.axis, shape))
     made = id(hypotheses.bench.made)
-    return made, tuple(accepted), criteria.shortlist, criteria.loose
+    decide = criteria.shortlist, criteria.loose, criteria.most
+    return made, tuple(accepted), decide, tuple(axes)

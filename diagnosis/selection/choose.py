@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import evidences, tried
 from flexhex.diagnosis.selection.hypotheses import (
+    Axis,
     ChangedParameter,
     EffectHypothesis,
     Hypotheses,
@@ -20,7 +21,7 @@ from flexhex.diagnosis.selection.hypotheses import (
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
-    change_score,
+    change_scores,
     effect_score,
 )
 
@@ -95,19 +96,20 @@ def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
     return float(np.log(count / criteria.false_alarms))
 
 
-def one_round(
+def effect_scores(
     moments: Moments,
     hypotheses: Hypotheses,
     known: Sequence[Score],
     criteria: Criteria,
-    axes: Sequence[int | None] = (),
+    axes: Iterable[Axis],
 ) -> list[Score]:
-    """Scores of the most promising hypotheses of each axis, best first; axes: of these alone."""
+    """Scores of the most promising effects of each of these axes beside those that are known."""
     found = list[Score]()
-    for axis in axes or (*range(moments.rows.n), None):
+    for axis in axes:
         listed = []
-        for effect in hypotheses.effects(axis):
-            if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
+        own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
+        for effect in hypotheses.effects(axis) if own.total() < criteria.most else ():
+            if own[effect.id] < effect.most:
                 fits = tried(moments, effect)
                 whole, without = evidences(fits, moments.rows.folds)
                 listed.append((float((whole - without).sum()), effect, fits))
@@ -115,14 +117,18 @@ def one_round(
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits))
-    for change in hypotheses.changes:
-        if not set(change.places) <= set(moments.freed):
-            found.append(change_score(moments, change, criteria))
-    return sorted((s for s in found if s.gain > 0), key=lambda score: -score.gain)
+    return found
 
 
-def _place(score: Score) -> tuple[str, int | None]:
-    return score.hypothesis.id, score.hypothesis.axis
+def parameter_scores(moments: Moments, hypotheses: Hypotheses, criteria: Criteria) -> list[Score]:
+    """Scores of the base parameters that are not free yet."""
+    closed = (c for c in hypotheses.changes if not set(c.places) <= set(moments.freed))
+    return change_scores(moments, closed, criteria)
+
+
+def best_first(scores: Iterable[Score]) -> list[Score]:
+    """Those that gain anything."""
+    return sorted((s for s in scores if s.gain > 0), key=lambda score: -score.gain)
 
 
 def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
@@ -153,7 +159,7 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
     rows, q = moments.rows, moments.fit(None).q
     if rows.pairs.nnz:
         return dict.fromkeys([None, *range(rows.n)], 0.0)
-    left = [float(((rows.white_y[i] - moments.white_X[i] @ q) ** 2).sum()) for i in range(rows.n)]
+    left = [float(((rows.white_y[i] - moments.white(i, q)) ** 2).sum()) for i in range(rows.n)]
     taken = {k.hypothesis.axis for k in known}
     taken |= {None for load in rows.made.loads if load.bit is not None}
     least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]

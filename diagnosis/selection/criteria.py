@@ -20,7 +20,7 @@ class Criteria:
     exact_form_error: the same where the form is exact, as a sine is.
     loose: tolerances that a changed parameter may be off, as a standard deviation.
     shortlist: hypotheses of an axis whose shapes are searched between the points of the grid.
-    most: terms that are accepted at most.
+    most: effects of an axis that are accepted at most.
     """
 
     smallest_effect: float = 0.003
@@ -33,7 +33,7 @@ class Criteria:
     exact_form_error: float = 0.02
     loose: float = 20.0
     shortlist: int = 5
-    most: int = 12
+    most: int = 8
 
 
 USUAL = Criteria()

@@ -37,7 +37,7 @@ class Products:
 @dataclass(frozen=True)
 class Columns:
     """Columns of all shapes side by side on each axis that feels them, per unit of their gains: raw
-    (R, shapes * k) [N m], white the same whitened."""
+    (R, shapes * k) [N m] where there is one shape alone, white the same whitened."""
 
     raw: Mapping[int, Array]
     white: Mapping[int, Array]
@@ -102,7 +102,7 @@ class EffectHypothesis:
             white = self.columns().white if common else {}
             empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
             self._known[term] = {
-                f: sum(((rows.twins[p] @ term.white[i]).T @ white[i][p] for i in common), empty)
+                f: sum((term.twin[i][p].T @ white[i][p] for i in common), empty)
                 for f, p in rows.parts.items()
             }
         found: Array = self._known[term][fold]
@@ -155,6 +155,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self._kept: tuple[Axis, dict[str, Columns]] = (None, {})
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
@@ -192,10 +193,10 @@ class Hypotheses:
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
         first = self._columns(name, axis, shapes[:1])
-        felt, width = tuple(first.raw), next(iter(first.raw.values())).shape[1]
+        felt, width = tuple(first.white), next(iter(first.white.values())).shape[1]
 
         def columns() -> Columns:
-            return first if len(shapes) == 1 else self._columns(name, axis, shapes)
+            return first if len(shapes) == 1 else self._of_grid(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
@@ -204,6 +205,15 @@ class Hypotheses:
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
         known = (item.freedom, effect.extends, effect.exact, effect.most)
         return EffectHypothesis(*made, bounds[0], *known, high=bounds[1])
+
+    def _of_grid(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
+        """Of many shapes; those of the last axis are kept, as those of all take too much memory."""
+        if self._kept[0] != axis:
+            self._kept = axis, {}
+        kept = self._kept[1]
+        if name not in kept:
+            kept[name] = self._columns(name, axis, shapes)
+        return kept[name]
 
     def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
@@ -214,7 +224,9 @@ class Hypotheses:
                 np.hstack([v[:, i] if v.ndim == 3 else v for v in block])
                 for block in zip(*thin, strict=True)
             ]
-            raw[i], white[i] = self.rows.raw(own), self.rows.white(i, own)
+            white[i] = self.rows.white(i, own)
+            if len(shapes) == 1:
+                raw[i] = self.rows.raw(own)
         return Columns(raw, white)
 
     @cached_property

@@ -140,7 +140,7 @@ def _left(moments: Moments) -> list[Array]:
     rows, q = moments.rows, moments.fit(None).q
     sorted_back = np.empty((rows.count, rows.n))
     for i in range(rows.n):
-        sorted_back[rows.order, i] = rows.y[i] - moments.X[i] @ q
+        sorted_back[rows.order, i] = rows.y[i] - moments.torque(i, q)
     kept = rows.made.kept
     parts = np.split(sorted_back, np.cumsum([good.sum() for good in kept])[:-1])
     found = [np.zeros((len(good), rows.n)) for good in kept]

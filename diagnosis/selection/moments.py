@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -22,11 +23,12 @@ and where noise made products between passes negative."""
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """Columns (R, k) beside the base model on each axis that feels them, with the inverse
-    variance (k,) of their coefficients: zero for free ones."""
+    """Columns (R, k) beside the base model on each axis that feels them, as the other passes have
+    them in twin, with the inverse variance (k,) of their coefficients: zero for free ones."""
 
-    raw: dict[int, Array]
-    white: dict[int, Array]
+    raw: Mapping[int, Array]
+    white: Mapping[int, Array]
+    twin: Mapping[int, Array]
     prior: Array
 
 
@@ -51,37 +53,52 @@ class Moments:
         freed: Mapping[int, float] = MappingProxyType({}),
     ) -> None:
         self.rows, self.terms, self.freed = rows, tuple(terms), freed
-        widths = [len(term.prior) for term in terms]
-        self.m = rows.nb + sum(widths)
-        self.X = [self._beside(i, rows.B[i], [t.raw for t in terms]) for i in range(rows.n)]
-        white = [t.white for t in terms]
-        self.white_X = [self._beside(i, rows.white_B[i], white) for i in range(rows.n)]
-        twin = [{i: np.asarray(rows.twins @ w) for i, w in own.items()} for own in white]
-        self.twin_X = [self._beside(i, rows.twin_B[i], twin) for i in range(rows.n)]
+        ends = rows.nb + np.cumsum([0, *(len(term.prior) for term in terms)])
+        self._places = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self.m = int(ends[-1])
         prior = rows.prior.copy()
         prior[list(freed)] = list(freed.values())
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
 
-    def _beside(self, axis: int, base: Array, columns: Sequence[dict[int, Array]]) -> Array:
-        if not columns:
-            return base
-        widths = [len(term.prior) for term in self.terms]
-        empty = [np.zeros((len(base), w)) for w in widths]
-        pairs = zip(columns, empty, strict=True)
-        return np.hstack([base, *(own.get(axis, zero) for own, zero in pairs)])
+    def torque(self, axis: int, c: Array) -> Array:
+        """X c (R,) of an axis [N m]."""
+        return self._times(c, self.rows.B[axis], [t.raw.get(axis) for t in self.terms])
+
+    def white(self, axis: int, c: Array) -> Array:
+        """The same whitened."""
+        return self._times(c, self.rows.white_B[axis], [t.white.get(axis) for t in self.terms])
+
+    def _times(self, c: Array, base: Array, terms: Sequence[Array | None]) -> Array:
+        found = base @ c[: self.rows.nb]
+        for own, place in zip(terms, self._places, strict=True):
+            if own is not None:
+                found += own @ c[place]
+        return np.asarray(found)
+
+    def across(self, values: Mapping[int, Array], fold: Left = None) -> Array:
+        """X^T values (m, ...) with X of the other passes, of values (R, ...) on these axes, in all
+        rows or those of a fold, which values are of then."""
+        part = slice(None) if fold is None else self.rows.parts[fold]
+        found = np.zeros((self.m, *next(iter(values.values())).shape[1:]))
+        for i, v in values.items():
+            found[: self.rows.nb] += self.rows.twin_B[i][part].T @ v
+            for term, place in zip(self.terms, self._places, strict=True):
+                if i in term.twin:
+                    found[place] += term.twin[i][part].T @ v
+        return found
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
         longer = Moments(self.rows, (*self.terms, term), self.freed)
-        for fold, (G, b) in self._grams.items():
-            part, m = self.rows.parts[fold], self.m
+        for fold in self.rows.folds:
+            (G, b), part, m = self.grams(fold), self.rows.parts[fold], self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
             whole[:m, :m], right[:m] = G, b
-            for i, own in term.white.items():
-                whole[:, m:] += longer.twin_X[i][part].T @ own[part]
-                right[m:] += own[part].T @ self.rows.twin_y[i][part]
+            own = {i: white[part] for i, white in term.white.items()}
+            whole[:, m:] = longer.across(own, fold)
+            right[m:] = sum(white.T @ self.rows.twin_y[i][part] for i, white in own.items())
             whole[m:, :m] = whole[:m, m:].T
             whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
             longer._grams[fold] = whole, right
@@ -90,8 +107,7 @@ class Moments:
     def without(self, term: Term) -> Moments:
         """Without one of its terms; products that are known already are kept."""
         place = next(k for k, t in enumerate(self.terms) if t is term)
-        start = self.rows.nb + sum(len(t.prior) for t in self.terms[:place])
-        kept = np.delete(np.arange(self.m), np.s_[start : start + len(term.prior)])
+        kept = np.delete(np.arange(self.m), self._places[place])
         shorter = Moments(self.rows, [t for t in self.terms if t is not term], self.freed)
         shorter._grams = {f: (G[np.ix_(kept, kept)], b[kept]) for f, (G, b) in self._grams.items()}
         return shorter
@@ -104,12 +120,14 @@ class Moments:
         return looser
 
     def grams(self, fold: int) -> tuple[Array, Array]:
-        """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes."""
+        """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes; of a model with terms
+        they are known."""
         if fold not in self._grams:
-            part = self.rows.parts[fold]
             G, b = np.zeros((self.m, self.m)), np.zeros(self.m)
-            for X, twin, y in zip(self.white_X, self.twin_X, self.rows.white_y, strict=True):
-                G += twin[part].T @ X[part]
+            part = self.rows.parts[fold]
+            rows = zip(self.rows.white_B, self.rows.twin_B, self.rows.white_y, strict=True)
+            for B, twin, y in rows:
+                G += twin[part].T @ B[part]
                 b += twin[part].T @ y[part]
             self._grams[fold] = (G + G.T) / 2, b
         return self._grams[fold]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,8 +95,8 @@ def effect_score(
     gains = fits[None].gains[shape]
     columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
     torque = {i: own @ gains for i, own in columns.raw.items()}
-    cross = [moments.twin_X[i].T @ (own @ gains) for i, own in columns.white.items()]
-    taken_up = moments.fit(None).solve(np.sum(cross, axis=0))
+    cross = moments.across({i: own @ gains for i, own in columns.white.items()})
+    taken_up = moments.fit(None).solve(cross)
     size = size_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
     return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still)
@@ -149,7 +149,9 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
     effect = score.hypothesis
     assert isinstance(effect, EffectHypothesis)
     columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
-    return Term(dict(columns.raw), dict(columns.white), free(moments, effect)[score.shape])
+    twins = moments.rows.twins
+    twin = {i: np.asarray(twins @ white) for i, white in columns.white.items()}
+    return Term(columns.raw, columns.white, twin, free(moments, effect)[score.shape])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
@@ -157,7 +159,7 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     coefficients of the model together, on the axis of these that feels them most."""
     found = []
     for i in torque or range(moments.rows.n):
-        whole = moments.X[i] @ step + torque.get(i, 0.0)
+        whole = moments.torque(i, step) + torque.get(i, 0.0)
         found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(found)
 
@@ -186,25 +188,33 @@ def generic_score(
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
 
 
-def change_score(moments: Moments, change: ChangedParameter, criteria: Criteria) -> Score:
+def change_scores(
+    moments: Moments, changes: Iterable[ChangedParameter], criteria: Criteria
+) -> list[Score]:
     """Parameters that may leave their tolerances, on left-out folds."""
-    places, looser = list(change.places), criteria.loose**-2.0
-    total: dict[Left, float] = {}
-    size = 0.0
-    for left in [None, *moments.rows.folds]:
-        fit, (G, b) = moments.fit(left), moments.gram(left)
-        columns = G[:, places]
-        moved = fit.solve(columns)
-        S = columns[places] - columns.T @ moved
-        values, turned, vectors = _turned(S, b[places] - columns.T @ fit.q)
-        total[left] = _log_evidence(values, turned, looser)
-        if left is None and total[left] > 0:
-            gains = vectors @ (turned / (values + looser))
-            step = -(moved @ gains)
-            step[places] += gains
-            size = size_of(moments, step, {})
-    without = np.array([total[fold] for fold in moments.rows.folds])
-    return Score(change, total[None], without, size)
+    lefts, nb = [None, *moments.rows.folds], moments.rows.nb
+    grams = {left: moments.gram(left) for left in lefts}
+    moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
+    looser, found = criteria.loose**-2.0, list[Score]()
+    for change in changes:
+        places = list(change.places)
+        total: dict[Left, float] = {}
+        step = np.zeros(moments.m)
+        for left, (G, b) in grams.items():
+            columns, taken = G[:, places], moved[left][:, places]
+            S = columns[places] - columns.T @ taken
+            values, turned, vectors = _turned(S, b[places] - columns.T @ moments.fit(left).q)
+            total[left] = _log_evidence(values, turned, looser)
+            if left is None:
+                gains = vectors @ (turned / (values + looser))
+                step -= taken @ gains
+                step[places] += gains
+        without = np.array([total[fold] for fold in moments.rows.folds])
+        score = Score(change, total[None], without, 0.0)
+        # the size of what gains nothing is of no interest, and takes most of the time
+        size = size_of(moments, step, {}) if score.gain > 0 else 0.0
+        found.append(replace(score, size=size))
+    return found
 
 
 def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:

@@ -16,15 +16,17 @@ import numpy as np
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.choose import (
     Accepted,
+    best_first,
     chosen,
+    effect_scores,
     enough,
     one_cause,
-    one_round,
+    parameter_scores,
     passes,
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import ChangedParameter, Hypotheses, Payload
+from flexhex.diagnosis.selection.hypotheses import Axis, ChangedParameter, Hypotheses, Payload
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
@@ -82,14 +84,11 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
     search = Search(hypotheses, criteria)
     before = rest_of(search.moments)
     rounds = list[tuple[Score, ...]]()
-    while len(search.accepted) < criteria.most:
+    while len(rounds) < 2 * criteria.most * bench.n:
         say(f"effects, round {len(rounds) + 1}")
-        scores = one_round(search.moments, hypotheses, search.known(), criteria)
-        payload = payload_score(search.moments, hypotheses, search.known(), criteria)
-        scores = sorted([payload, *scores], key=lambda s: -s.gain) if payload else scores
+        found, scores = search.next(len(rounds) + 1)
         rounds.append(tuple(scores))
-        found = search.chosen(search.moments, search.known(), scores, len(rounds))
-        if found is None or len(rounds) > 2 * criteria.most:
+        if found is None:
             break
         if isinstance(found.score.hypothesis, Payload):
             return found.score.hypothesis.bench
@@ -123,16 +122,45 @@ def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
 
 @dataclass
 class Search:
-    """The model as far as it was found. terms: of each accepted effect, None of a parameter."""
+    """The model as far as it was found. terms: of each accepted effect, None of a parameter;
+    scores: of each axis, of those that are stale beside a model before."""
 
     hypotheses: Hypotheses
     criteria: Criteria
     accepted: list[Accepted] = field(default_factory=list)
     terms: list[Term | None] = field(default_factory=list)
+    scores: dict[Axis, list[Score]] = field(default_factory=dict)
+    stale: set[Axis] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
         self.least = enough(self.hypotheses, self.criteria)
+        self.stale = {*range(self.hypotheses.rows.n), None}
+
+    def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
+        """What is accepted next, and the scores that it was chosen from.
+
+        What was accepted hardly moves the scores of other axes: these are computed anew when the
+        best one is among them, or none is good enough any more. Only then, and at first, a payload
+        is looked for.
+        """
+        changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
+        while True:
+            listed = best_first([*changes, *(s for own in self.scores.values() for s in own)])
+            if not self.stale:
+                known = self.known()
+                payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
+                listed = best_first([*listed, payload]) if payload else listed
+            found = self.chosen(self.moments, self.known(), listed, number)
+            wanted = self.stale if found is None else {found.score.hypothesis.axis} & self.stale
+            if not wanted:
+                return found, listed
+            for axis in wanted:
+                self.scores[axis] = self._of(axis)
+            self.stale = self.stale - wanted
+
+    def _of(self, axis: Axis) -> list[Score]:
+        return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
 
     def known(self, but: int | None = None) -> list[Score]:
         """Scores of what was accepted, but for one."""
@@ -152,6 +180,7 @@ class Search:
         else:
             term = effect_term(self.moments, self.hypotheses, found.score)
             self.moments = self.moments.extended(term)
+        self.stale = {*range(self.hypotheses.rows.n), None}
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, found)
         self.terms.insert(place, term)
@@ -172,8 +201,8 @@ class Search:
         before, known = self.accepted.pop(place), self.known()
         self.terms.pop(place)
         self.moments = self.moments.without(term)
-        axes = [before.score.hypothesis.axis]
-        scores = one_round(self.moments, self.hypotheses, known, self.criteria, axes)
+        changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
+        scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
         found = self.chosen(self.moments, known, scores, before.round)
         if found is not None:
             self.accept(found, place)
@@ -183,8 +212,8 @@ def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[flo
     """Relative RMS of what the terms of a model add to each axis' torque, beside the same
     parameters of the base model, which plain has without terms."""
     alone = plain.loosened(list(moments.freed), criteria.loose**-2.0)
-    pairs = zip(moments.X, alone.X, strict=True)
-    more = [X @ moments.fit(None).q - B @ alone.fit(None).q for X, B in pairs]
+    q, before = moments.fit(None).q, alone.fit(None).q
+    more = [moments.torque(i, q) - alone.torque(i, before) for i in range(moments.rows.n)]
     return tuple(np.sqrt([(v**2).mean() for v in more]) / moments.rows.torque_rms)
 
 
@@ -196,8 +225,8 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
     found = []
     for i in range(rows.n):
         there = rows.moving[i]
-        left = rows.level(rows.y[i] - moments.X[i] @ q) * there
-        white = rows.level(rows.white_y[i] - moments.white_X[i] @ q)
+        left = rows.level(rows.y[i] - moments.torque(i, q)) * there
+        white = rows.level(rows.white_y[i] - moments.white(i, q))
         weight = float(there @ (pairs @ there)) or np.inf
         size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
         # whitened noise has a variance of one

@@ -19,7 +19,7 @@ from flexhex.diagnosis.selection.choose import passes
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import ChangedParameter
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.scores import Score, change_score
+from flexhex.diagnosis.selection.scores import Score, change_scores
 from tests.diagnosis.test_selection import rows_of
 
 Array = NDArray[np.float64]
@@ -39,7 +39,8 @@ def scored(off: Array, places: tuple[int, ...], seed: int = 1) -> Score:
     """The hypothesis that these parameters changed."""
     B, y = drawn(off, seed)
     rows = rows_of(y, B, np.ones(len(off)), np.arange(COUNT) * FOLDS // COUNT)
-    return change_score(Moments(rows), ChangedParameter("m", places, None), USUAL)
+    (score,) = change_scores(Moments(rows), [ChangedParameter("m", places, None)], USUAL)
+    return score
 
 
 @pytest.mark.parametrize(("tolerances", "changed"), [(1.0, False), (3.0, False), (30.0, True)])
