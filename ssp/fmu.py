@@ -5,25 +5,32 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import array_of, indices
 from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
+_INDEX = re.compile(r"\[\d+\]$")
 DESCRIPTIONS = 64
 """Descriptions kept in memory: the variants of a run share most of theirs, about 0.3 MB each."""
 
 
 @dataclass(frozen=True)
 class FmuVariable:
-    """One scalar variable; type is Real, Integer, ...; start, min, max only of a Real."""
+    """One scalar variable; type is Real, Integer, ...; start, min, max only of a Real.
+
+    array: the array that it is an element of, else its own name.
+    """
 
     name: str
+    array: str
     reference: int
     type: str
     causality: str
@@ -97,7 +104,10 @@ def _described(text: bytes) -> Fmu:
     size = None if experiment is None else experiment.get("stepSize")
     try:
         step = None if size is None else float(size)
-        variables = [_variable(element) for element in root.iterfind("ModelVariables/*")]
+        elements = list(root.iterfind("ModelVariables/*"))
+        ours = str(root.get("generationTool")).partition(" ")[0] == "flexhex"
+        arrays = _arrays([e.get("name", "") for e in elements], ours)
+        variables = [_variable(element, arrays) for element in elements]
     except ValueError as error:
         raise InterfaceError(f"modelDescription.xml: {error}") from None
     return Fmu(
@@ -112,7 +122,19 @@ def _described(text: bytes) -> Fmu:
     )
 
 
-def _variable(element: Any) -> FmuVariable:
+def _arrays(names: Sequence[str], ours: bool) -> dict[str, str]:
+    """Array by name of its elements. Of flexhex: what stands before the first dot or bracket; of
+    other makers: `a` of `a[1]` ... `a[n]` when these are all there."""
+    if ours:
+        return {name: array_of(name) for name in names}
+    found: dict[str, set[str]] = {}
+    for name in names:
+        found.setdefault(_INDEX.sub("", name), set()).add(name)
+    whole = {a for a, members in found.items() if members == {a + k for k in indices(len(members))}}
+    return {name: array if array in whole else name for array, m in found.items() for name in m}
+
+
+def _variable(element: Any, arrays: Mapping[str, str]) -> FmuVariable:
     kind = next((t for t in TYPES if element.find(t) is not None), "")
     typed = element.find(kind) if kind else None
     name, reference = element.get("name"), element.get("valueReference")
@@ -122,6 +144,7 @@ def _variable(element: Any) -> FmuVariable:
     start = numbers.get("start")
     return FmuVariable(
         name=name,
+        array=arrays[name],
         reference=int(reference),
         type=kind,
         causality=element.get("causality", "local"),

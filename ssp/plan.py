@@ -13,6 +13,7 @@ import numpy as np
 
 from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError, RunError
+from flexhex.fmus.common.interface import indices
 from flexhex.ssp import library
 from flexhex.ssp.fmu import binary_path
 from flexhex.ssp.memory import check_memory
@@ -152,15 +153,18 @@ class Plan:
         base, groups = self.package.base, {}
         for steps, columns in self._columns().items():
             rows, first = self.buffers[steps], 0
-            signals, units, descriptions = {}, {}, {}
+            signals, units, descriptions, elements = {}, {}, {}, {}
             for component, signal in columns:
                 name, size = f"{component}.{signal.name}", len(signal.scalars)
                 block = rows[:, first : first + size]
                 signals[name] = block if signal.is_array else block[:, 0]
                 units[name] = signal.unit
                 descriptions[name] = signal.scalars[0].description
+                if signal.elements not in (("",), indices(size)):
+                    elements[name] = signal.elements
                 first += size
-            groups[rate_name(steps, base)] = Group(steps, base, signals, units, descriptions)
+            group = Group(steps, base, signals, units, descriptions, elements)
+            groups[rate_name(steps, base)] = group
         return groups
 
 

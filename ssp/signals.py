@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import indices
 from flexhex.ssp.fmu import FmuVariable
 from flexhex.ssp.read import Instance, Package
 from flexhex.ssp.wiring import unknown
@@ -14,7 +14,6 @@ from flexhex.ssp.wiring import unknown
 DEFAULT = "default"
 # Large arrays that a run logs only when asked.
 LARGE = {"x", "xd", "xdd", "chi_f", "p", "p_std"}
-_ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
 @dataclass(frozen=True)
@@ -35,29 +34,30 @@ class Signal:
         units = [v.unit for v in self.scalars]
         return units[0] if len(set(units)) == 1 else ",".join(units)
 
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """What follows the array's name in those of its elements: `[1]`, `.actuator[1].o`."""
+        return tuple(v.name.removeprefix(self.name) for v in self.scalars)
+
 
 def arrays(variables: Iterable[FmuVariable]) -> dict[str, Signal]:
-    """Variables by array name; `a[1]` ... `a[n]` become one, everything else stays scalar."""
-    members: dict[str, list[FmuVariable]] = {}
+    """Variables by array name; the elements of an array become one, in order of their index."""
+    members: dict[str, dict[str, FmuVariable]] = {}
     for variable in variables:
-        found = _ELEMENT.fullmatch(variable.name)
-        members.setdefault(found[1] if found else variable.name, []).append(variable)
+        members.setdefault(variable.array, {})[variable.name] = variable
     signals = {}
     for name, parts in members.items():
-        wanted = [f"{name}[{k}]" for k in range(1, len(parts) + 1)]
-        ordered = {v.name: v for v in parts}
-        if set(wanted) == set(ordered):
-            signals[name] = Signal(name, tuple(ordered[w] for w in wanted))
-        else:
-            signals |= {v.name: Signal(v.name, (v,)) for v in parts}
+        indexed = [f"{name}{k}" for k in indices(len(parts))]
+        order = indexed if set(indexed) == set(parts) else list(parts)
+        signals[name] = Signal(name, tuple(parts[element] for element in order))
     return signals
 
 
 def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Signal]]:
     """Signals to log by component.
 
-    wanted: `plant` (all its outputs), `plant.theta`, `plant.theta[2]`, `default` (all but
-    the large arrays); None is `default`. Raises UsageError for a name that is no output.
+    wanted: `plant` (all its outputs), `plant.theta`, `plant.x_E.z`, `default` (all but the
+    large arrays); None is `default`. Raises UsageError for a name that is no output.
     """
     chosen: dict[str, dict[str, Signal]] = {i.name: {} for i in package.instances}
     for text in [DEFAULT] if wanted is None else wanted:

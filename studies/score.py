@@ -28,8 +28,8 @@ SAME = 1.1
 FAMILIES = {
     "payload": ("end_effector", "payload"),
     "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
-    "offset": ("o[", "actuator.o", "offset"),
-    "damping": ("d[", "actuator.d", "damping"),
+    "offset": (*(f"actuator[{i}].o" for i in range(1, JOINTS + 1)), "offset"),
+    "damping": (*(f"actuator[{i}].d" for i in range(1, JOINTS + 1)), "damping"),
 }
 """How the name of a changed parameter may begin, by what was changed."""
 

@@ -87,15 +87,13 @@ def _variables(parent: etree._Element, listed: Sequence[Variable]) -> None:
     reference = 0
     for variable in listed:
         units = variable.units or (variable.unit,) * variable.count
-        texts = variable.elements or ("",) * variable.count
         for k, name in enumerate(variable.scalar_names):
-            text = f"{variable.description}: {texts[k]}" if texts[k] else variable.description
             scalar = etree.SubElement(
                 parent,
                 "ScalarVariable",
                 name=name,
                 valueReference=str(reference),
-                description=text,
+                description=variable.description,
                 causality=variable.causality,
                 variability=variable.variability,
             )

@@ -76,7 +76,9 @@ def _row(v: Variable) -> tuple[str, ...]:
     start = "" if v.causality == "output" else _number(v.starts[0]) if alike else "see description"
     kind = f"{v.variability} parameter" if v.causality == "parameter" else v.causality
     unit = "various" if len(set(v.units)) > 1 else v.units[0] if v.units else v.unit
-    name = f"{v.name}[1..{v.size}]" if v.size else v.name
+    first, last = v.scalar_names[0], v.scalar_names[-1]
+    name = f"{first} ... {last}, {v.size} in all" if v.elements else v.name
+    name = f"{v.name}[1..{v.size}]" if v.size and not v.elements else name
     shown = display_unit(v, unit) if unit != "various" else ""
     return (name, kind, unit, shown, _number(v.min), _number(v.max), start, v.description)
 

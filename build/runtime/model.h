@@ -8,7 +8,8 @@ typedef enum { FLEXHEX_FIXED, FLEXHEX_TUNABLE, FLEXHEX_INPUT, FLEXHEX_OUTPUT } f
 
 typedef struct {
   const char *name;
-  int size; /* 0: scalar, else an array of that many */
+  const char *const *elements; /* what follows the name in those of its elements; NULL: [1], ... */
+  int size;                    /* 0: scalar, else an array of that many */
   flexhex_kind kind;
   double min, max; /* of every element; -DBL_MAX, DBL_MAX: not bounded */
   const char *unit;

@@ -9,13 +9,16 @@ static const flexhex_variable *variable_of(const flexhex_instance *m, fmi2ValueR
   return &FLEXHEX_MODEL.variables[m->owner[vr]];
 }
 
-/* `theta[3]` or `fault`, as modelDescription.xml names it */
+/* `theta[3]`, `x_E.x` or `fault`, as modelDescription.xml names it */
 static const char *label(const flexhex_instance *m, fmi2ValueReference vr, char *text) {
   const flexhex_variable *v = variable_of(m, vr);
-  if (v->size == 0) {
-    (void)snprintf(text, LABEL_SIZE, "%s", v->name);
+  const int element = (int)vr - m->first[m->owner[vr]];
+  if (v->elements) {
+    (void)snprintf(text, LABEL_SIZE, "%s%s", v->name, v->elements[element]);
+  } else if (v->size > 0) {
+    (void)snprintf(text, LABEL_SIZE, "%s[%d]", v->name, element + 1);
   } else {
-    (void)snprintf(text, LABEL_SIZE, "%s[%d]", v->name, (int)vr - m->first[m->owner[vr]] + 1);
+    (void)snprintf(text, LABEL_SIZE, "%s", v->name);
   }
   return text;
 }

@@ -21,6 +21,7 @@ from flexhex.check.binary import exercised, library_name, make_plan
 from flexhex.check.subject import Subject
 from flexhex.fmugen.recorded import IN, OUT
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import array_of
 
 RTOL, ATOL = 1e-9, 1e-14
 """Of an array's largest value, and for what is zero but for rounding: compilers and C libraries
@@ -117,7 +118,7 @@ def _played(plan: dict[str, Any], path: Path) -> list[list[float]]:
 def _deviations(
     names: Sequence[str], rows: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> list[Deviation]:
-    arrays = np.array([name.partition("[")[0] for name in names])
+    arrays = np.array([array_of(name) for name in names])
     found = []
     for array in dict.fromkeys(arrays):
         mine, theirs = rows[:, arrays == array], wanted[:, 1:][:, arrays == array]

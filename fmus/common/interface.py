@@ -1,8 +1,9 @@
 """What an FMU shows: variables with unit and range, sample time, constants, faults.
 
 The `interface.py` of an FMU's folder builds one `Interface` for a machine; `fmugen` turns it into
-modelDescription.xml, C structs and value references. Names are scalar (`fault`) or
-arrays (`theta`, shown as `theta[1]` ... in FMI and SSP, `theta[0]` ... in C).
+modelDescription.xml, C structs and value references. Names are scalar (`fault`) or arrays: `theta`
+is `theta[1]` ... in FMI and SSP, `theta[0]` ... in C; where the elements of an array are unlike
+things, FMI and SSP name each (`x_E.x`, `p.actuator[1].a[3]`) and C counts on.
 """
 
 from __future__ import annotations
@@ -22,6 +23,20 @@ Causality = Literal["parameter", "input", "output"]
 Variability = Literal["fixed", "tunable", "discrete"]
 Start = float | Sequence[float] | NDArray[np.float64]
 _NAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_]*")
+_ARRAY = re.compile(r"[^.\[]*")
+_WORD = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
+STRUCTURED = re.compile(rf"{_WORD}(?:\.{_WORD})*|der\({_WORD}(?:\.{_WORD})*(?:,\d+)?\)", re.ASCII)
+"""Names of the convention `structured` (FMI 2.0, section 2.2.9)."""
+
+
+def indices(size: int) -> tuple[str, ...]:
+    """`[1]` ... `[size]`."""
+    return tuple(f"[{k}]" for k in range(1, size + 1))
+
+
+def array_of(name: str) -> str:
+    """`p` of `p.actuator[1].o`, `theta` of `theta[3]`: all before the first dot or bracket."""
+    return _ARRAY.match(name)[0]  # type: ignore[index]
 
 
 @dataclass(frozen=True)
@@ -30,13 +45,15 @@ class Variable:
 
     start [unit] is one value for all elements or one per element. min, max [unit]
     hold for every element; a value outside them is refused by the FMU. elements and units
-    name and measure each element where an array holds unlike things (the parameters p);
-    units then overrules `unit`. initial_from: parameters from which an output's first value
-    comes, element by element where sizes agree. display: the unit that people read it in, when it
-    is not the usual one of its unit. nominal [unit]: its ordinary size.
+    name and measure each element where an array holds unlike things: `actuator[1].o` of p is
+    `p.actuator[1].o`, `[1].o` of actuator is `actuator[1].o`; units then overrules `unit`.
+    initial_from: parameters from which an output's first value comes, element by element where
+    sizes agree. display: the unit that people read it in, when it is not the usual one of its
+    unit. nominal [unit]: its ordinary size.
 
-    Raises InterfaceError for a name that is no C identifier or a wrong number of start
-    values, StartValueError for one outside min..max.
+    Raises InterfaceError for a name that is no C identifier, an element's that is no structured
+    name of FMI or there twice, a wrong number of start values, StartValueError for one outside
+    min..max.
     """
 
     name: str
@@ -61,15 +78,18 @@ class Variable:
             object.__setattr__(self, "variability", "fixed")
         for k, value in enumerate(self.starts):
             if not self.min <= value <= self.max:
-                element = self.elements[k] if self.elements else ""
                 unit = self.units[k] if self.units else self.unit
-                limits = (self.min, self.max)
-                raise StartValueError(self.scalar_names[k], element, value, limits, unit)
+                raise StartValueError(self.scalar_names[k], value, (self.min, self.max), unit)
         for what, texts in (("names", self.elements), ("units", self.units)):
             if texts and len(texts) != self.count:
                 raise InterfaceError(
                     f"{self.name}: {len(texts)} {what} of elements, {self.count} elements"
                 )
+        for name in self.scalar_names:
+            if not STRUCTURED.fullmatch(name):
+                raise InterfaceError(f"{name!r}: no structured name like arm[3].lam_Q[1]")
+        if len(set(self.elements)) < len(self.elements):
+            raise InterfaceError(f"{self.name}: an element's name is there twice")
 
     @property
     def count(self) -> int:
@@ -88,10 +108,17 @@ class Variable:
 
     @property
     def scalar_names(self) -> tuple[str, ...]:
-        """FMI names: `fault`, or `theta[1]` ... `theta[6]`."""
+        """FMI names: `fault`, `theta[1]` ... `theta[6]`, or `x_E.x`, `x_E.y`, `x_E.z`."""
+        return tuple(f"{self.name}{suffix}" for suffix in self.suffixes)
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """What follows the array's name in those of its elements: `[1]`, `.x`."""
         if self.size is None:
-            return (self.name,)
-        return tuple(f"{self.name}[{k}]" for k in range(1, self.size + 1))
+            return ("",)
+        if not self.elements:
+            return indices(self.size)
+        return tuple(e if e.startswith("[") else f".{e}" for e in self.elements)
 
 
 @dataclass(frozen=True)

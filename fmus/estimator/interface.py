@@ -13,7 +13,7 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
-from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
+from flexhex.fmus.common.model.rest import basis_at_rest, basis_names, holding_torque
 from flexhex.fmus.estimator.equations import row_width
 
 INNOVATION = "innovation: measured torque minus its prediction with the estimate before the update"
@@ -96,7 +96,15 @@ def interface(machine: Machine) -> Interface:
         *_settings(machine, p0, named),
         *coordinate_inputs(machine, "filtered x~"),
         Variable(
-            "chi_f", "input", "1", "filtered actuator basis", len(chi), chi, min=-reach, max=reach
+            "chi_f",
+            "input",
+            "1",
+            "filtered actuator basis",
+            len(chi),
+            chi,
+            min=-reach,
+            max=reach,
+            elements=basis_names(machine),
         ),
         Variable(
             "tau_f",

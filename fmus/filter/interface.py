@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
-from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
+from flexhex.fmus.common.model.rest import basis_at_rest, basis_names, holding_torque
 
 MAX_ALIGNMENT = 20
 """Longest extra delay of tau_f and chi_f, in samples."""
@@ -50,7 +50,15 @@ def interface(machine: Machine) -> Interface:
         Variable("theta_fd", "output", "rad/s", "their rates", size=n),
         Variable("theta_fdd", "output", "rad/s2", "their accelerations", size=n),
         Variable("tau_f", "output", "N m", "filtered torques", size=n),
-        Variable("chi_f", "output", "1", "filtered actuator basis", len(chi), chi),
+        Variable(
+            "chi_f",
+            "output",
+            "1",
+            "filtered actuator basis",
+            len(chi),
+            chi,
+            elements=basis_names(machine),
+        ),
     )
     return Interface(
         "filter",

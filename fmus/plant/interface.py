@@ -11,8 +11,8 @@ from flexhex.fmus.common.interface import Interface, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, nominal_mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
-from flexhex.fmus.common.model.geometry import Frames
-from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.common.model.geometry import AXES, Frames
+from flexhex.fmus.common.model.parameters import ACTUATOR, actuator_parameters, base_parameters
 from flexhex.fmus.common.model.rest import holding_torque
 from flexhex.fmus.plant.effects import SUBSTEPS, constants
 
@@ -36,10 +36,10 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
         mechanism_units(n, machine.has_platform),
     )
     actuators = _vector(
-        "actuator",
+        ACTUATOR,
         "torque terms of every actuator",
         base_parameters(machine)[: len(listed)],
-        tuple(par.name for par in listed),
+        tuple(par.name.removeprefix(ACTUATOR) for par in listed),
         tuple(par.unit for par in listed),
     )
     return (
@@ -100,8 +100,8 @@ def pose(machine: Machine) -> tuple[Variable, ...]:
         return ()
     x_E0 = machine.platform.x_E0
     return (
-        Variable("x_E", "output", "m", "position of E, exact", size=3, start=x_E0),
-        Variable("phi_E", "output", "rad", "rotation vector of E, exact", size=3),
+        Variable("x_E", "output", "m", "position of E, exact", 3, x_E0, elements=AXES),
+        Variable("phi_E", "output", "rad", "rotation vector of E, exact", 3, elements=AXES),
     )
 
 

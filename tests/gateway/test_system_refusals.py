@@ -243,8 +243,8 @@ def test_an_fmu_of_another_interface_does_not_stand_in(hexapod_ssp: Path, tmp_pa
 def test_what_only_the_plant_can_give_is_refused_for_drives(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
-    pose = (wire("W.theta_f[1]", "N_E.theta[1]"), wire("plant.phi_E[1]", "N_E.theta[1]"))
+    pose = (wire("W.theta_f[1]", "N_E.theta[1]"), wire("plant.phi_E.x", "N_E.theta[1]"))
     package = tmp_path / "pose.ssp"
     package.write_bytes(edited(hexapod_ssp.read_bytes(), SSD, pose))
     text = refusal(package)
-    assert "connection plant.phi_E[1] -> N_E.theta[1]: drives measure theta" in text
+    assert "connection plant.phi_E.x -> N_E.theta[1]: drives measure theta" in text

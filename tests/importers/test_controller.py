@@ -23,7 +23,12 @@ from flexhex.ssp.results import Result
 from tests.conftest import one_at_a_time
 from tests.importers.loop import BASE, SECONDS
 
-OUTPUTS = [f"tau[{k}]" for k in range(1, 7)] + ["feedback_e[1]", "K_p[3]", "W_fault", "fault"]
+OUTPUTS = [f"tau[{k}]" for k in range(1, 7)] + [
+    "feedback_e[1]",
+    "K_p.actuator[1].d",
+    "W_fault",
+    "fault",
+]
 
 
 @pytest.fixture(scope="session")

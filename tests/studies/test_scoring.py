@@ -50,7 +50,7 @@ ALL = ("gravity_tilt", [1, 2, 3, 4, 5, 6])
     ("category", "hidden", "found", "outcome"),
     [
         ("nothing", (), said("none"), "silent"),
-        ("nothing", (), said("changed", changed=["actuator.k[1]"]), "silent"),
+        ("nothing", (), said("changed", changed=["actuator[1].k"]), "silent"),
         ("nothing", (), said("unknown"), "unknown"),
         ("nothing", (), said("named", effect("quadratic_drag", [2])), "false_alarm"),
         ("nothing", (), said("set", effect("quadratic_drag", [2], "time_delay")), "false_alarm"),
@@ -73,7 +73,7 @@ ALL = ("gravity_tilt", [1, 2, 3, 4, 5, 6])
         ("single", (DRAG,), said("unknown"), "missed"),
         ("outside", (("backlash", [1]),), said("unknown"), "detected"),
         ("outside", (("backlash", [1]),), said("none"), "unnoticed"),
-        ("outside", (("backlash", [1]),), said("changed", changed=["d[1]"]), "unnoticed"),
+        ("outside", (("backlash", [1]),), said("changed", changed=["actuator[1].d"]), "unnoticed"),
         ("outside", (("backlash", [1]),), said("named", effect("quadratic_drag", [1])), "wrong"),
         (
             "pair",
@@ -113,8 +113,8 @@ def test_outcome_of_a_verdict(
     ("found", "outcome"),
     [
         (said("changed", changed=["end_effector.m"]), "right"),
-        (said("changed", changed=["actuator.o[2]", "end_effector.m"]), "right"),
-        (said("changed", changed=["actuator.o[2]"]), "wrong"),
+        (said("changed", changed=["actuator[2].o", "end_effector.m"]), "right"),
+        (said("changed", changed=["actuator[2].o"]), "wrong"),
         (said("named", effect("quadratic_drag", [2])), "wrong"),
         (said("named", effect("payload")), "right"),
         (said("none"), "missed"),
@@ -127,8 +127,8 @@ def test_outcome_of_a_changed_parameter(tmp_path: Path, found: Found, outcome: s
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
-        ("offset", "o[4]"),
-        ("damping", "d[1]"),
+        ("offset", "actuator[4].o"),
+        ("damping", "actuator[1].d"),
         ("stiffness", "flexure.k_u3"),
         ("payload", "end_effector.m"),
     ],
@@ -141,7 +141,7 @@ def test_changed_parameters_are_known_by_the_names_that_the_diagnosis_gives(
         return score(found, truth(tmp_path, "changed", kind=kind)).outcome
 
     assert outcome(name) == "right"
-    assert outcome("upper[1].J_xx") == "wrong"
+    assert outcome("upper.J_xx") == "wrong"
 
 
 @pytest.mark.parametrize(
