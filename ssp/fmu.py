@@ -13,7 +13,7 @@ from typing import Any
 
 from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import array_of, indices
+from flexhex.fmus.common.interface import array_of, indices, value_of
 from flexhex.ssp.xml import parse
 
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
@@ -22,11 +22,20 @@ DESCRIPTIONS = 64
 """Descriptions kept in memory: the variants of a run share most of theirs, about 0.3 MB each."""
 
 
+_WHOLE = {
+    "Integer": "a whole number",
+    "Enumeration": "the whole number of an item",
+    "Boolean": "0 or 1",
+    "String": "a text, which the executor does not set",
+}
+
+
 @dataclass(frozen=True)
 class FmuVariable:
-    """One scalar variable; type is Real, Integer, ...; start, min, max only of a Real.
+    """One scalar variable; type is Real, Integer, ...; array: the array that it is an element of,
+    else its own name. A Boolean is 0 or 1, a String has no start, min, max.
 
-    array: the array that it is an element of, else its own name.
+    declared_type: of an enumeration, where `Fmu.enumerations` lists its items.
     """
 
     name: str
@@ -40,13 +49,20 @@ class FmuVariable:
     start: float | None
     min: float
     max: float
+    declared_type: str = ""
+
+    def objection(self, value: float) -> str:
+        """Why the type does not take a value, in words; empty where it does."""
+        whole = value == round(value) and abs(value) < 2**31
+        return "" if self.type == "Real" or whole else f"{value:.9g}, must be {_WHOLE[self.type]}"
 
 
 @dataclass(frozen=True)
 class Fmu:
     """modelDescription.xml of one FMI 2.0 co-simulation FMU.
 
-    units: exponents by unit name as attributes of BaseUnit. sha256: of the whole file.
+    units: exponents by unit name as attributes of BaseUnit. enumerations: names of the items and
+    their values, by type. sha256: of the whole file.
     """
 
     file: str
@@ -55,6 +71,7 @@ class Fmu:
     step_size: float | None
     variables: Mapping[str, FmuVariable]
     units: Mapping[str, Mapping[str, str]]
+    enumerations: Mapping[str, Mapping[str, int]]
     log_categories: tuple[str, ...]
     sha256: str
 
@@ -104,10 +121,10 @@ def _described(text: bytes) -> Fmu:
     size = None if experiment is None else experiment.get("stepSize")
     try:
         step = None if size is None else float(size)
-        elements = list(root.iterfind("ModelVariables/*"))
+        elements, enumerations = list(root.iterfind("ModelVariables/*")), _enumerations(root)
         ours = str(root.get("generationTool")).partition(" ")[0] == "flexhex"
         arrays = _arrays([e.get("name", "") for e in elements], ours)
-        variables = [_variable(element, arrays) for element in elements]
+        variables = [_variable(element, arrays, enumerations) for element in elements]
     except ValueError as error:
         raise InterfaceError(f"modelDescription.xml: {error}") from None
     return Fmu(
@@ -117,6 +134,7 @@ def _described(text: bytes) -> Fmu:
         step_size=step,
         variables={v.name: v for v in variables},
         units=_units(root),
+        enumerations=enumerations,
         log_categories=tuple(c.get("name", "") for c in root.iterfind("LogCategories/Category")),
         sha256="",
     )
@@ -134,14 +152,18 @@ def _arrays(names: Sequence[str], ours: bool) -> dict[str, str]:
     return {name: array if array in whole else name for array, m in found.items() for name in m}
 
 
-def _variable(element: Any, arrays: Mapping[str, str]) -> FmuVariable:
+def _variable(
+    element: Any, arrays: Mapping[str, str], enumerations: Mapping[str, Mapping[str, int]]
+) -> FmuVariable:
     kind = next((t for t in TYPES if element.find(t) is not None), "")
     typed = element.find(kind) if kind else None
     name, reference = element.get("name"), element.get("valueReference")
     if typed is None or name is None or reference is None:
         raise InterfaceError("a variable lacks name, type or reference: build it anew")
-    numbers = typed if kind == "Real" else {}
+    numbers = {} if kind == "String" else typed
     start = numbers.get("start")
+    items = enumerations.get(numbers.get("declaredType", ""), {}).values()
+    values = (0, 1) if kind == "Boolean" else items or (-math.inf, math.inf)
     return FmuVariable(
         name=name,
         array=arrays[name],
@@ -151,10 +173,22 @@ def _variable(element: Any, arrays: Mapping[str, str]) -> FmuVariable:
         variability=element.get("variability", "continuous"),
         unit=typed.get("unit", ""),
         description=element.get("description", ""),
-        start=None if start is None else float(start),
-        min=float(numbers.get("min", -math.inf)),
-        max=float(numbers.get("max", math.inf)),
+        start=None if start is None else value_of(start),
+        min=float(numbers.get("min", min(values))),
+        max=float(numbers.get("max", max(values))),
+        declared_type=typed.get("declaredType", ""),
     )
+
+
+def _enumerations(root: Any) -> dict[str, dict[str, int]]:
+    return {
+        str(simple.get("name")): {
+            str(item.get("name")): int(item.get("value", ""))
+            for item in simple.iterfind("Enumeration/Item")
+        }
+        for simple in root.iterfind("TypeDefinitions/SimpleType")
+        if simple.find("Enumeration") is not None
+    }
 
 
 def _units(root: Any) -> dict[str, dict[str, str]]:

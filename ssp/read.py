@@ -147,10 +147,8 @@ class _Reader:
 
     def value(self, setting: Setting, fmu: Fmu, variable: str) -> float:
         """In the unit of the FMU's variable."""
-        if fmu.variables[variable].type != "Real":
-            raise self.error(f"{setting.name} is no Real: the executor sets Reals only")
         try:
-            return setting.value_in(fmu.variables[variable].unit, fmu.units)
+            return setting.value_for(fmu.variables[variable], fmu)
         except InterfaceError as error:
             raise self.error(str(error)) from None
 
@@ -182,7 +180,7 @@ class _Reader:
             if names.count(name) > 1:
                 raise self.error(f"component {name!r} exists twice: rename one")
         ports = {
-            i.name: {v.name: Port(v.causality, v.unit) for v in i.fmu.variables.values()}
+            i.name: {v.name: Port(v.causality, v.unit, v.type) for v in i.fmu.variables.values()}
             for i in instances
         }
         try:
@@ -192,8 +190,8 @@ class _Reader:
         types = {i.name: i.fmu.variables for i in instances}
         for wire in wires:
             for name, variable in ((wire.source, wire.output), (wire.target, wire.input)):
-                if types[name][variable].type != "Real":
-                    raise self.error(f"connection {wire}: {name}.{variable} is no Real")
+                if types[name][variable].type == "String":
+                    raise self.error(f"connection {wire}: {name}.{variable} is a String")
 
     def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
         """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""

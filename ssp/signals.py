@@ -31,7 +31,7 @@ class Signal:
     @property
     def unit(self) -> str:
         """The common unit, or the units of the elements separated by commas."""
-        units = [v.unit for v in self.scalars]
+        units = [v.unit if v.type == "Real" else "1" for v in self.scalars]
         return units[0] if len(set(units)) == 1 else ",".join(units)
 
     @property
@@ -67,7 +67,7 @@ def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Sig
 
 
 def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
-    outputs = {i.name: arrays(_real_outputs(i)) for i in package.instances}
+    outputs = {i.name: arrays(_outputs(i)) for i in package.instances}
     if text == DEFAULT:
         return [(i, s) for i, all_ in outputs.items() for s in all_.values() if s.name not in LARGE]
     component, dot, name = text.partition(".")
@@ -85,5 +85,5 @@ def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
     raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, known)}")
 
 
-def _real_outputs(instance: Instance) -> list[FmuVariable]:
-    return [v for v in instance.fmu.of("output") if v.type == "Real"]
+def _outputs(instance: Instance) -> list[FmuVariable]:
+    return [v for v in instance.fmu.of("output") if v.type != "String"]

@@ -13,10 +13,11 @@ from flexhex.fmus.common.errors import InterfaceError
 
 
 class Port(NamedTuple):
-    """One scalar FMU variable as a wiring sees it; causality as in FMI, unit by name."""
+    """One scalar FMU variable as a wiring sees it; causality and type as in FMI, unit by name."""
 
     causality: str
     unit: str
+    type: str = "Real"
 
 
 class Wire(NamedTuple):
@@ -60,6 +61,11 @@ def check_wires(wires: Sequence[Wire], ports: Ports, *, all_fed: bool = True) ->
         start = _port(wire, wire.source, wire.output, ports)
         end = _port(wire, wire.target, wire.input, ports)
         _check_direction(wire, start, end)
+        if start.type != end.type:
+            raise InterfaceError(
+                f"connection {wire}: {start.type} into {end.type}, must be equal: connect another"
+                " variable"
+            )
         if start.unit != end.unit:
             raise InterfaceError(
                 f"connection {wire}: {start.unit or 'no unit'} into {end.unit or 'no unit'},"

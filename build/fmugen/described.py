@@ -10,7 +10,16 @@ from typing import Any, Literal, cast
 from lxml import etree
 
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import Causality, Interface, Variable, array_of, indices
+from flexhex.fmus.common.interface import (
+    Causality,
+    Interface,
+    Item,
+    Type,
+    Variable,
+    array_of,
+    indices,
+    value_of,
+)
 
 _OWN = {"Ts", "fault"}
 """Every interface adds these by itself."""
@@ -30,13 +39,24 @@ def interface_of(description: bytes, where: str) -> Interface:
     scalars = list(root.iterfind("ModelVariables/ScalarVariable"))
     sources = _initial_sources(root, [s.get("name", "") for s in scalars])
     groups = itertools.groupby(scalars, key=lambda s: array_of(s.get("name", "")))
-    listed = [_variable(name, list(parts), sources) for name, parts in groups]
+    types = _items(root)
+    listed = [_variable(name, list(parts), sources, types) for name, parts in groups]
     Ts = next(v for v in listed if v.name == "Ts")
     variables = tuple(v for v in listed if v.name not in _OWN)
-    codes = next(v for v in listed if v.name == "fault").description.split("; ")
-    faults = tuple(code.partition(": ")[2] for code in codes[2:])
+    faults = next(v for v in listed if v.name == "fault").items[2:]
     name, text = root.get("modelName", ""), root.get("description", "")
     return Interface(name, text, Ts.starts[0], variables, faults=faults)
+
+
+def _items(root: Any) -> dict[str, tuple[Item, ...]]:
+    """Items of the enumerations by the name of their type."""
+    return {
+        simple.get("name"): tuple(
+            Item(item.get("name"), item.get("description", ""))
+            for item in simple.iterfind("Enumeration/Item")
+        )
+        for simple in root.iterfind("TypeDefinitions/SimpleType")
+    }
 
 
 def _initial_sources(root: Any, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -49,14 +69,19 @@ def _initial_sources(root: Any, names: Sequence[str]) -> dict[str, tuple[str, ..
     return {name: tuple(found) for name, found in sources.items()}
 
 
-def _variable(name: str, parts: Sequence[Any], sources: Mapping[str, tuple[str, ...]]) -> Variable:
-    reals = [part.find("Real") for part in parts]
+def _variable(
+    name: str,
+    parts: Sequence[Any],
+    sources: Mapping[str, tuple[str, ...]],
+    types: Mapping[str, tuple[Item, ...]],
+) -> Variable:
+    reals = [part.find("*") for part in parts]
     first, real = parts[0], reals[0]
     suffixes = tuple(part.get("name", "").removeprefix(name) for part in parts)
     unlike = suffixes not in (("",), indices(len(parts)))
     is_array = suffixes != ("",)
-    units = tuple(r.get("unit", "") for r in reals)
-    starts = [float(r.get("start", 0.0)) for r in reals]
+    units = tuple(r.get("unit", "1") for r in reals)
+    starts = [value_of(r.get("start", "0")) for r in reals]
     # where sizes differ they follow from the units
     nominal = real.get("nominal") if len({r.get("nominal") for r in reals}) == 1 else None
     return Variable(
@@ -74,4 +99,6 @@ def _variable(name: str, parts: Sequence[Any], sources: Mapping[str, tuple[str, 
         units=units if len(set(units)) > 1 else (),
         initial_from=sources.get(name, ()),
         display="" if len(set(units)) > 1 else real.get("displayUnit", ""),
+        type=cast(Type, real.tag),
+        items=types.get(real.get("declaredType", ""), ()),
     )

@@ -19,6 +19,12 @@ _KINDS = {
     ("input", "discrete"): "FLEXHEX_INPUT",
     ("output", "discrete"): "FLEXHEX_OUTPUT",
 }
+_TYPES = {
+    "Real": "FLEXHEX_REAL",
+    "Integer": "FLEXHEX_INTEGER",
+    "Boolean": "FLEXHEX_BOOLEAN",
+    "Enumeration": "FLEXHEX_INTEGER",
+}
 
 
 @dataclass(frozen=True)
@@ -129,7 +135,8 @@ def table(interface: Interface, base_step: float, guid: str) -> str:
     suffixes = {v.suffixes: f"elements_{v.name}" for v in reversed(listed) if v.elements}
     rows = [
         f'  {{"{v.name}", {suffixes[v.suffixes] if v.elements else "NULL"}, {v.size or 0},'
-        f' {_KINDS[v.causality, v.variability]}, {number(v.min)}, {number(v.max)}, "{v.unit}"}},'
+        f" {_TYPES[v.type]}, {_KINDS[v.causality, v.variability]},"
+        f' {number(v.min)}, {number(v.max)}, "{v.unit}"}},'
         for v in listed
     ]
     lists = [

@@ -1,4 +1,4 @@
-/* fmi2GetReal and fmi2SetReal: a call is checked whole before anything is stored. */
+/* fmi2GetReal, fmi2SetReal and the like: a call is checked whole before anything is stored. */
 #include "instance.h"
 
 #include <string.h>
@@ -32,16 +32,22 @@ static fmi2Status refuse_reference(flexhex_instance *m, flexhex_call call, fmi2V
                         flexhex_call_name(call), vr, m->n_values - 1);
 }
 
-/* An output, or a fixed parameter after the initialisation */
-static fmi2Status refuse_kind(flexhex_instance *m, fmi2ValueReference vr) {
+static fmi2Status refuse_type(flexhex_instance *m, flexhex_call call, fmi2ValueReference vr) {
+  static const char *const types[] = {"a Real", "an Integer or an enumeration", "a Boolean"};
   char text[LABEL_SIZE];
+  return flexhex_refuse(m, "%s: %s is %s", flexhex_call_name(call), label(m, vr, text),
+                        types[variable_of(m, vr)->type]);
+}
+
+/* An output, or a fixed parameter after the initialisation */
+static fmi2Status refuse_kind(flexhex_instance *m, flexhex_call call, fmi2ValueReference vr) {
+  char text[LABEL_SIZE];
+  const char *name = flexhex_call_name(call);
   if (variable_of(m, vr)->kind == FLEXHEX_OUTPUT) {
-    return flexhex_refuse(m, "fmi2SetReal: %s is an output and cannot be set", label(m, vr, text));
+    return flexhex_refuse(m, "%s: %s is an output and cannot be set", name, label(m, vr, text));
   }
-  return flexhex_refuse(m,
-                        "fmi2SetReal: %s is a fixed parameter, set it before"
-                        " fmi2ExitInitializationMode",
-                        label(m, vr, text));
+  return flexhex_refuse(m, "%s: %s is a fixed parameter, set it before fmi2ExitInitializationMode",
+                        name, label(m, vr, text));
 }
 
 static fmi2Status refuse_value(flexhex_instance *m, fmi2ValueReference vr, double value) {
@@ -67,29 +73,58 @@ static bool is_run(const fmi2ValueReference vr[], size_t nvr) {
   return nvr > 0 && off == 0 && vr[nvr - 1] >= vr[0]; /* not wrapped around */
 }
 
+/* False, refused, when an array is missing, or a reference is no variable of the type. */
+static bool are_of(flexhex_instance *m, flexhex_call call, flexhex_type type,
+                   const fmi2ValueReference vr[], size_t nvr, const void *value) {
+  if (nvr > 0 && (!vr || !value)) {
+    (void)refuse_array(m, call);
+    return false;
+  }
+  /* the variable that was looked up last: its references */
+  fmi2ValueReference first = 0, count = 0;
+  for (size_t k = 0; k < nvr; ++k) {
+    if (vr[k] - first < count) {
+      continue;
+    }
+    if (vr[k] >= m->n_values) {
+      (void)refuse_reference(m, call, vr[k]);
+      return false;
+    }
+    const flexhex_variable *v = variable_of(m, vr[k]);
+    if (v->type != type) {
+      (void)refuse_type(m, call, vr[k]);
+      return false;
+    }
+    first = (fmi2ValueReference)m->first[m->owner[vr[k]]];
+    count = v->size ? (fmi2ValueReference)v->size : 1;
+  }
+  return true;
+}
+
+/* The instance when these can be read; initial outputs follow the parameters for as long as those
+   can change. */
+static const flexhex_instance *readable(fmi2Component c, flexhex_call call, flexhex_type type,
+                                        const fmi2ValueReference vr[], size_t nvr,
+                                        const void *value) {
+  flexhex_instance *m = flexhex_enter(c, call);
+  if (!m || !are_of(m, call, type, vr, nvr, value)) {
+    return NULL;
+  }
+  bool outputs = false;
+  for (size_t k = 0; k < nvr; ++k) {
+    outputs |= vr[k] >= m->first_output;
+  }
+  const bool initial = outputs && m->head->phase == FLEXHEX_INITIALIZATION_MODE;
+  return initial && !flexhex_start(m) ? NULL : m;
+}
+
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        fmi2Real value[]) {
-  flexhex_instance *m = flexhex_enter(c, FLEXHEX_GET_REAL);
+  const flexhex_instance *m = readable(c, FLEXHEX_GET_REAL, FLEXHEX_REAL, vr, nvr, value);
   if (!m) {
     return fmi2Error;
   }
-  if (nvr > 0 && (!vr || !value)) {
-    return refuse_array(m, FLEXHEX_GET_REAL);
-  }
-  const bool run = is_run(vr, nvr);
-  fmi2ValueReference last = run ? vr[nvr - 1] : 0;
-  for (size_t k = 0; !run && k < nvr; ++k) {
-    last = vr[k] > last ? vr[k] : last;
-  }
-  if (last >= m->n_values) {
-    return refuse_reference(m, FLEXHEX_GET_REAL, last);
-  }
-  const bool outputs = nvr > 0 && last >= m->first_output;
-  /* initial outputs follow the parameters for as long as those can change */
-  if (outputs && m->head->phase == FLEXHEX_INITIALIZATION_MODE && !flexhex_start(m)) {
-    return fmi2Error;
-  }
-  if (run) {
+  if (is_run(vr, nvr)) {
     memcpy(value, m->values + vr[0], nvr * sizeof *value);
     return fmi2OK;
   }
@@ -99,48 +134,87 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
   return fmi2OK;
 }
 
+fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          fmi2Integer value[]) {
+  const flexhex_instance *m = readable(c, FLEXHEX_GET_INTEGER, FLEXHEX_INTEGER, vr, nvr, value);
+  for (size_t k = 0; m && k < nvr; ++k) {
+    value[k] = (fmi2Integer)m->values[vr[k]];
+  }
+  return m ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          fmi2Boolean value[]) {
+  const flexhex_instance *m = readable(c, FLEXHEX_GET_BOOLEAN, FLEXHEX_BOOLEAN, vr, nvr, value);
+  for (size_t k = 0; m && k < nvr; ++k) {
+    value[k] = m->values[vr[k]] != 0.0 ? fmi2True : fmi2False;
+  }
+  return m ? fmi2OK : fmi2Error;
+}
+
 static bool may_set(const flexhex_instance *m, const flexhex_variable *v) {
   return v->kind == FLEXHEX_INPUT || v->kind == FLEXHEX_TUNABLE ||
          (v->kind == FLEXHEX_FIXED && m->head->phase != FLEXHEX_STEP_COMPLETE);
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                       const fmi2Real value[]) {
-  flexhex_instance *m = flexhex_enter(c, FLEXHEX_SET_REAL);
-  if (!m) {
-    return fmi2Error;
+static double element(flexhex_type type, const void *array, size_t k) {
+  switch (type) {
+    case FLEXHEX_REAL:
+      return ((const fmi2Real *)array)[k];
+    case FLEXHEX_INTEGER:
+      return ((const fmi2Integer *)array)[k];
+    default:
+      return ((const fmi2Boolean *)array)[k] != fmi2False ? 1.0 : 0.0;
   }
-  if (nvr > 0 && (!vr || !value)) {
-    return refuse_array(m, FLEXHEX_SET_REAL);
+}
+
+static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type type,
+                             const fmi2ValueReference vr[], size_t nvr, const void *array) {
+  flexhex_instance *m = flexhex_enter(c, call);
+  if (!m || !are_of(m, call, type, vr, nvr, array)) {
+    return fmi2Error;
   }
   /* the variable that was looked up last: its references and what it accepts */
   fmi2ValueReference first = 0, count = 0;
   double low = 0.0, high = 0.0;
   for (size_t k = 0; k < nvr; ++k) {
     if (vr[k] - first >= count) {
-      if (vr[k] >= m->n_values) {
-        return refuse_reference(m, FLEXHEX_SET_REAL, vr[k]);
-      }
       const flexhex_variable *v = variable_of(m, vr[k]);
       if (!may_set(m, v)) {
-        return refuse_kind(m, vr[k]);
+        return refuse_kind(m, call, vr[k]);
       }
       first = (fmi2ValueReference)m->first[m->owner[vr[k]]];
       count = v->size ? (fmi2ValueReference)v->size : 1;
       low = v->min;
       high = v->max;
     }
+    const double value = element(type, array, k);
     /* written so that NaN is refused too */
-    if (!(value[k] >= low && value[k] <= high)) {
-      return refuse_value(m, vr[k], value[k]);
+    if (!(value >= low && value <= high)) {
+      return refuse_value(m, vr[k], value);
     }
   }
-  if (is_run(vr, nvr)) {
-    memcpy(m->values + vr[0], value, nvr * sizeof *value);
+  if (type == FLEXHEX_REAL && is_run(vr, nvr)) {
+    memcpy(m->values + vr[0], array, nvr * sizeof *m->values);
     return fmi2OK;
   }
   for (size_t k = 0; k < nvr; ++k) {
-    m->values[vr[k]] = value[k];
+    m->values[vr[k]] = element(type, array, k);
   }
   return fmi2OK;
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                       const fmi2Real value[]) {
+  return set_values(c, FLEXHEX_SET_REAL, FLEXHEX_REAL, vr, nvr, value);
+}
+
+fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          const fmi2Integer value[]) {
+  return set_values(c, FLEXHEX_SET_INTEGER, FLEXHEX_INTEGER, vr, nvr, value);
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
+                          const fmi2Boolean value[]) {
+  return set_values(c, FLEXHEX_SET_BOOLEAN, FLEXHEX_BOOLEAN, vr, nvr, value);
 }

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.check.binary import exercised, library_name, make_plan
+from flexhex.check.binary import SUFFIXES, exercised, library_name, make_plan, place
 from flexhex.check.subject import Subject
 from flexhex.fmugen.recorded import IN, OUT
 from flexhex.fmus.common.errors import InterfaceError
@@ -74,7 +74,8 @@ def _deviations_of(subject: Subject) -> list[Deviation]:
     with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
-        references = {v.name: int(v.reference) for v in subject.variables if v.reference.isdigit()}
+        listed = [v for v in subject.variables if v.reference.isdigit() and v.kind in SUFFIXES]
+        references = {v.name: place(v) for v in listed}
         unknown = [n for n in (*inputs, *outputs) if n not in references]
         if unknown:
             raise InterfaceError(f"{path}: reference results of {unknown[0]}, no such variable")

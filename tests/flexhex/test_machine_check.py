@@ -85,7 +85,8 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "cogging": (
         replace("[0.01383, 0.01674", "[1383.0, 0.01674"),
-        r"actuator\.a\[1,1\] = 1383 N m: must be -100 to 100 N m \(range of actuator\[1\]\.a\[1\] in plant",
+        r"actuator\.a\[1,1\] = 1383 N m: must be -100 to 100 N m \(range of actuator\[1\]"
+        r"\.a\[1\] in plant",
     ),
     "mass in grams": (
         replace("m = { value = 2.2,", "m = { value = 2200.0,"),
@@ -93,8 +94,8 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "first moment": (
         replace('m = { value = 0.5, unit = "kg"', 'm = { value = 2200.0, unit = "kg"'),
-        r"bodies\.upper\.m = 2200 kg, bodies\.upper\.c = \[0\.13, 0, -0\.004\] m: mechanism\.upper\[1\]\.mc_x"
-        r" is 286 kg m, must be -100 to 100 kg m",
+        r"bodies\.upper\.m = 2200 kg, bodies\.upper\.c = \[0\.13, 0, -0\.004\] m: "
+        r"mechanism\.upper\[1\]\.mc_x is 286 kg m, must be -100 to 100 kg m",
     ),
     "hysteresis too sharp for the plant's step": (
         replace("sigma = { value = 0.015", "sigma = { value = 1e-9"),

@@ -2,7 +2,7 @@
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::fmu::Causality;
+use crate::fmu::{Causality, Kind};
 use crate::layout::Layout;
 use crate::system::System;
 
@@ -51,7 +51,7 @@ pub(crate) fn array(
         .map(|k| format!("{name}[{k}]"))
         .take_while(|n| {
             let found = component.variable(n);
-            found.is_some_and(|v| v.causality == causality && v.is_real)
+            found.is_some_and(|v| v.causality == causality && v.kind == Kind::Real)
         })
         .collect();
     if names.is_empty() {

@@ -38,13 +38,24 @@ impl fmt::Display for Causality {
     }
 }
 
-/// One scalar variable; `start` is None where the FMU declares none.
+/// As FMI's functions see a variable: an enumeration is an Integer. In the executor's order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    Real,
+    Integer,
+    Boolean,
+    String,
+}
+
+/// One scalar variable; `start` is None where the FMU declares none, of a Boolean 0 or 1.
 #[derive(Debug, Clone)]
 pub struct Variable {
     pub name: String,
     pub reference: u32,
     pub causality: Causality,
-    pub is_real: bool,
+    pub kind: Kind,
+    /// Of an enumeration; empty for everything else.
+    pub declared_type: String,
     pub unit: String,
     pub start: Option<f64>,
 }
@@ -58,6 +69,8 @@ pub(crate) struct Fmu {
     pub categories: Vec<String>,
     pub variables: Vec<Variable>,
     by_name: HashMap<String, usize>,
+    /// Items of the enumerations, "type.item", with their values.
+    items: HashMap<String, f64>,
     model: String,
     platforms: Vec<String>,
     root: PathBuf,
@@ -90,6 +103,7 @@ impl Fmu {
             categories: categories(top),
             by_name: variables.iter().enumerate().map(|(k, v)| (v.name.clone(), k)).collect(),
             variables,
+            items: items(top),
             platforms: platforms(&members),
             file,
             model,
@@ -105,6 +119,13 @@ impl Fmu {
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         let known = self.variables.iter().map(|v| v.name.as_str());
         self.find(name).ok_or_else(|| Error::new(unknown("variable", name, known)))
+    }
+
+    /// Value of an item of a variable's enumeration.
+    pub fn item(&self, variable: &Variable, item: &str) -> Result<f64, Error> {
+        let found = self.items.get(&format!("{}.{item}", variable.declared_type));
+        let text = format!("{} = '{item}': its enumeration has no such item", variable.name);
+        found.copied().ok_or_else(|| Error::new(text))
     }
 
     /// Path of the shared library for this machine.
@@ -208,7 +229,12 @@ fn variable(element: Node) -> Result<Variable, Error> {
     else {
         return Err(Error::new("a variable lacks name, type or reference: build the FMU again"));
     };
-    let is_real = typed.has_tag_name("Real");
+    let kind = match typed.tag_name().name() {
+        "Real" => Kind::Real,
+        "Boolean" => Kind::Boolean,
+        "String" => Kind::String,
+        _ => Kind::Integer,
+    };
     Ok(Variable {
         name: name.to_owned(),
         reference,
@@ -218,8 +244,32 @@ fn variable(element: Node) -> Result<Variable, Error> {
             Some("output") => Causality::Output,
             _ => Causality::Other,
         },
-        is_real,
+        kind,
+        declared_type: typed.attribute("declaredType").unwrap_or_default().to_owned(),
         unit: typed.attribute("unit").unwrap_or_default().to_owned(),
-        start: typed.attribute("start").filter(|_| is_real).and_then(|s| s.trim().parse().ok()),
+        start: typed.attribute("start").filter(|_| kind != Kind::String).and_then(value_of),
     })
+}
+
+fn items(top: Node) -> HashMap<String, f64> {
+    let types = child(top, "TypeDefinitions");
+    let types = types.iter().flat_map(|t| t.children()).filter(|t| t.has_tag_name("SimpleType"));
+    let items = types.flat_map(|simple| {
+        let name = simple.attribute("name").unwrap_or_default();
+        let items = simple.descendants().filter(|i| i.has_tag_name("Item"));
+        items.filter_map(move |item| {
+            let value = item.attribute("value")?.trim().parse().ok()?;
+            Some((format!("{name}.{}", item.attribute("name")?), value))
+        })
+    });
+    items.collect()
+}
+
+/// A value of any type as FMI and SSP write it: `0.5`, `2`, `true`.
+pub(crate) fn value_of(text: &str) -> Option<f64> {
+    match text.trim() {
+        "true" => Some(1.0),
+        "false" => Some(0.0),
+        number => number.parse().ok(),
+    }
 }
