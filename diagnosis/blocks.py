@@ -86,6 +86,17 @@ def torque_at(block: Block, window: float, delay: float) -> Array:
     return np.asarray(weights @ signal.values)
 
 
+def torque_rate(block: Block, window: float, delay: float) -> Array:
+    """What `torque_at` changes by with its delay (m, n) [N m/s]; zero at the edge of a gap."""
+    signal, at = block.run.tau, block.at + block.run.shift + delay
+    ends = [
+        hann_weights(at + step, signal.t0, signal.ts, signal.valid, window)
+        for step in (-signal.ts, signal.ts)
+    ]
+    slope = (ends[1][0] - ends[0][0]) @ signal.values / (2 * signal.ts)
+    return np.where((ends[0][1] & ends[1][1])[:, None], slope, 0.0)
+
+
 def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = LEAST) -> list[Block]:
     """Blocks of all runs, trajectory by trajectory.
 

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import Block, torque_at
+from flexhex.diagnosis.blocks import Block, torque_at, torque_rate
 from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
 from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.rests import moving
 
 Array = NDArray[np.float64]
 LOOSE = 2.0
@@ -67,6 +68,11 @@ class Calibrated:
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Rows (m, n) of each block in which an axis moves."""
+        return moving(self.blocks, self.base.window, self.spacing)
 
     @property
     def spacing(self) -> float:
@@ -129,16 +135,26 @@ class Calibrated:
         B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
         return Regression(y[:, 0], B, prior, self.layout, drifting=not self.between)
 
+    @property
+    def nominal(self) -> Array:
+        """Coefficients (nb,) of the machine file's own parameters, the clocks brought together."""
+        q = np.zeros(len(self.known))
+        late = next(i for i, k in enumerate(self.known) if k.group == "delay")
+        q[late] = self.fitted.delay / self.scale[late]
+        return q
+
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
-        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
+        rests."""
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        slow = self.noise.slow[axis]
         parts = [
-            whiten(v.reshape(len(v), -1), a, scale)[kept]
-            for v, kept in zip(values, self.kept, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
         ]
         return np.concatenate(parts)
 
@@ -188,7 +204,8 @@ def about(
             raw = raw + z * fitted.gains
             curve = _diagonal(block.smooth(z))
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
-        rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
+        # of the torque as reported: that of the model would be full of the encoders' noise
+        rate = -torque_rate(block, base.window, fitted.delay)
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
         if base.geometry:
             parts.append(base.geometry.columns(motion, block.weights, p))

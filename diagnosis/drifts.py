@@ -73,7 +73,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
             if s.hypothesis.axis == axis and isinstance(s.hypothesis, EffectHypothesis)
         ]
         if own and passes(own[0], (), least, criteria):
-            kept.append(simplest(own[0], own, criteria))
+            kept.append(simplest(own[0], own, 1, criteria))
     if not kept:
         return []
     held = joint(bench, grouped(bench, one_cause(kept)))

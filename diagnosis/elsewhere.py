@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,3 +45,10 @@ class Elsewhere:
                 else:
                     left[k][:, part.axis or 0] -= torque
         return left
+
+    def beside(self, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
+        """The same with the base model fitted anew to what effects leave: how well they do, however
+        well its own parameters were seen in the first runs."""
+        left = self.residual(parts, beta, np.zeros(len(self.there.known)))
+        anew = replace(self.there, y=tuple(left))
+        return anew.residual(anew.regression.q)

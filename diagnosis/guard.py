@@ -33,9 +33,8 @@ def strange_axes(made: Calibrated) -> list[int]:
     A fit may turn the sign of all inertias to please a log whose sign is turned; what it leaves
     then looks like effects.
     """
-    nothing = np.zeros(len(made.known))
     tau = [torque_at(b, made.base.window, made.fitted.delay) for b in made.blocks]
-    left = made.residual(nothing)
+    left = made.residual(made.nominal)
     usable = [b.usable for b in made.blocks]
     seen = np.concatenate([t[m] for t, m in zip(tau, usable, strict=True)])
     model = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])

@@ -116,14 +116,10 @@ def _mechanism(
     found = selected(Bench(made, known), judged, say)
     before = before_of(found)
     for _ in range(SEARCHES - 1):
-        if not found.held.parts:
-            break
         # the columns and rows of one search at a time: they take most of the memory
         found.held.bench.forget()
-        settled = beside(found.first or found.held)
-        if not _moved(made, settled):
-            settled = beside(found.held)
-        if not _moved(made, settled):
+        settled = next((m for m in map(beside, found.accepted) if _moved(made, m)), None)
+        if settled is None:
             break
         made = settled
         found = selected(Bench(made, known), judged, say)

@@ -15,6 +15,7 @@ from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 Axis = int | None
@@ -163,10 +164,9 @@ class Hypotheses:
         """The same effect with one shape alone."""
         return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
 
-    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
-        """Shapes that may take any value: name and bounds."""
-        found = self.bench.searched(effect.id, effect.axis or 0)
-        return [(s.name, s.low, s.high) for s in found]
+    def searched(self, effect: EffectHypothesis) -> list[Shape]:
+        """Shapes that may take any value between bounds."""
+        return self.bench.searched(effect.id, effect.axis or 0)
 
     def _loaded(self, name: str) -> bool:
         """Whether an effect goes with the torque."""
