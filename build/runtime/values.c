@@ -34,9 +34,12 @@ static fmi2Status refuse_reference(flexhex_instance *m, flexhex_call call, fmi2V
 
 static fmi2Status refuse_type(flexhex_instance *m, flexhex_call call, fmi2ValueReference vr) {
   static const char *const types[] = {"a Real", "an Integer or an enumeration", "a Boolean"};
+  static const char *const functions[] = {"Real", "Integer", "Boolean"};
+  const char *name = flexhex_call_name(call); /* fmi2Get or fmi2Set, then a type */
+  const flexhex_type type = variable_of(m, vr)->type;
   char text[LABEL_SIZE];
-  return flexhex_refuse(m, "%s: %s is %s", flexhex_call_name(call), label(m, vr, text),
-                        types[variable_of(m, vr)->type]);
+  return flexhex_refuse(m, "%s: %s is %s, use %.7s%s", name, label(m, vr, text), types[type], name,
+                        functions[type]);
 }
 
 /* An output, or a fixed parameter after the initialisation */
@@ -157,15 +160,9 @@ static bool may_set(const flexhex_instance *m, const flexhex_variable *v) {
          (v->kind == FLEXHEX_FIXED && m->head->phase != FLEXHEX_STEP_COMPLETE);
 }
 
+/* fmi2Integer and fmi2Boolean are int; a Boolean other than 0 and 1 is refused by its range. */
 static double element(flexhex_type type, const void *array, size_t k) {
-  switch (type) {
-    case FLEXHEX_REAL:
-      return ((const fmi2Real *)array)[k];
-    case FLEXHEX_INTEGER:
-      return ((const fmi2Integer *)array)[k];
-    default:
-      return ((const fmi2Boolean *)array)[k] != fmi2False ? 1.0 : 0.0;
-  }
+  return type == FLEXHEX_REAL ? ((const fmi2Real *)array)[k] : ((const int *)array)[k];
 }
 
 static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type type,

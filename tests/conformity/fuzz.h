@@ -35,7 +35,7 @@ static double number(unsigned vr) {
                         1e300, low[vr],  high[vr],  nextafter(high[vr], INFINITY)};
   const unsigned choice = below(240);
   if (type[vr] == FLEXHEX_BOOLEAN) {
-    return below(2);
+    return choice < 4 ? (double)choice - 1.0 : below(2);
   }
   if (type[vr] == FLEXHEX_INTEGER) {
     return first[vr] + (choice < 20 ? (double)below(2000001) - 1e6 : (double)below(5) - 2.0);

@@ -121,8 +121,7 @@ static int state_call(subject *s, unsigned which, fmi2Status *status) {
     case 2:
       *status = fmi2FreeFMUstate(s->c, &s->states[k]);
       return 1;
-    default:
-      break;
+    default:;
   }
   if (!s->states[k] || fmi2SerializedFMUstateSize(s->c, s->states[k], &size) != fmi2OK) {
     *status = fmi2SerializedFMUstateSize(s->c, NULL, &size);

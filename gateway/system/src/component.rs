@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::fmu::{Causality, Fmu, Kind, Variable};
+use crate::fmu::Fmu;
 use crate::structure::Setting;
+use crate::variables::{Causality, Kind, Variable};
 
 /// Names and values in file order.
 pub(crate) type Values = Vec<(String, f64)>;

@@ -2,9 +2,9 @@
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::fmu::{Causality, Kind};
 use crate::layout::Layout;
 use crate::system::System;
+use crate::variables::{Causality, Kind};
 
 /// Slots by axis: the outputs `theta` and `tau_meas`, and the sources of the inputs `tau`.
 pub(crate) struct Drives {

@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::ffi::{self, Binary, Description, Functions, Variables};
-use crate::fmu::{Fmu, Kind, Variable};
+use crate::fmu::Fmu;
+use crate::variables::{Kind, Variable};
 
 /// One FMU instance in the form of the executor.
 pub(crate) struct Unit {

@@ -6,8 +6,8 @@ use std::collections::HashMap;
 use crate::component::Component;
 use crate::error::Error;
 use crate::executor::{Sorted, Unit};
-use crate::fmu::{Causality, Kind, Variable};
 use crate::system::System;
+use crate::variables::{Causality, Kind, Variable};
 
 /// Signals "component.variable" in the order of the bus.
 #[derive(Default)]

@@ -4,8 +4,8 @@ use roxmltree::{Document, Node};
 
 use crate::archive::Archive;
 use crate::error::Error;
-use crate::fmu::value_of;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::variables::value_of;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";

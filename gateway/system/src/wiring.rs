@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::component::Component;
 use crate::error::{unknown, Error};
-use crate::fmu::{Causality, Kind, Variable};
 use crate::structure::Wire;
+use crate::variables::{Causality, Kind, Variable};
 
 /// Refuses the first mistake: unknown ends, wrong causality, a String, unequal types or units, an
 /// input fed twice or by nothing.
