@@ -47,7 +47,7 @@ def edited_fmu(ssp: bytes, old: str, new: str) -> bytes:
 
 def wire(start: str, end: str) -> str:
     """A connection as the .ssp writes it."""
-    (a, x), (b, y) = start.split("."), end.split(".")
+    (a, x), (b, y) = start.split(".", 1), end.split(".", 1)
     ends = f'startElement="{a}" startConnector="{x}" endElement="{b}" endConnector="{y}"'
     return f"<ssd:Connection {ends}"
 
@@ -132,7 +132,7 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     ),
     "no number": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
-        ("parameter 'Ts' has no finite Real value",),
+        ("parameter 'Ts' has no finite value: 'nan'",),
     ),
     "broken step": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "0.0006"))),
