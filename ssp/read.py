@@ -17,7 +17,7 @@ from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.parameters import Setting, Units, settings, units_of
-from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
+from flexhex.ssp.wiring import Port, Wire, check_wires, renamed, unknown, whole_steps
 from flexhex.ssp.xml import NAMESPACES, parse
 
 BASE_STEPS = (
@@ -143,6 +143,10 @@ class _Reader:
         mine = [s for s in (*own, *overrides) if s.name.startswith(prefix)]
         chosen = {s.name.removeprefix(prefix): s for s in mine}
         known = {k: self.value(s, fmu, k) for k, s in chosen.items() if k in fmu.variables}
+        for old in set(chosen) - set(known):
+            # SSP has unknown names ignored: an old one would be lost without a word
+            if renamed(old, fmu.variables):
+                raise self.error(f"{name}: {unknown('parameter', old, fmu.variables)}")
         return Instance(name, source, fmu, known, tuple(sorted(set(chosen) - set(known))))
 
     def value(self, setting: Setting, fmu: Fmu, variable: str) -> float:

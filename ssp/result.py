@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.interface import indices
-from flexhex.ssp.wiring import unknown
+from flexhex.ssp.wiring import renamed, unknown
 
 FORMAT = "flexhex-result"
 VERSION = 1
@@ -108,6 +108,10 @@ class Result:
             if group.array(signal):
                 return group
         names = [name for group in self.groups.values() for name in group.signals]
+        component, _, name = signal.partition(".")
+        columns = [c for g in self.groups.values() for array in g.signals for c in g.columns(array)]
+        if new := renamed(name, [c.removeprefix(f"{component}.") for c in columns]):
+            raise LogError(f"there is no signal {signal!r}, it is called '{component}.{new}'")
         raise LogError(f"{unknown('signal', signal, names)}: was it asked for in the run?")
 
     def __getitem__(self, signal: str) -> Array:

@@ -82,7 +82,8 @@ def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
         for variable in signal.scalars:
             if variable.name == name:
                 return [(component, Signal(name, (variable,)))]
-    raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, known)}")
+    names = [*known, *(v.name for signal in known.values() for v in signal.scalars)]
+    raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, names)}")
 
 
 def _outputs(instance: Instance) -> list[FmuVariable]:

@@ -75,6 +75,7 @@ def without_theta(ssp: bytes) -> bytes:
 
 GUID = '<fmiModelDescription fmiVersion="2.0" modelName="feedback" guid="{'
 TS = '<ssv:Parameter name="Ts">\n      <ssv:Real value="0.00025"'
+KIND = '<ssv:Parameter name="kind">\n      <ssv:Integer value="0"'
 
 CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     "no zip": (lambda s: b"hello", ("not a zip archive",)),
@@ -133,6 +134,22 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     "no number": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
         ("parameter 'Ts' has no finite value: 'nan'",),
+    ),
+    "old name in a set": (
+        lambda s: edited(s, "resources/K.ssv", ('"p0.actuator[1].k"', '"p0[2]"')),
+        ("K: there is no variable 'p0[2]', it is called 'p0.actuator[1].k'",),
+    ),
+    "old name in a wire": (
+        lambda s: edited(s, SSD, ('endConnector="p.upper.J[1]"', 'endConnector="p[133]"')),
+        ("no variable 'p[133]', it is called 'p.upper.J[1]'",),
+    ),
+    "no item": (
+        lambda s: edited(
+            s,
+            "resources/reference.ssv",
+            (KIND, KIND.replace('Integer value="0"', 'Real value="0.5"')),
+        ),
+        ("kind = 0.5", "whole number"),
     ),
     "broken step": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "0.0006"))),

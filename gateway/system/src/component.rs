@@ -28,9 +28,12 @@ impl Component {
     ) -> Result<Component, Error> {
         let mut component =
             Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
-        // names that the FMU does not have are ignored, as SSP says
         for Setting { name, value, unit, item } in settings {
-            let Some(variable) = component.fmu.find(name) else { continue };
+            let Some(variable) = component.fmu.find(name) else {
+                // SSP has unknown names ignored: an old one would be lost without a word
+                component.fmu.not_renamed(name).map_err(|e| e.at(&component.name))?;
+                continue;
+            };
             if !item.is_empty() {
                 let value =
                     component.fmu.item(variable, item).map_err(|e| e.at(&component.name))?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use roxmltree::{Document, Node};
 
 use crate::archive::{enclosed, Archive};
-use crate::error::{unknown, Error};
+use crate::error::{renamed, unknown, Error};
 use crate::variables::{items, variables, Variable};
 
 /// As FMI 2.0 names this platform, and how its shared libraries end.
@@ -78,6 +78,14 @@ impl Fmu {
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         let known = self.variables.iter().map(|v| v.name.as_str());
         self.find(name).ok_or_else(|| Error::new(unknown("variable", name, known)))
+    }
+
+    /// An error for the name that a variable had before its array's elements had names.
+    pub fn not_renamed(&self, name: &str) -> Result<(), Error> {
+        match renamed(name, self.variables.iter().map(|v| v.name.as_str())) {
+            Some(_) => self.variable(name).map(|_| ()),
+            None => Ok(()),
+        }
     }
 
     /// Value of an item of a variable's enumeration.
