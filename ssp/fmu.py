@@ -35,7 +35,8 @@ class FmuVariable:
     """One scalar variable; type is Real, Integer, ...; array: the array that it is an element of,
     else its own name. A Boolean is 0 or 1, a String has no start, min, max.
 
-    declared_type: of an enumeration, where `Fmu.enumerations` lists its items.
+    declared_type: of an enumeration, where `Fmu.enumerations` lists its items; its description
+    ends with them, so that results say what their numbers mean.
     """
 
     name: str
@@ -162,8 +163,9 @@ def _variable(
         raise InterfaceError("a variable lacks name, type or reference: build it anew")
     numbers = {} if kind == "String" else typed
     start = numbers.get("start")
-    items = enumerations.get(numbers.get("declaredType", ""), {}).values()
-    values = (0, 1) if kind == "Boolean" else items or (-math.inf, math.inf)
+    items = enumerations.get(numbers.get("declaredType", ""), {})
+    values = (0, 1) if kind == "Boolean" else items.values() or (-math.inf, math.inf)
+    text = element.get("description", "")
     return FmuVariable(
         name=name,
         array=arrays[name],
@@ -172,12 +174,23 @@ def _variable(
         causality=element.get("causality", "local"),
         variability=element.get("variability", "continuous"),
         unit=typed.get("unit", ""),
-        description=element.get("description", ""),
+        description=f"{text}: {listed(items)}" if items else text,
         start=None if start is None else value_of(start),
         min=float(numbers.get("min", min(values))),
         max=float(numbers.get("max", max(values))),
         declared_type=typed.get("declaredType", ""),
     )
+
+
+def listed(items: Mapping[str, int]) -> str:
+    """Items of an enumeration by value: `0 none, 1 refused, 2 end_stop`."""
+    return ", ".join(f"{value} {name}" for name, value in items.items())
+
+
+def item_of(description: str, value: float) -> str:
+    """Name of a value in what `listed` wrote behind a description; empty where it is not there."""
+    found = re.search(rf"(?:: |, ){value:.0f} (\w+)(?=, \d|$)", description)
+    return found[1] if found else ""
 
 
 def _enumerations(root: Any) -> dict[str, dict[str, int]]:

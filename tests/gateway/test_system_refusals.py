@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from flexhex.ssp.fmu import binary_path
-from tests.gateway.archives import changed, member, shared_library, with_fmu
+from tests.gateway.archives import changed, edited, member, shared_library, wire, with_fmu
 from tests.gateway.cargo import built
 
 SSD = "SystemStructure.ssd"
@@ -29,27 +29,11 @@ def refusal(*arguments: object) -> str:
     return done.stderr
 
 
-def edited(ssp: bytes, name: str, *pairs: tuple[str, str]) -> bytes:
-    """A .ssp with text replaced in one of its files; each text must be there."""
-    text = member(ssp, name).decode()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new)
-    return changed(ssp, {name: text.encode()})
-
-
 def edited_fmu(ssp: bytes, old: str, new: str) -> bytes:
     """A .ssp with text replaced in feedback's modelDescription.xml."""
     text = member(member(ssp, FEEDBACK), XML).decode()
     assert old in text, old
     return with_fmu(ssp, FEEDBACK, {XML: text.replace(old, new).encode()})
-
-
-def wire(start: str, end: str) -> str:
-    """A connection as the .ssp writes it."""
-    (a, x), (b, y) = start.split(".", 1), end.split(".", 1)
-    ends = f'startElement="{a}" startConnector="{x}" endElement="{b}" endConnector="{y}"'
-    return f"<ssd:Connection {ends}"
 
 
 def other_platforms(ssp: bytes) -> bytes:
