@@ -111,10 +111,7 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
         lambda s: edited(s, SSD, (THETA, wire("plant.theta[2]", "feedback.theta[3]"))),
         ("feedback.theta[3] is fed by", "keep one connection"),
     ),
-    "unfed": (
-        without_theta,
-        ("feedback.theta[2]: not connected",),
-    ),
+    "unfed": (without_theta, ("feedback.theta[2]: not connected",)),
     "no number": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
         ("parameter 'Ts' has no finite value: 'nan'",),
