@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.answer import Joint, again, axis_rms
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import LATEST, Block, torque_at
-from flexhex.diagnosis.calibrate import LOOSE, Calibrated, Fitted, about
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.known import about_known, known_torque
+from flexhex.diagnosis.linearize import LOOSE, about
 from flexhex.diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
@@ -23,7 +24,7 @@ COARSE, FIRM = 4, 1e-9
 """Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
 SHARP = 0.05
 """Rate, relative to its RMS, at which dry friction is there."""
-MISLED = 1.5
+MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
@@ -170,4 +171,6 @@ def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     most = LATEST * now.late
     delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
-    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay, now.late)
+    widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
+    loads = {load.name: step[made.places(load)] for load in made.loads}
+    return Fitted(p, gains, widths, delay, now.late, loads)

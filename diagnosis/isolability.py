@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.bases import base_of
 from flexhex.diagnosis.blocks import Run, Signal, blocks
-from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.gram import ABSORBED
 from flexhex.diagnosis.kinds import kinds_of, refuse_others
+from flexhex.diagnosis.linearize import about
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.regression import Columns, Regression

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,9 +62,8 @@ def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
 
 def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
     """Neighbouring passes of each trajectory, as places in `blocks`."""
-    for k, block in enumerate(blocks[1:], start=1):
-        if blocks[k - 1].run.trajectory == block.run.trajectory:
-            yield k - 1, k
+    for ring in rings(blocks):
+        yield from pairwise(ring)
 
 
 def alike(a: Block, b: Block) -> bool:
@@ -75,8 +75,9 @@ def alike(a: Block, b: Block) -> bool:
 
 
 def rings(blocks: Sequence[Block]) -> list[list[int]]:
-    """Passes of each trajectory that was run more than once, as places in `blocks`."""
-    names = [block.run.trajectory for block in blocks]
+    """Passes of each trajectory that was run more than once with the same load, as places in
+    `blocks`."""
+    names = [block.run.repeated for block in blocks]
     groups = [[k for k, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
     return [group for group in groups if len(group) > 1]
 

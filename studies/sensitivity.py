@@ -35,9 +35,9 @@ SECONDS = 7200.0
 USUAL = "as it is"
 FACTORS = (0.5, 2.0)
 ELSEWHERE = (
-    ("calibrate", "LOOSE"),
-    ("calibrate", "HISTORY"),
-    ("changed", "CORRELATED"),
+    ("linearize", "LOOSE"),
+    ("linearize", "HISTORY"),
+    ("answer", "CORRELATED"),
     ("fit", "MISLED"),
     ("guard", "POOR"),
     ("guard", "TOGETHER"),
@@ -47,6 +47,9 @@ ELSEWHERE = (
     ("drives", "APART"),
     ("drives", "NOTICED"),
     ("noise", "ALIKE"),
+    ("noise", "INEXACT"),
+    ("rests", "SLOW"),
+    ("rests", "TURN"),
     ("play", "REACH"),
     ("prepare", "MOVES"),
     ("window", "NOISE"),

@@ -88,10 +88,10 @@ def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
 
 
 def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
-    """Least gain [nats] of a hypothesis that is accepted: all together raise as few false alarms as
-    wanted."""
+    """Least gain [nats] of a hypothesis that is accepted: all together, and a payload, raise as few
+    false alarms as wanted."""
     axes = (*range(hypotheses.rows.n), None)
-    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes)
+    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes) + 1
     return float(np.log(count / criteria.false_alarms))
 
 
@@ -147,13 +147,15 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
     """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
 
     Noise moves the joints as well and is in the columns. What explains less than half of all that
-    is left may be the answer of the feedback to it, and so may all beside an effect that is known.
+    is left may be the answer of the feedback to it, and so may all beside an effect that is known,
+    or a payload.
     """
     rows, q = moments.rows, moments.fit(None).q
     if rows.pairs.nnz:
         return dict.fromkeys([None, *range(rows.n)], 0.0)
     left = [float(((rows.white_y[i] - moments.white_X[i] @ q) ** 2).sum()) for i in range(rows.n)]
     taken = {k.hypothesis.axis for k in known}
+    taken |= {None for load in rows.made.loads if load.bit is not None}
     least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
     return {None: sum(left) / 4, **dict(enumerate(least))}
 

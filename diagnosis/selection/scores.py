@@ -162,10 +162,12 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     return max(found)
 
 
-def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Score:
+def generic_score(
+    moments: Moments, listed: Sequence[NamelessHypothesis], sizes: Sequence[float] = SIZES
+) -> Score:
     """Something without a name, of any of these kinds and sizes, on left-out folds."""
     rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in SIZES]
+    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
     for left in [None, *rows.folds]:
         evidence = list[float]()
         for kind in listed:

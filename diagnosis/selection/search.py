@@ -20,11 +20,13 @@ from flexhex.diagnosis.selection.choose import (
     enough,
     one_cause,
     one_round,
+    passes,
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import ChangedParameter, Hypotheses
+from flexhex.diagnosis.selection.hypotheses import ChangedParameter, Hypotheses, Payload
 from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
 
@@ -48,7 +50,7 @@ class Selection:
     explained: relative RMS, on each axis, of the torque of all effects together beyond what the
     base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
     something without a name beside all that was accepted; unsure: nats below which it may be noise,
-    by axis.
+    by axis. bench: of the base model with the payloads that were found.
     """
 
     accepted: tuple[Accepted, ...]
@@ -59,10 +61,23 @@ class Selection:
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
+    bench: Bench
 
 
 def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
-    """Accept hypotheses until none gains enough on left-out trajectories."""
+    """Accept hypotheses until none gains enough on left-out trajectories.
+
+    With a payload all begins anew: what was accepted without it may have taken its place.
+    """
+    while True:
+        found = _selected(bench, criteria, say)
+        if isinstance(found, Selection):
+            return found
+        bench = found
+
+
+def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
+    """The same beside a base model, or the base model with a payload that was found on the way."""
     hypotheses = Hypotheses(bench, Rows.of(bench.made))
     search = Search(hypotheses, criteria)
     before = rest_of(search.moments)
@@ -70,10 +85,14 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
     while len(search.accepted) < criteria.most:
         say(f"effects, round {len(rounds) + 1}")
         scores = one_round(search.moments, hypotheses, search.known(), criteria)
+        payload = payload_score(search.moments, hypotheses, search.known(), criteria)
+        scores = sorted([payload, *scores], key=lambda s: -s.gain) if payload else scores
         rounds.append(tuple(scores))
         found = search.chosen(search.moments, search.known(), scores, len(rounds))
         if found is None or len(rounds) > 2 * criteria.most:
             break
+        if isinstance(found.score.hypothesis, Payload):
+            return found.score.hypothesis.bench
         search.accept(found)
         search.revise(found.score.hypothesis.axis)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
@@ -88,7 +107,18 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
         before,
         rest_of(moments),
         tuple(rounds),
+        bench,
     )
+
+
+def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
+    """The same beside a payload, if the runs show one before any effect is known."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    score = payload_score(hypotheses.moments, hypotheses, (), criteria)
+    if score is None or not passes(score, (), enough(hypotheses, criteria), criteria):
+        return bench
+    assert isinstance(score.hypothesis, Payload)
+    return score.hypothesis.bench
 
 
 @dataclass

@@ -11,8 +11,8 @@ import numpy as np
 from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.changed import changed_of
-from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.changed import changed_of, payload_changes
+from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
@@ -63,12 +63,13 @@ def selected(
 
     judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
     """
-    made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
+    bench, notes = selection.bench, list[str]()
+    made = bench.made
     effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
     kept, others = effects, None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
+        others = elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
         kept = validated(bench, kept, others, criteria)
@@ -97,12 +98,15 @@ def selected(
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
         held = joint(bench, grouped(bench, kept), freed)
         notes.append(sentence(poor))
+    payloads = payload_changes(held)
+    if payloads and not selection.arbitrated:
+        notes.append("the payload shows on one trajectory only: record it on another one")
     named = {a.score.hypothesis.axis for a in kept}
     return Side(
         held,
         others,
         tuple(named_of(held)),
-        tuple(changed_of(held, bodies)),
+        (*payloads, *changed_of(held, bodies)),
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),

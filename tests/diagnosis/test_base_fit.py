@@ -87,7 +87,7 @@ def test_no_noise_is_quieter_than_the_model_is_good() -> None:
     rng = np.random.default_rng(5)
     slow = 1e-3 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) / 40
     signal = SimpleNamespace(values=rng.standard_normal((2000, 1)), valid=np.ones(2000, bool))
-    run = SimpleNamespace(trajectory="a", tau=signal)
+    run = SimpleNamespace(trajectory="a", tau=signal, repeated=False)
     block: Any = SimpleNamespace(run=run, usable=np.ones(2000, dtype=bool))
     noise = measured([block], [slow])
     assert noise.scale[0] > INEXACT

@@ -141,7 +141,7 @@ def test_two_effects_on_one_axis_are_both_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "strange",
     [
-        lambda q, v, a: 0.03 * RMS * np.exp(-(((q - 0.1) / 0.05) ** 2)),
+        lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.05) ** 2)),
         lambda q, v, a: 0.03 * RMS * np.tanh(v) * np.sin(5.0 * q),
     ],
     ids=["bump", "rate times angle"],
