@@ -76,30 +76,39 @@ static bool is_run(const fmi2ValueReference vr[], size_t nvr) {
   return nvr > 0 && off == 0 && vr[nvr - 1] >= vr[0]; /* not wrapped around */
 }
 
-/* False, refused, when an array is missing, or a reference is no variable of the type. */
+/* Refused unless the variable of this reference is of the type. */
+static bool is_of(flexhex_instance *m, flexhex_call call, flexhex_type type,
+                  fmi2ValueReference vr) {
+  if (vr >= m->n_values) {
+    (void)refuse_reference(m, call, vr);
+    return false;
+  }
+  if (variable_of(m, vr)->type != type) {
+    (void)refuse_type(m, call, vr);
+    return false;
+  }
+  return true;
+}
+
+/* The first reference behind the variable that this one belongs to */
+static fmi2ValueReference behind(const flexhex_instance *m, fmi2ValueReference vr) {
+  const int size = variable_of(m, vr)->size;
+  return (fmi2ValueReference)(m->first[m->owner[vr]] + (size ? size : 1));
+}
+
+/* False, refused, when an array is missing, or a reference is no variable of the type. All of an
+   array are of one type: of references that follow one another one is looked up in each array. */
 static bool are_of(flexhex_instance *m, flexhex_call call, flexhex_type type,
-                   const fmi2ValueReference vr[], size_t nvr, const void *value) {
+                   const fmi2ValueReference vr[], size_t nvr, const void *value, bool run) {
   if (nvr > 0 && (!vr || !value)) {
     (void)refuse_array(m, call);
     return false;
   }
-  /* the variable that was looked up last: its references */
-  fmi2ValueReference first = 0, count = 0;
-  for (size_t k = 0; k < nvr; ++k) {
-    if (vr[k] - first < count) {
-      continue;
-    }
-    if (vr[k] >= m->n_values) {
-      (void)refuse_reference(m, call, vr[k]);
+  for (size_t k = 0; k < nvr;) {
+    if (!is_of(m, call, type, vr[k])) {
       return false;
     }
-    const flexhex_variable *v = variable_of(m, vr[k]);
-    if (v->type != type) {
-      (void)refuse_type(m, call, vr[k]);
-      return false;
-    }
-    first = (fmi2ValueReference)m->first[m->owner[vr[k]]];
-    count = v->size ? (fmi2ValueReference)v->size : 1;
+    k = run ? behind(m, vr[k]) - vr[0] : k + 1;
   }
   return true;
 }
@@ -108,26 +117,29 @@ static bool are_of(flexhex_instance *m, flexhex_call call, flexhex_type type,
    can change. */
 static const flexhex_instance *readable(fmi2Component c, flexhex_call call, flexhex_type type,
                                         const fmi2ValueReference vr[], size_t nvr,
-                                        const void *value) {
+                                        const void *value, bool run) {
   flexhex_instance *m = flexhex_enter(c, call);
-  if (!m || !are_of(m, call, type, vr, nvr, value)) {
+  if (!m || !are_of(m, call, type, vr, nvr, value, run)) {
     return NULL;
+  }
+  if (m->head->phase != FLEXHEX_INITIALIZATION_MODE) {
+    return m;
   }
   bool outputs = false;
   for (size_t k = 0; k < nvr; ++k) {
     outputs |= vr[k] >= m->first_output;
   }
-  const bool initial = outputs && m->head->phase == FLEXHEX_INITIALIZATION_MODE;
-  return initial && !flexhex_start(m) ? NULL : m;
+  return outputs && !flexhex_start(m) ? NULL : m;
 }
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                        fmi2Real value[]) {
-  const flexhex_instance *m = readable(c, FLEXHEX_GET_REAL, FLEXHEX_REAL, vr, nvr, value);
+  const bool run = vr && is_run(vr, nvr);
+  const flexhex_instance *m = readable(c, FLEXHEX_GET_REAL, FLEXHEX_REAL, vr, nvr, value, run);
   if (!m) {
     return fmi2Error;
   }
-  if (is_run(vr, nvr)) {
+  if (run) {
     memcpy(value, m->values + vr[0], nvr * sizeof *value);
     return fmi2OK;
   }
@@ -139,7 +151,8 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 
 fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                           fmi2Integer value[]) {
-  const flexhex_instance *m = readable(c, FLEXHEX_GET_INTEGER, FLEXHEX_INTEGER, vr, nvr, value);
+  const flexhex_instance *m =
+      readable(c, FLEXHEX_GET_INTEGER, FLEXHEX_INTEGER, vr, nvr, value, false);
   for (size_t k = 0; m && k < nvr; ++k) {
     value[k] = (fmi2Integer)m->values[vr[k]];
   }
@@ -148,7 +161,8 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                           fmi2Boolean value[]) {
-  const flexhex_instance *m = readable(c, FLEXHEX_GET_BOOLEAN, FLEXHEX_BOOLEAN, vr, nvr, value);
+  const flexhex_instance *m =
+      readable(c, FLEXHEX_GET_BOOLEAN, FLEXHEX_BOOLEAN, vr, nvr, value, false);
   for (size_t k = 0; m && k < nvr; ++k) {
     value[k] = m->values[vr[k]] != 0.0 ? fmi2True : fmi2False;
   }
@@ -168,7 +182,8 @@ static double element(flexhex_type type, const void *array, size_t k) {
 static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type type,
                              const fmi2ValueReference vr[], size_t nvr, const void *array) {
   flexhex_instance *m = flexhex_enter(c, call);
-  if (!m || !are_of(m, call, type, vr, nvr, array)) {
+  const bool run = type == FLEXHEX_REAL && vr && is_run(vr, nvr);
+  if (!m || !are_of(m, call, type, vr, nvr, array, run)) {
     return fmi2Error;
   }
   /* the variable that was looked up last: its references and what it accepts */
@@ -191,7 +206,7 @@ static fmi2Status set_values(fmi2Component c, flexhex_call call, flexhex_type ty
       return refuse_value(m, vr[k], value);
     }
   }
-  if (type == FLEXHEX_REAL && is_run(vr, nvr)) {
+  if (run) {
     memcpy(m->values + vr[0], array, nvr * sizeof *m->values);
     return fmi2OK;
   }
