@@ -29,7 +29,7 @@ from flexhex.fmus.common.model.bodies import (
 )
 from flexhex.fmus.common.model.dynamics import loads, project
 from flexhex.fmus.common.model.model import Model
-from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters, term
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
@@ -48,9 +48,9 @@ class HexapodBase:
     def __init__(self, machine: Machine) -> None:
         self.machine, self.n, self.given = machine, machine.n_arms, machine.effects
         listed = _actuator(machine)
-        self._kept = [k for k, known in enumerate(listed) if not known.group.startswith("c[")]
+        self._kept = [k for k, known in enumerate(listed) if term(known.name) != "c"]
         self.linear = (*(listed[k] for k in self._kept), *_mechanism(machine))
-        self.curved = tuple(known for known in listed if known.group.startswith("c["))
+        self.curved = tuple(known for known in listed if term(known.name) == "c")
         sigma, spread = machine.actuator.sigma, machine.tolerance.sigma * machine.actuator.sigma
         self.widths = tuple(
             Known(f"sigma[{i + 1}]", "rad", sigma, spread, f"sigma[{i + 1}]", i)

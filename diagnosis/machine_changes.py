@@ -18,11 +18,12 @@ from pydantic import BaseModel, ValidationError
 from flexhex.diagnosis.verdict import Changed
 from flexhex.fmus.common.machine.sections import Actuator, Body, EndEffector, Flexures, UpperArm
 from flexhex.fmus.common.model.bodies import INERTIA_NAMES, STIFFNESS_NAMES, inertia, point_mass
+from flexhex.fmus.common.model.parameters import ACTUATOR
 
 Array = NDArray[np.float64]
 Data = dict[str, Any]
-_AXIS = re.compile(r"([okdc])\[(\d+)\]")
-_COGGING = re.compile(r"([ab])\[(\d+),(\d+)\]")
+_AXIS = re.compile(rf"{ACTUATOR}\[(\d+)\]\.([okdc])")
+_COGGING = re.compile(rf"{ACTUATOR}\[(\d+)\]\.([ab])\[(\d+)\]")
 _BODIES: Mapping[str, type[Body]] = {
     "upper": UpperArm,
     "lower": Body,
@@ -80,16 +81,16 @@ def _other(data: Data, change: Changed) -> None:
     value, name = change.estimate.value, change.parameter
     low, high = change.estimate.ci95
     if match := _AXIS.fullmatch(name):
-        values = list(data["actuator"][match[1]]["value"])
-        values[int(match[2]) - 1] = value
+        values = list(data["actuator"][match[2]]["value"])
+        values[int(match[1]) - 1] = value
         note = f"{name} was {change.nominal:.6g}, 95 % {low:.6g} to {high:.6g}"
-        _put(data["actuator"], match[1], values, note)
+        _put(data["actuator"], match[2], values, note)
         _check(Actuator, data["actuator"])
     elif match := _COGGING.fullmatch(name):
-        rows = [list(row) for row in data["actuator"][match[1]]["value"]]
-        rows[int(match[2]) - 1][int(match[3]) - 1] = value
+        rows = [list(row) for row in data["actuator"][match[2]]["value"]]
+        rows[int(match[1]) - 1][int(match[3]) - 1] = value
         note = f"{name} was {change.nominal:.6g}, 95 % {low:.6g} to {high:.6g}"
-        _put(data["actuator"], match[1], rows, note)
+        _put(data["actuator"], match[2], rows, note)
         _check(Actuator, data["actuator"])
     elif name.startswith("flexure.") and name.partition(".")[2] in STIFFNESS_NAMES:
         at = STIFFNESS_NAMES.index(name.partition(".")[2])

@@ -11,7 +11,7 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.rows import checked, long_enough
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from flexhex.fmus.common.model.parameters import base_parameters, parameters, term
 
 Array = NDArray[np.float64]
 LEAST_EXPLAINED, WELL_EXPLAINED = 0.75, 0.95
@@ -56,8 +56,8 @@ def moving(machine: Machine, logs: Sequence[Log], settle: float) -> None:
 def plausible(machine: Machine, p: Array, std: Array, explained: float) -> tuple[str, ...]:
     """LogError for a negative mass or inertia, or a torque that the model does not explain."""
     names = listed_names(machine)
-    massive = [n.endswith(MASSIVE) and not n.startswith("lower.") for n in names]
-    positive = [n.startswith(("c[", "d[", "flexure.")) for n in names]
+    massive = [n.partition("[")[0].endswith(MASSIVE) and not n.startswith("lower.") for n in names]
+    positive = [term(n) in ("c", "d") or n.startswith("flexure.") for n in names]
     negative = p + SURE * std < 0
     bad = [n for n, heavy, less in zip(names, massive, negative, strict=True) if heavy and less]
     odd = [n for n, wanted, less in zip(names, positive, negative, strict=True) if wanted and less]

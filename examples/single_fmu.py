@@ -1,6 +1,6 @@
 """One FMU alone in FMPy: no flexhex needed, as for any other FMU.
 
-    python examples/single_fmu.py out/fmus/reference.fmu t_start=0.1 kind=2
+    python examples/single_fmu.py out/fmus/reference.fmu t_start=0.1 kind=chirp
     python examples/single_fmu.py out/fmus/plant.fmu 'tau[1]=0.5' --stop 0.05
 
 Sets parameters and constant inputs by name, runs it at its own step size and prints the
@@ -13,6 +13,16 @@ import argparse
 
 import numpy as np
 from fmpy import read_model_description, simulate_fmu
+from fmpy.model_description import ScalarVariable
+
+
+def number(variable: ScalarVariable, text: str) -> float:
+    """The value of a text: a number, true, false, or the name of an enumeration's item."""
+    if variable.type == "Enumeration":
+        items = {item.name: item.value for item in variable.declaredType.items}
+        return int(items.get(text, text))
+    flags = {"true": 1, "false": 0}
+    return float(flags.get(text, text) if variable.type == "Boolean" else text)
 
 
 def main() -> None:
@@ -30,11 +40,16 @@ def main() -> None:
     except Exception as error:  # FMPy raises whatever it meets
         parser.error(f"{arguments.fmu} is no readable FMU: {error}")
     step = description.defaultExperiment.stepSize
-    names = {v.name for v in description.modelVariables}
+    variables = {v.name: v for v in description.modelVariables}
+    values = {}
     for pair in arguments.values:
-        if "=" not in pair or pair.rpartition("=")[0] not in names:
+        name, equals, text = pair.rpartition("=")
+        if not equals or name not in variables:
             parser.error(f"{pair}: wants name=value, with a name of {description.modelName}")
-    values = dict(pair.rsplit("=", 1) for pair in arguments.values)
+        try:
+            values[name] = number(variables[name], text)
+        except ValueError:
+            parser.error(f"{pair}: no value of {name}, which is of type {variables[name].type}")
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     result = simulate_fmu(
         arguments.fmu,

@@ -10,6 +10,7 @@ from typing import Any
 
 from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import array_of
 from flexhex.ssp.system import Box
 from flexhex.ssp.xml import NAMESPACES, parse
 
@@ -101,7 +102,7 @@ def _shapes(document: Any, path: str) -> list[Shape]:
 
 def _line(source: Shape, target: Shape, wires: Sequence[Any]) -> Line:
     """Corners of the first wire's geometry; without one, straight or over the top."""
-    arrays = [wire.get("startConnector").partition("[")[0] for wire in wires]
+    arrays = [array_of(wire.get("startConnector")) for wire in wires]
     geometry = wires[0].find("ssd:ConnectionGeometry", NAMESPACES)
     start = (source.box[2], (source.bottom + source.top) / 2)
     end = (target.box[0], (target.bottom + target.top) / 2)

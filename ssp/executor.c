@@ -20,6 +20,7 @@ typedef struct {
   bool initialised;
   fmi2Status status; /* of the last call */
   double *inputs;
+  int *whole; /* what passes as Integer or Boolean */
   executor_times times;
   char logged[LOGGED]; /* last error message of the FMU */
   char warned[LOGGED]; /* first warning */
@@ -106,7 +107,83 @@ static bool load(executor *e, unit *u) {
          find(e, u, "fmi2ExitInitializationMode", &u->call.exit_initialization) &&
          find(e, u, "fmi2Terminate", &u->call.terminate) &&
          find(e, u, "fmi2GetReal", &u->call.get_real) &&
-         find(e, u, "fmi2SetReal", &u->call.set_real) && find(e, u, "fmi2DoStep", &u->call.do_step);
+         find(e, u, "fmi2SetReal", &u->call.set_real) &&
+         find(e, u, "fmi2GetInteger", &u->call.get_integer) &&
+         find(e, u, "fmi2SetInteger", &u->call.set_integer) &&
+         find(e, u, "fmi2GetBoolean", &u->call.get_boolean) &&
+         find(e, u, "fmi2SetBoolean", &u->call.set_boolean) &&
+         find(e, u, "fmi2DoStep", &u->call.do_step);
+}
+
+static size_t count_of(const executor_variables *v) {
+  return v->n_reals + v->n_integers + v->n_booleans;
+}
+
+/* Names of the calls that set, by type */
+typedef struct {
+  const char *real, *integer, *boolean;
+} setters;
+static const setters OF_PARAMETERS = {"fmi2SetReal of parameters", "fmi2SetInteger of parameters",
+                                      "fmi2SetBoolean of parameters"};
+static const setters OF_INPUTS = {"fmi2SetReal of inputs", "fmi2SetInteger of inputs",
+                                  "fmi2SetBoolean of inputs"};
+
+static bool set_values(executor *e, unit *u, const executor_variables *v, const double *values,
+                       const setters *what, double t) {
+  const fmi2ValueReference *integers = v->references + v->n_reals;
+  const fmi2ValueReference *booleans = integers + v->n_integers;
+  const size_t n = count_of(v);
+  size_t i;
+  if (n == 0) {
+    return true;
+  }
+  for (i = v->n_reals; i < n; i++) {
+    u->whole[i - v->n_reals] = (int)values[i];
+  }
+  if (v->n_reals > 0 &&
+      !accept(e, u, u->call.set_real(u->instance, v->references, v->n_reals, values), what->real,
+              t)) {
+    return false;
+  }
+  if (v->n_integers > 0 &&
+      !accept(e, u, u->call.set_integer(u->instance, integers, v->n_integers, u->whole),
+              what->integer, t)) {
+    return false;
+  }
+  return v->n_booleans == 0 ||
+         accept(e, u,
+                u->call.set_boolean(u->instance, booleans, v->n_booleans, u->whole + v->n_integers),
+                what->boolean, t);
+}
+
+static bool get_values(executor *e, unit *u, const executor_variables *v, double *values,
+                       double t) {
+  const fmi2ValueReference *integers = v->references + v->n_reals;
+  const fmi2ValueReference *booleans = integers + v->n_integers;
+  int *flags = u->whole + v->n_integers;
+  size_t i;
+  if (v->n_reals > 0 &&
+      !accept(e, u, u->call.get_real(u->instance, v->references, v->n_reals, values), "fmi2GetReal",
+              t)) {
+    return false;
+  }
+  if (v->n_integers > 0 &&
+      !accept(e, u, u->call.get_integer(u->instance, integers, v->n_integers, u->whole),
+              "fmi2GetInteger", t)) {
+    return false;
+  }
+  if (v->n_booleans > 0 &&
+      !accept(e, u, u->call.get_boolean(u->instance, booleans, v->n_booleans, flags),
+              "fmi2GetBoolean", t)) {
+    return false;
+  }
+  for (i = 0; i < v->n_integers; i++) {
+    values[v->n_reals + i] = u->whole[i];
+  }
+  for (i = 0; i < v->n_booleans; i++) {
+    values[v->n_reals + v->n_integers + i] = flags[i] != fmi2False;
+  }
+  return true;
 }
 
 static bool is_host(const executor_component *d) {
@@ -132,9 +209,7 @@ static bool initialise(executor *e, unit *u, const fmi2CallbackFunctions *callba
               "fmi2SetupExperiment", 0.0)) {
     return false;
   }
-  if (d->n_parameters > 0 &&
-      !accept(e, u, call->set_real(c, d->parameters, d->n_parameters, d->values),
-              "fmi2SetReal of parameters", 0.0)) {
+  if (!set_values(e, u, &d->parameters, d->values, &OF_PARAMETERS, 0.0)) {
     return false;
   }
   if (!accept(e, u, call->enter_initialization(c), "fmi2EnterInitializationMode", 0.0) ||
@@ -148,12 +223,16 @@ static bool initialise(executor *e, unit *u, const fmi2CallbackFunctions *callba
 static bool open_unit(executor *e, size_t k, const executor_component *d) {
   unit *u = &e->units[k];
   fmi2CallbackFunctions callbacks = {keep_message, calloc, free, NULL, u};
+  size_t n_inputs, n_whole;
   u->description = d;
   if (is_host(d)) {
     return true;
   }
-  u->inputs = calloc(d->n_inputs > 0 ? d->n_inputs : 1, sizeof *u->inputs);
-  if (u->inputs == NULL) {
+  n_inputs = count_of(&d->inputs);
+  n_whole = count_of(&d->parameters) + n_inputs + count_of(&d->outputs);
+  u->inputs = calloc(n_inputs > 0 ? n_inputs : 1, sizeof *u->inputs);
+  u->whole = calloc(n_whole > 0 ? n_whole : 1, sizeof *u->whole);
+  if (u->inputs == NULL || u->whole == NULL) {
     (void)snprintf(e->message, sizeof e->message, "%s: out of memory", d->name);
     return false;
   }
@@ -210,6 +289,7 @@ static void close_unit(unit *u) {
     (void)dlclose(u->library);
   }
   free(u->inputs);
+  free(u->whole);
 }
 
 void executor_close(executor *e) {
@@ -236,25 +316,22 @@ static double clock_now(const executor *e) {
 bool executor_publish(executor *e, size_t component, int64_t n) {
   unit *u = &e->units[component];
   const executor_component *d = u->description;
-  if (u->instance == NULL || d->n_outputs == 0) {
-    return true;
-  }
-  return accept(e, u, u->call.get_real(u->instance, d->outputs, d->n_outputs, &e->bus[d->slot]),
-                "fmi2GetReal", (double)n * e->base);
+  return u->instance == NULL ||
+         get_values(e, u, &d->outputs, e->bus + d->slot, (double)n * e->base);
 }
 
 bool executor_feed(executor *e, size_t component, int64_t n) {
   unit *u = &e->units[component];
   const executor_component *d = u->description;
+  const size_t n_inputs = count_of(&d->inputs);
   size_t i;
-  if (u->instance == NULL || d->n_inputs == 0) {
+  if (u->instance == NULL) {
     return true;
   }
-  for (i = 0; i < d->n_inputs; i++) {
+  for (i = 0; i < n_inputs; i++) {
     u->inputs[i] = e->bus[d->sources[i]];
   }
-  return accept(e, u, u->call.set_real(u->instance, d->inputs, d->n_inputs, u->inputs),
-                "fmi2SetReal of inputs", (double)n * e->base);
+  return set_values(e, u, &d->inputs, u->inputs, &OF_INPUTS, (double)n * e->base);
 }
 
 bool executor_advance(executor *e, size_t component, int64_t n) {

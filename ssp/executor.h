@@ -28,8 +28,19 @@ typedef struct {
   fmi2TerminateTYPE *terminate;
   fmi2GetRealTYPE *get_real;
   fmi2SetRealTYPE *set_real;
+  fmi2GetIntegerTYPE *get_integer;
+  fmi2SetIntegerTYPE *set_integer;
+  fmi2GetBooleanTYPE *get_boolean;
+  fmi2SetBooleanTYPE *set_boolean;
   fmi2DoStepTYPE *do_step;
 } executor_functions;
+
+/* Variables of one FMU, sorted by type. The bus holds all of them as double; an enumeration is an
+   Integer, and a Boolean is 0 or 1. */
+typedef struct {
+  size_t n_reals, n_integers, n_booleans;
+  const fmi2ValueReference *references; /* of the Reals, then the Integers, then the Booleans */
+} executor_variables;
 
 typedef struct {
   const char *name;
@@ -38,14 +49,11 @@ typedef struct {
   const char *guid;
   const char *resources; /* URI of the FMU's resources folder */
   int64_t period;        /* base steps between two steps */
-  size_t n_parameters;
-  const fmi2ValueReference *parameters;
-  const double *values;
-  size_t n_inputs;
-  const fmi2ValueReference *inputs;
+  executor_variables parameters;
+  const double *values; /* of the parameters */
+  executor_variables inputs;
   const size_t *sources; /* bus slot of every input */
-  size_t n_outputs;
-  const fmi2ValueReference *outputs;
+  executor_variables outputs;
   size_t slot; /* bus slot of the first output; the others follow */
   size_t n_categories;
   const char *const *categories; /* log categories to switch on; none: FMU's choice */

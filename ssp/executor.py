@@ -87,5 +87,9 @@ def _overrides(package: Package, parameters: Parameters) -> dict[str, dict[str, 
         values = [value] * len(scalars) if isinstance(value, (int, float)) else list(value)
         if len(values) != len(scalars):
             raise UsageError(f"parameter {text!r}: {len(values)} values for {len(scalars)}")
-        found[component] |= {v.name: float(x) for v, x in zip(scalars, values, strict=True)}
+        given = {v.name: float(x) for v, x in zip(scalars, values, strict=True)}
+        for v in scalars:
+            if wrong := v.objection(given[v.name]):
+                raise UsageError(f"parameter {component}.{v.name}: {wrong}")
+        found[component] |= given
     return found

@@ -27,6 +27,17 @@ FALLBACK = Path("out/lib")
 """Where the executor is kept when the user's cache cannot be written to."""
 
 
+class Variables(Structure):
+    """executor_variables."""
+
+    _fields_ = (
+        ("n_reals", c_size_t),
+        ("n_integers", c_size_t),
+        ("n_booleans", c_size_t),
+        ("references", POINTER(c_uint)),
+    )
+
+
 class ComponentData(Structure):
     """executor_component."""
 
@@ -37,14 +48,11 @@ class ComponentData(Structure):
         ("guid", c_char_p),
         ("resources", c_char_p),
         ("period", c_int64),
-        ("n_parameters", c_size_t),
-        ("parameters", POINTER(c_uint)),
+        ("parameters", Variables),
         ("values", POINTER(c_double)),
-        ("n_inputs", c_size_t),
-        ("inputs", POINTER(c_uint)),
+        ("inputs", Variables),
         ("sources", POINTER(c_size_t)),
-        ("n_outputs", c_size_t),
-        ("outputs", POINTER(c_uint)),
+        ("outputs", Variables),
         ("slot", c_size_t),
         ("n_categories", c_size_t),
         ("categories", POINTER(c_char_p)),

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import value_of
+from flexhex.ssp.fmu import Fmu, FmuVariable
+from flexhex.ssp.wiring import unknown
 from flexhex.ssp.xml import NAMESPACES
 
 Units = Mapping[str, Mapping[str, str]]
@@ -16,19 +19,34 @@ Units = Mapping[str, Mapping[str, str]]
 
 @dataclass(frozen=True)
 class Setting:
-    """One parameter of a set: its value in `unit`, which `units` defines; no unit: the FMU's."""
+    """One parameter of a set: its value in `unit`, which `units` defines; no unit: the FMU's.
+
+    item: the name of an enumeration's item, whose value the FMU knows; value is NaN then.
+    """
 
     name: str
     value: float
     unit: str
     units: Units
+    item: str = ""
+
+    def value_for(self, variable: FmuVariable, fmu: Fmu) -> float:
+        """The value as an FMU's variable takes it, in its unit.
+
+        InterfaceError when it cannot be converted: a unit that is not defined or is another
+        quantity's, an item that the enumeration lacks, a fraction where a whole number is due.
+        """
+        if self.item:
+            items = fmu.enumerations.get(variable.declared_type, {})
+            if self.item not in items:
+                raise InterfaceError(f"{self.name}: {unknown('item', self.item, items)}")
+            return float(items[self.item])
+        if wrong := variable.objection(self.value):
+            raise InterfaceError(f"{self.name} = {wrong}")
+        return self.value_in(variable.unit, fmu.units)
 
     def value_in(self, unit: str, units: Units) -> float:
-        """The value in an FMU's unit, which the FMU's units define.
-
-        InterfaceError when it cannot be converted: a unit that is not defined, or is another
-        quantity's.
-        """
+        """The value in an FMU's unit, which the FMU's units define; InterfaceError as above."""
         if self.unit in ("", unit) or not unit:
             return self.value
         mine, theirs = self.units.get(self.unit), units.get(unit)
@@ -47,15 +65,19 @@ class Setting:
 def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Setting]:
     """Every parameter of a set; units: those defined outside it.
 
-    InterfaceError for one that is no finite Real.
+    InterfaceError for one that has no finite value.
     """
     known = {**units, **units_of(parameter_set.find("ssv:Units", NAMESPACES))}
     for entry in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
-        name, real = entry.get("name", ""), entry.find("ssv:Real", NAMESPACES)
-        value = _number(None if real is None else real.get("value"))
+        name, typed = entry.get("name", ""), entry.find("*")
+        text = "" if typed is None else typed.get("value", "")
+        if typed is not None and typed.tag == f"{{{NAMESPACES['ssv']}}}Enumeration" and text:
+            yield Setting(prefix + name, math.nan, "", known, text)
+            continue
+        value = _number(text)
         if not math.isfinite(value):
-            raise InterfaceError(f"parameter {name!r} has no finite Real value")
-        yield Setting(prefix + name, value, real.get("unit", ""), known)
+            raise InterfaceError(f"parameter {name!r} has no finite value: {text!r}")
+        yield Setting(prefix + name, value, typed.get("unit", ""), known)
 
 
 def units_of(element: Any) -> dict[str, dict[str, str]]:
@@ -71,7 +93,7 @@ def units_of(element: Any) -> dict[str, dict[str, str]]:
 
 def _number(text: str | None, otherwise: float = math.nan) -> float:
     try:
-        return otherwise if text is None else float(text)
+        return otherwise if text is None else value_of(text)
     except ValueError:
         return math.nan
 

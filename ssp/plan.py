@@ -13,13 +13,16 @@ import numpy as np
 
 from flexhex.fmus.common.archive import open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError, RunError
+from flexhex.fmus.common.interface import indices
 from flexhex.ssp import library
-from flexhex.ssp.fmu import binary_path
+from flexhex.ssp.fmu import FmuVariable, binary_path
 from flexhex.ssp.memory import check_memory
 from flexhex.ssp.read import Instance, Package, period
 from flexhex.ssp.results import Array, FmuTime, Group, rate_name
 from flexhex.ssp.signals import Signal
 
+TYPES = (("Real",), ("Integer", "Enumeration"), ("Boolean",))
+"""What the executor passes by one function of FMI, in the order of its variables."""
 Progress = Callable[[float, float], None]
 _CATEGORIES = ("logStatusError", "logStatusDiscard", "logStatusWarning")
 
@@ -50,11 +53,12 @@ class Plan:
         ]
 
     def _bus(self) -> dict[tuple[str, str], int]:
-        """A slot for every output that is connected or logged, by component in FMU order."""
+        """A slot for every output that is connected or logged, by component and type."""
         used = {(w.source, w.output) for w in self.package.wires}
         for name, signals in self.logged.items():
             used |= {(name, v.name) for s in signals for v in s.scalars}
-        ends = [(i.name, v.name) for i in self.package.instances for v in i.fmu.of("output")]
+        instances = self.package.instances
+        ends = [(i.name, v.name) for i in instances for v in by_type(i.fmu.of("output"))]
         return {end: slot for slot, end in enumerate(end for end in ends if end in used)}
 
     def _array(self, kind: Any, values: Sequence[Any]) -> Any:
@@ -62,12 +66,18 @@ class Plan:
         self.keep.append(array)
         return array
 
+    def _variables(self, listed: Sequence[FmuVariable]) -> library.Variables:
+        counts = (sum(v.type in types for v in listed) for types in TYPES)
+        return library.Variables(*counts, self._array(c_uint, [v.reference for v in listed]))
+
     def _component(
         self, instance: Instance, root: Path, values: Mapping[str, float]
     ) -> library.ComponentData:
         variables, name = instance.fmu.variables, instance.name
-        wires = [w for w in self.package.wires if w.target == name]
-        outputs = [v for v in instance.fmu.of("output") if (name, v.name) in self.slots]
+        parameters = by_type([variables[v] for v in values])
+        sources = {w.input: (w.source, w.output) for w in self.package.wires if w.target == name}
+        inputs = by_type([variables[v] for v in sources])
+        outputs = by_type([v for v in instance.fmu.of("output") if (name, v.name) in self.slots])
         categories = [c.encode() for c in _CATEGORIES if c in instance.fmu.log_categories]
         return library.ComponentData(
             name=name.encode(),
@@ -75,14 +85,11 @@ class Plan:
             guid=instance.fmu.guid.encode(),
             resources=(root / "resources").as_uri().encode(),
             period=self.periods[name],
-            n_parameters=len(values),
-            parameters=self._array(c_uint, [variables[v].reference for v in values]),
-            values=self._array(c_double, list(values.values())),
-            n_inputs=len(wires),
-            inputs=self._array(c_uint, [variables[w.input].reference for w in wires]),
-            sources=self._array(c_size_t, [self.slots[w.source, w.output] for w in wires]),
-            n_outputs=len(outputs),
-            outputs=self._array(c_uint, [v.reference for v in outputs]),
+            parameters=self._variables(parameters),
+            values=self._array(c_double, [values[v.name] for v in parameters]),
+            inputs=self._variables(inputs),
+            sources=self._array(c_size_t, [self.slots[sources[v.name]] for v in inputs]),
+            outputs=self._variables(outputs),
             slot=self.slots[name, outputs[0].name] if outputs else 0,
             n_categories=len(categories),
             categories=self._array(ctypes.c_char_p, categories),
@@ -152,16 +159,24 @@ class Plan:
         base, groups = self.package.base, {}
         for steps, columns in self._columns().items():
             rows, first = self.buffers[steps], 0
-            signals, units, descriptions = {}, {}, {}
+            signals, units, descriptions, elements = {}, {}, {}, {}
             for component, signal in columns:
                 name, size = f"{component}.{signal.name}", len(signal.scalars)
                 block = rows[:, first : first + size]
                 signals[name] = block if signal.is_array else block[:, 0]
                 units[name] = signal.unit
                 descriptions[name] = signal.scalars[0].description
+                if signal.elements not in (("",), indices(size)):
+                    elements[name] = signal.elements
                 first += size
-            groups[rate_name(steps, base)] = Group(steps, base, signals, units, descriptions)
+            group = Group(steps, base, signals, units, descriptions, elements)
+            groups[rate_name(steps, base)] = group
         return groups
+
+
+def by_type(listed: Sequence[FmuVariable]) -> list[FmuVariable]:
+    """In the order of the executor's variables; without Strings, of which it knows nothing."""
+    return [v for types in TYPES for v in listed if v.type in types]
 
 
 def _extract(package: Package, folder: Path) -> dict[str, Path]:

@@ -17,7 +17,7 @@ from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.parameters import Setting, Units, settings, units_of
-from flexhex.ssp.wiring import Port, Wire, check_wires, unknown, whole_steps
+from flexhex.ssp.wiring import Port, Wire, check_wires, renamed, unknown, whole_steps
 from flexhex.ssp.xml import NAMESPACES, parse
 
 BASE_STEPS = (
@@ -143,14 +143,16 @@ class _Reader:
         mine = [s for s in (*own, *overrides) if s.name.startswith(prefix)]
         chosen = {s.name.removeprefix(prefix): s for s in mine}
         known = {k: self.value(s, fmu, k) for k, s in chosen.items() if k in fmu.variables}
+        for old in set(chosen) - set(known):
+            # SSP has unknown names ignored: an old one would be lost without a word
+            if renamed(old, fmu.variables):
+                raise self.error(f"{name}: {unknown('parameter', old, fmu.variables)}")
         return Instance(name, source, fmu, known, tuple(sorted(set(chosen) - set(known))))
 
     def value(self, setting: Setting, fmu: Fmu, variable: str) -> float:
         """In the unit of the FMU's variable."""
-        if fmu.variables[variable].type != "Real":
-            raise self.error(f"{setting.name} is no Real: the executor sets Reals only")
         try:
-            return setting.value_in(fmu.variables[variable].unit, fmu.units)
+            return setting.value_for(fmu.variables[variable], fmu)
         except InterfaceError as error:
             raise self.error(str(error)) from None
 
@@ -182,7 +184,7 @@ class _Reader:
             if names.count(name) > 1:
                 raise self.error(f"component {name!r} exists twice: rename one")
         ports = {
-            i.name: {v.name: Port(v.causality, v.unit) for v in i.fmu.variables.values()}
+            i.name: {v.name: Port(v.causality, v.unit, v.type) for v in i.fmu.variables.values()}
             for i in instances
         }
         try:
@@ -192,8 +194,8 @@ class _Reader:
         types = {i.name: i.fmu.variables for i in instances}
         for wire in wires:
             for name, variable in ((wire.source, wire.output), (wire.target, wire.input)):
-                if types[name][variable].type != "Real":
-                    raise self.error(f"connection {wire}: {name}.{variable} is no Real")
+                if types[name][variable].type == "String":
+                    raise self.error(f"connection {wire}: {name}.{variable} is a String")
 
     def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
         """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from flexhex.fmus.common.errors import LogError
-from flexhex.ssp.wiring import unknown
+from flexhex.fmus.common.interface import indices
+from flexhex.ssp.wiring import renamed, unknown
 
 FORMAT = "flexhex-result"
 VERSION = 1
@@ -35,7 +36,8 @@ class Group:
 
     signals: `plant.theta` (n, 6) or `plant.fault` (n,); row k is what others see at
     k period base steps. units, descriptions: by the same names; the unit of an array whose
-    elements differ in it is theirs in order, separated by commas.
+    elements differ in it is theirs in order, separated by commas. elements: what follows the name
+    of an array in those of its elements (`.x`), where that is not `[1]`, `[2]` ...
     """
 
     period: int
@@ -43,6 +45,7 @@ class Group:
     signals: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict)
     descriptions: Mapping[str, str] = field(default_factory=dict)
+    elements: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def Ts(self) -> float:
@@ -60,10 +63,19 @@ class Group:
         counts = np.arange(self.rows, dtype=np.int64) * self.period
         return np.asarray(counts * self.base, dtype=np.float64)
 
+    def array(self, name: str) -> str:
+        """The signal of that name, or that it is an element of; empty where there is none."""
+        if name in self.signals:
+            return name
+        arrays = (signal for signal in self.signals if name.startswith(signal))
+        return next((signal for signal in arrays if name in self.columns(signal)), "")
+
     def columns(self, signal: str) -> list[str]:
-        """Names of its scalars: `plant.theta[1]` ... , or the signal itself."""
+        """Names of its scalars: `plant.theta[1]` ..., `plant.x_E.x` ..., or the signal itself."""
         shape = self.signals[signal].shape
-        return [f"{signal}[{k}]" for k in range(1, shape[1] + 1)] if len(shape) > 1 else [signal]
+        if len(shape) == 1:
+            return [signal]
+        return [signal + element for element in self.elements.get(signal) or indices(shape[1])]
 
     def column_units(self, signal: str) -> list[str]:
         """Unit of each of its scalars."""
@@ -87,20 +99,27 @@ class Result:
     meta: Meta = field(default_factory=dict)
 
     def __contains__(self, signal: str) -> bool:
-        """Whether the run logged the signal."""
-        return any(signal in group.signals for group in self.groups.values())
+        """Whether the run logged the signal, or the array that it is an element of."""
+        return any(group.array(signal) for group in self.groups.values())
 
     def group(self, signal: str) -> Group:
-        """The group that holds a signal; LogError when none does."""
+        """The group that holds a signal or an array's element; LogError when none does."""
         for group in self.groups.values():
-            if signal in group.signals:
+            if group.array(signal):
                 return group
         names = [name for group in self.groups.values() for name in group.signals]
+        component, _, name = signal.partition(".")
+        columns = [c for g in self.groups.values() for array in g.signals for c in g.columns(array)]
+        if new := renamed(name, [c.removeprefix(f"{component}.") for c in columns]):
+            raise LogError(f"there is no signal {signal!r}, it is called '{component}.{new}'")
         raise LogError(f"{unknown('signal', signal, names)}: was it asked for in the run?")
 
     def __getitem__(self, signal: str) -> Array:
-        """Samples of `plant.theta`, (n,) or (n, size)."""
-        return self.group(signal).signals[signal]
+        """Samples of `plant.theta`, (n,) or (n, size), or of `plant.theta[2]`, (n,)."""
+        group = self.group(signal)
+        array = group.array(signal)
+        values = group.signals[array]
+        return values if signal == array else values[:, group.columns(array).index(signal)]
 
     def time(self, signal: str) -> Array:
         """Time axis of a signal (n,) [s]."""

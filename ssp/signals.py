@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import indices
 from flexhex.ssp.fmu import FmuVariable
 from flexhex.ssp.read import Instance, Package
 from flexhex.ssp.wiring import unknown
@@ -14,7 +14,6 @@ from flexhex.ssp.wiring import unknown
 DEFAULT = "default"
 # Large arrays that a run logs only when asked.
 LARGE = {"x", "xd", "xdd", "chi_f", "p", "p_std"}
-_ELEMENT = re.compile(r"(.+)\[(\d+)\]")
 
 
 @dataclass(frozen=True)
@@ -32,32 +31,33 @@ class Signal:
     @property
     def unit(self) -> str:
         """The common unit, or the units of the elements separated by commas."""
-        units = [v.unit for v in self.scalars]
+        units = [v.unit if v.type == "Real" else "1" for v in self.scalars]
         return units[0] if len(set(units)) == 1 else ",".join(units)
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """What follows the array's name in those of its elements: `[1]`, `.actuator[1].o`."""
+        return tuple(v.name.removeprefix(self.name) for v in self.scalars)
 
 
 def arrays(variables: Iterable[FmuVariable]) -> dict[str, Signal]:
-    """Variables by array name; `a[1]` ... `a[n]` become one, everything else stays scalar."""
-    members: dict[str, list[FmuVariable]] = {}
+    """Variables by array name; the elements of an array become one, in order of their index."""
+    members: dict[str, dict[str, FmuVariable]] = {}
     for variable in variables:
-        found = _ELEMENT.fullmatch(variable.name)
-        members.setdefault(found[1] if found else variable.name, []).append(variable)
+        members.setdefault(variable.array, {})[variable.name] = variable
     signals = {}
     for name, parts in members.items():
-        wanted = [f"{name}[{k}]" for k in range(1, len(parts) + 1)]
-        ordered = {v.name: v for v in parts}
-        if set(wanted) == set(ordered):
-            signals[name] = Signal(name, tuple(ordered[w] for w in wanted))
-        else:
-            signals |= {v.name: Signal(v.name, (v,)) for v in parts}
+        indexed = [f"{name}{k}" for k in indices(len(parts))]
+        order = indexed if set(indexed) == set(parts) else list(parts)
+        signals[name] = Signal(name, tuple(parts[element] for element in order))
     return signals
 
 
 def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Signal]]:
     """Signals to log by component.
 
-    wanted: `plant` (all its outputs), `plant.theta`, `plant.theta[2]`, `default` (all but
-    the large arrays); None is `default`. Raises UsageError for a name that is no output.
+    wanted: `plant` (all its outputs), `plant.theta`, `plant.x_E.z`, `default` (all but the
+    large arrays); None is `default`. Raises UsageError for a name that is no output.
     """
     chosen: dict[str, dict[str, Signal]] = {i.name: {} for i in package.instances}
     for text in [DEFAULT] if wanted is None else wanted:
@@ -67,7 +67,7 @@ def select(package: Package, wanted: Sequence[str] | None) -> dict[str, list[Sig
 
 
 def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
-    outputs = {i.name: arrays(_real_outputs(i)) for i in package.instances}
+    outputs = {i.name: arrays(_outputs(i)) for i in package.instances}
     if text == DEFAULT:
         return [(i, s) for i, all_ in outputs.items() for s in all_.values() if s.name not in LARGE]
     component, dot, name = text.partition(".")
@@ -82,8 +82,9 @@ def _find(package: Package, text: str) -> list[tuple[str, Signal]]:
         for variable in signal.scalars:
             if variable.name == name:
                 return [(component, Signal(name, (variable,)))]
-    raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, known)}")
+    names = [*known, *(v.name for signal in known.values() for v in signal.scalars)]
+    raise UsageError(f"signal {text!r}: in {component} {unknown('output', name, names)}")
 
 
-def _real_outputs(instance: Instance) -> list[FmuVariable]:
-    return [v for v in instance.fmu.of("output") if v.type == "Real"]
+def _outputs(instance: Instance) -> list[FmuVariable]:
+    return [v for v in instance.fmu.of("output") if v.type != "String"]

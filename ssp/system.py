@@ -132,13 +132,15 @@ class System:
 
 
 def unit_of(variable: Variable, index: int) -> str:
-    """Unit of one element (index from 0); an array may declare one unit for each."""
+    """Unit of one element (index from 0), as an array may declare one for each; of Reals alone."""
+    if variable.type != "Real":
+        return ""
     return variable.units[index] if variable.units else variable.unit
 
 
 def _ports(component: Component) -> dict[str, Port]:
     return {
-        name: Port(variable.causality, unit_of(variable, k))
+        name: Port(variable.causality, unit_of(variable, k), variable.type)
         for variable in component.variables
         for k, name in enumerate(variable.scalar_names)
     }

@@ -6,6 +6,7 @@ Used for a `System` that is being written and for a .ssp that is being read.
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -13,10 +14,11 @@ from flexhex.fmus.common.errors import InterfaceError
 
 
 class Port(NamedTuple):
-    """One scalar FMU variable as a wiring sees it; causality as in FMI, unit by name."""
+    """One scalar FMU variable as a wiring sees it; causality and type as in FMI, unit by name."""
 
     causality: str
     unit: str
+    type: str = "Real"
 
 
 class Wire(NamedTuple):
@@ -32,6 +34,7 @@ class Wire(NamedTuple):
 
 
 Ports = Mapping[str, Mapping[str, Port]]
+_INDEXED = re.compile(r"(\w+)\[(\d+)\]")
 
 
 def whole_steps(name: str, Ts: float, base: float) -> int:
@@ -60,6 +63,11 @@ def check_wires(wires: Sequence[Wire], ports: Ports, *, all_fed: bool = True) ->
         start = _port(wire, wire.source, wire.output, ports)
         end = _port(wire, wire.target, wire.input, ports)
         _check_direction(wire, start, end)
+        if start.type != end.type:
+            raise InterfaceError(
+                f"connection {wire}: {start.type} into {end.type}, must be equal: connect another"
+                " variable"
+            )
         if start.unit != end.unit:
             raise InterfaceError(
                 f"connection {wire}: {start.unit or 'no unit'} into {end.unit or 'no unit'},"
@@ -75,9 +83,23 @@ def check_wires(wires: Sequence[Wire], ports: Ports, *, all_fed: bool = True) ->
         _check_fed(fed.keys(), ports)
 
 
+def renamed(name: str, known: Iterable[str]) -> str:
+    """`p.actuator[1].d` for `p[3]`, where the elements of p have names; empty for other names.
+
+    known: in the order of the model description, by which elements were counted before.
+    """
+    if not (found := _INDEXED.fullmatch(name)):
+        return ""
+    starts, k = (f"{found[1]}.", f"{found[1]}["), int(found[2])
+    elements = [other for other in known if other.startswith(starts)]
+    return elements[k - 1] if 1 <= k <= len(elements) and name not in elements else ""
+
+
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """Text for a name that does not exist, with the nearest ones that do."""
+    """Text for a name that does not exist, with its new name or the nearest ones that do."""
     names = list(known)
+    if new := renamed(name, names):
+        return f"there is no {what} {name!r}, it is called {new!r}"
     near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     if near:
         return f"there is no {what} {name!r}, did you mean {near[0]!r}?"

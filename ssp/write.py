@@ -1,7 +1,7 @@
 """`System` to one portable .ssp: SSP 1.0, flat, what all importers understand alike.
 
-The rules stem from measurements of the importers: prefixes ssd:, ssc:, ssv:, Real connectors
-with units, the FMU type written out, only connectors that are in use, the base step where each
+The rules stem from measurements of the importers: prefixes ssd:, ssc:, ssv:, connectors with
+type and unit, the FMU type written out, only connectors that are in use, the base step where each
 importer looks for it, and parameter sets that repeat the FMUs' own values, since some importers
 ignore them. The same system and FMUs give the same bytes.
 """
@@ -15,9 +15,9 @@ from typing import Any
 from flexhex.fmugen.pack import write_zip
 from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import Variable
+from flexhex.fmus.common.interface import Variable, written
 from flexhex.ssp.annotations import annotate_component, annotate_system, experiment
-from flexhex.ssp.fmu import Fmu, read_fmu
+from flexhex.ssp.fmu import Fmu, FmuVariable, read_fmu
 from flexhex.ssp.system import Box, Component, System, unit_of
 from flexhex.ssp.wiring import Wire, unknown
 from flexhex.ssp.xml import child, root, text_of
@@ -48,12 +48,22 @@ def _check_fmu(component: Component, fmu: Fmu) -> None:
             if found is None:
                 text = unknown("variable", name, fmu.variables)
                 raise InterfaceError(f"{component.name}: in {fmu.file} {text}; build it anew")
-            wanted = (variable.causality, unit_of(variable, k))
-            if (found.causality, found.unit) != wanted:
+            is_so = (found.causality, found.type, found.unit)
+            wanted = (variable.causality, variable.type, unit_of(variable, k))
+            if is_so != wanted:
                 raise InterfaceError(
-                    f"{component.name}.{name}: {fmu.file} has {found.causality} [{found.unit}],"
-                    f" its interface {wanted[0]} [{wanted[1]}]: build it anew"
+                    f"{component.name}.{name}: {fmu.file} has {_said(*is_so)},"
+                    f" its interface {_said(*wanted)}: build it anew"
                 )
+
+
+def _said(causality: str, type_: str, unit: str) -> str:
+    return f"{causality} [{unit or type_}]"
+
+
+def ssp_type(variable: FmuVariable) -> str:
+    """Of a connector or parameter; an enumeration is an Integer, as libcosim aborts at another."""
+    return "Integer" if variable.type == "Enumeration" else variable.type
 
 
 def _ssv_name(component: Component) -> str:
@@ -67,8 +77,11 @@ def _parameters(fmu: Fmu) -> bytes:
     parameters = fmu.of("parameter")
     for variable in parameters:
         entry = child(values, "ssv:Parameter", name=variable.name)
-        child(entry, "ssv:Real", value=repr(variable.start), unit=variable.unit)
-    _units(child(document, "ssv:Units"), {v.unit for v in parameters}, [fmu])
+        value = variable.start or 0.0
+        text = written(variable.type, value)
+        unit = {"unit": variable.unit} if variable.type == "Real" else {}
+        child(entry, f"ssv:{ssp_type(variable)}", value=text, **unit)
+    _units(child(document, "ssv:Units"), {v.unit for v in parameters if v.unit}, [fmu])
     return text_of(document)
 
 
@@ -84,7 +97,7 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
     elements = child(top, "ssd:Elements")
     used = _used_units(system)
     for component in system.components:
-        _component(elements, component, used[component.name])
+        _component(elements, component, used[component.name], fmus[component.source])
     connections = child(top, "ssd:Connections")
     heights = {
         c.name: _heights(c.interface.inputs, used[c.name])
@@ -103,8 +116,9 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
         _route(connection, system, wire, heights)
     _geometry(top, system)
     annotate_system(top, system)
-    names = {unit for units in used.values() for unit in units.values()}
-    _units(child(document, "ssd:Units"), names, list(fmus.values()))
+    listed = list(fmus.values())
+    names = {unit for units in used.values() for unit in units.values() if unit}
+    _units(child(document, "ssd:Units"), names, listed)
     experiment(document, system.base, stop)
     return document
 
@@ -127,7 +141,7 @@ def _used_units(system: System) -> dict[str, dict[str, str]]:
     }
 
 
-def _component(elements: Any, component: Component, used: Mapping[str, str]) -> None:
+def _component(elements: Any, component: Component, used: Mapping[str, str], fmu: Fmu) -> None:
     element = child(
         elements,
         "ssd:Component",
@@ -138,8 +152,8 @@ def _component(elements: Any, component: Component, used: Mapping[str, str]) -> 
     )
     if used:
         connectors = child(element, "ssd:Connectors")
-        _connectors(connectors, "input", 0.0, component.interface.inputs, used)
-        _connectors(connectors, "output", 1.0, component.interface.outputs, used)
+        _connectors(connectors, "input", 0.0, component.interface.inputs, used, fmu)
+        _connectors(connectors, "output", 1.0, component.interface.outputs, used, fmu)
     if component.box:
         corners = zip(("x1", "y1", "x2", "y2"), component.box, strict=True)
         child(element, "ssd:ElementGeometry", **{key: repr(float(v)) for key, v in corners})
@@ -154,11 +168,18 @@ def _component(elements: Any, component: Component, used: Mapping[str, str]) -> 
 
 
 def _connectors(
-    parent: Any, kind: str, x: float, variables: tuple[Variable, ...], used: Mapping[str, str]
+    parent: Any,
+    kind: str,
+    x: float,
+    variables: tuple[Variable, ...],
+    used: Mapping[str, str],
+    fmu: Fmu,
 ) -> None:
     for name, y in _heights(variables, used).items():
         connector = child(parent, "ssd:Connector", name=name, kind=kind)
-        child(connector, "ssc:Real", unit=used[name])
+        variable = fmu.variables[name]
+        unit = {"unit": variable.unit} if variable.type == "Real" else {}
+        child(connector, f"ssc:{ssp_type(variable)}", **unit)
         child(connector, "ssd:ConnectorGeometry", x=repr(x), y=repr(y))
 
 

@@ -14,7 +14,7 @@ from flexhex.fmugen.fmu import CONFIG, FMI_HEADERS, RUNTIME
 from flexhex.fmugen.sources import variables
 from flexhex.fmus.common.archive import open_zip
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Item, Variable
 
 NAME = "controller"
 
@@ -113,11 +113,11 @@ class Container:
         return Interface(NAME, self.description, self.base, listed, faults=self._faults)
 
     @property
-    def _faults(self) -> tuple[str, ...]:
+    def _faults(self) -> tuple[Item, ...]:
         """What the faults of all parts mean, code by code; the highest is shown."""
-        named = [[f"{p.name}: {text}" for text in p.interface.faults] for p in self.parts]
-        codes = itertools.zip_longest(*named)
-        return tuple(", ".join(text for text in texts if text) for texts in codes)
+        named = [[f"{p.name}: {i.description}" for i in p.interface.faults] for p in self.parts]
+        codes = enumerate(itertools.zip_longest(*named), start=2)
+        return tuple(Item(f"fault_{k}", ", ".join(t for t in texts if t)) for k, texts in codes)
 
     def _output(self, name: str, part: str, variable: str) -> Variable:
         listed = self.part(part).interface.outputs

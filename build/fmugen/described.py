@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
 from lxml import etree
 
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import Causality, Interface, Variable
+from flexhex.fmus.common.interface import (
+    Causality,
+    Interface,
+    Item,
+    Type,
+    Variable,
+    array_of,
+    indices,
+    value_of,
+)
 
-_ELEMENT = re.compile(r"(.+)\[\d+\]")
 _OWN = {"Ts", "fault"}
 """Every interface adds these by itself."""
 
@@ -31,54 +38,67 @@ def interface_of(description: bytes, where: str) -> Interface:
         raise InterfaceError(f"{where}: written by {root.get('generationTool')!r}, not by flexhex")
     scalars = list(root.iterfind("ModelVariables/ScalarVariable"))
     sources = _initial_sources(root, [s.get("name", "") for s in scalars])
-    groups = itertools.groupby(scalars, key=lambda s: _base(s.get("name", "")))
-    listed = [_variable(name, list(parts), sources) for name, parts in groups]
+    groups = itertools.groupby(scalars, key=lambda s: array_of(s.get("name", "")))
+    types = _items(root)
+    listed = [_variable(name, list(parts), sources, types) for name, parts in groups]
     Ts = next(v for v in listed if v.name == "Ts")
     variables = tuple(v for v in listed if v.name not in _OWN)
-    codes = next(v for v in listed if v.name == "fault").description.split("; ")
-    faults = tuple(code.partition(": ")[2] for code in codes[2:])
+    faults = next(v for v in listed if v.name == "fault").items[2:]
     name, text = root.get("modelName", ""), root.get("description", "")
     return Interface(name, text, Ts.starts[0], variables, faults=faults)
 
 
-def _base(name: str) -> str:
-    found = _ELEMENT.fullmatch(name)
-    return found[1] if found else name
+def _items(root: Any) -> dict[str, tuple[Item, ...]]:
+    """Items of the enumerations by the name of their type."""
+    return {
+        simple.get("name"): tuple(
+            Item(item.get("name"), item.get("description", ""))
+            for item in simple.iterfind("Enumeration/Item")
+        )
+        for simple in root.iterfind("TypeDefinitions/SimpleType")
+    }
 
 
 def _initial_sources(root: Any, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Output -> what its first value comes from, without indices."""
     sources: dict[str, dict[str, None]] = {}
     for unknown in root.iterfind("ModelStructure/InitialUnknowns/Unknown"):
-        found = sources.setdefault(_base(names[int(unknown.get("index")) - 1]), {})
+        found = sources.setdefault(array_of(names[int(unknown.get("index")) - 1]), {})
         for index in (unknown.get("dependencies") or "").split():
-            found[_base(names[int(index) - 1])] = None
+            found[array_of(names[int(index) - 1])] = None
     return {name: tuple(found) for name, found in sources.items()}
 
 
-def _variable(name: str, parts: Sequence[Any], sources: Mapping[str, tuple[str, ...]]) -> Variable:
-    reals = [part.find("Real") for part in parts]
+def _variable(
+    name: str,
+    parts: Sequence[Any],
+    sources: Mapping[str, tuple[str, ...]],
+    types: Mapping[str, tuple[Item, ...]],
+) -> Variable:
+    reals = [part.find("*") for part in parts]
     first, real = parts[0], reals[0]
-    texts = [part.get("description", "") for part in parts]
-    alike = len(set(texts)) == 1
-    text = texts[0] if alike else texts[0].partition(": ")[0]
-    units = tuple(r.get("unit", "") for r in reals)
-    starts = [float(r.get("start", 0.0)) for r in reals]
+    suffixes = tuple(part.get("name", "").removeprefix(name) for part in parts)
+    unlike = suffixes not in (("",), indices(len(parts)))
+    is_array = suffixes != ("",)
+    units = tuple(r.get("unit", "1") for r in reals)
+    starts = [value_of(r.get("start", "0")) for r in reals]
     # where sizes differ they follow from the units
     nominal = real.get("nominal") if len({r.get("nominal") for r in reals}) == 1 else None
     return Variable(
         name,
         cast(Causality, first.get("causality")),
         units[0],
-        text,
-        size=len(parts) if first.get("name") != name else None,
-        start=starts if first.get("name") != name else starts[0],
+        first.get("description", ""),
+        size=len(parts) if is_array else None,
+        start=starts if is_array else starts[0],
         min=float(real.get("min", -math.inf)),
         max=float(real.get("max", math.inf)),
         nominal=None if nominal is None else float(nominal),
         variability=cast(Literal["fixed", "tunable", "discrete"], first.get("variability")),
-        elements=() if alike else tuple(t.removeprefix(f"{text}: ") for t in texts),
+        elements=tuple(s.removeprefix(".") for s in suffixes) if unlike else (),
         units=units if len(set(units)) > 1 else (),
         initial_from=sources.get(name, ()),
         display="" if len(set(units)) > 1 else real.get("displayUnit", ""),
+        type=cast(Type, real.tag),
+        items=types.get(real.get("declaredType", ""), ()),
     )

@@ -10,7 +10,7 @@ from lxml import etree
 from flexhex.fmugen import VERSION
 from flexhex.fmugen.sources import variables
 from flexhex.fmugen.units import display_unit, unit
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, written
 
 STOP = 10.0
 """End of the default experiment [s]: the reference rests for two seconds and moves then."""
@@ -60,17 +60,19 @@ def model_description(
         etree.SubElement(files, "File", name=name)
     listed = variables(interface)
     _units(root, listed)
+    _types(root, interface.name, listed)
     categories = etree.SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         etree.SubElement(categories, "Category", name=name, description=text)
     times = {"startTime": "0", "stopTime": repr(STOP), "stepSize": repr(base_step)}
     etree.SubElement(root, "DefaultExperiment", times)
-    _variables(etree.SubElement(root, "ModelVariables"), listed)
+    _variables(etree.SubElement(root, "ModelVariables"), interface.name, listed)
     _structure(root, listed)
     return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
 
 
 def _units(root: etree._Element, listed: Sequence[Variable]) -> None:
+    listed = [v for v in listed if v.type == "Real"]
     used = sorted({name for v in listed for name in (v.units or (v.unit,))})
     definitions = etree.SubElement(root, "UnitDefinitions")
     for name in used:
@@ -83,40 +85,62 @@ def _units(root: etree._Element, listed: Sequence[Variable]) -> None:
             etree.SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
 
 
-def _variables(parent: etree._Element, listed: Sequence[Variable]) -> None:
+def type_name(model: str, variable: Variable) -> str:
+    """Of the enumeration of a variable, `plant_fault`."""
+    return f"{model}_{variable.name}"
+
+
+def _types(root: etree._Element, model: str, listed: Sequence[Variable]) -> None:
+    definitions = etree.SubElement(root, "TypeDefinitions")
+    for variable in (v for v in listed if v.type == "Enumeration"):
+        simple = etree.SubElement(definitions, "SimpleType", name=type_name(model, variable))
+        items = etree.SubElement(simple, "Enumeration")
+        for value, item in enumerate(variable.items):
+            text = {"name": item.name, "value": str(value), "description": item.description}
+            etree.SubElement(items, "Item", text)
+
+
+def _variables(parent: etree._Element, model: str, listed: Sequence[Variable]) -> None:
     reference = 0
     for variable in listed:
-        units = variable.units or (variable.unit,) * variable.count
-        texts = variable.elements or ("",) * variable.count
         for k, name in enumerate(variable.scalar_names):
-            text = f"{variable.description}: {texts[k]}" if texts[k] else variable.description
             scalar = etree.SubElement(
                 parent,
                 "ScalarVariable",
                 name=name,
                 valueReference=str(reference),
-                description=text,
+                description=variable.description,
                 causality=variable.causality,
                 variability=variable.variability,
             )
-            real = etree.SubElement(scalar, "Real", unit=units[k])
-            shown = display_unit(variable, units[k])
-            if shown:
-                real.set("displayUnit", shown)
-            for bound in ("min", "max"):
-                value = getattr(variable, bound)
-                if math.isfinite(value):
-                    real.set(bound, repr(float(value)))
-            nominal = variable.nominal
-            if nominal is None and variable.causality != "parameter":
-                nominal = unit(units[k], name).nominal
-            if nominal is not None:
-                real.set("nominal", repr(float(nominal)))
+            typed = etree.SubElement(scalar, variable.type)
+            if variable.type == "Real":
+                _of_real(typed, variable, k)
+            elif variable.type == "Enumeration":
+                typed.set("declaredType", type_name(model, variable))
+            if variable.type in ("Real", "Integer"):
+                for bound in ("min", "max"):
+                    value = getattr(variable, bound)
+                    if math.isfinite(value):
+                        typed.set(bound, written(variable.type, value))
             if variable.causality == "output":
                 scalar.set("initial", "calculated")
             else:
-                real.set("start", repr(variable.starts[k]))
+                typed.set("start", written(variable.type, variable.starts[k]))
             reference += 1
+
+
+def _of_real(typed: etree._Element, variable: Variable, k: int) -> None:
+    name = variable.units[k] if variable.units else variable.unit
+    typed.set("unit", name)
+    shown = display_unit(variable, name)
+    if shown:
+        typed.set("displayUnit", shown)
+    nominal = variable.nominal
+    if nominal is None and variable.causality != "parameter":
+        nominal = unit(name, variable.name).nominal
+    if nominal is not None:
+        typed.set("nominal", repr(float(nominal)))
 
 
 def _structure(root: etree._Element, listed: Sequence[Variable]) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from flexhex.fmugen.sources import Operations, variables
 from flexhex.fmugen.units import display_unit
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Variable, written
 
 _STYLE = (
     "body{font:15px/1.45 sans-serif;margin:2em auto;max-width:62em;padding:0 1em;color:#222}"
@@ -60,7 +60,7 @@ def _number(value: float) -> str:
 
 
 def _table(interface: Interface) -> str:
-    heads = ("variable", "is", "unit", "shown in", "from", "to", "start", "meaning")
+    heads = ("variable", "is", "unit or type", "shown in", "from", "to", "start", "meaning")
     rows = [_row(v) for v in variables(interface)]
     lines = (
         "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows
@@ -73,12 +73,19 @@ def _table(interface: Interface) -> str:
 
 def _row(v: Variable) -> tuple[str, ...]:
     alike = len(set(v.starts)) == 1
-    start = "" if v.causality == "output" else _number(v.starts[0]) if alike else "see description"
+    value = _number(v.starts[0]) if v.type == "Real" else written(v.type, v.starts[0])
+    start = "" if v.causality == "output" else value if alike else "see description"
     kind = f"{v.variability} parameter" if v.causality == "parameter" else v.causality
     unit = "various" if len(set(v.units)) > 1 else v.units[0] if v.units else v.unit
-    name = f"{v.name}[1..{v.size}]" if v.size else v.name
+    first, last = v.scalar_names[0], v.scalar_names[-1]
+    name = f"{first} ... {last}, {v.size} in all" if v.elements else v.name
+    name = f"{v.name}[1..{v.size}]" if v.size and not v.elements else name
     shown = display_unit(v, unit) if unit != "various" else ""
-    return (name, kind, unit, shown, _number(v.min), _number(v.max), start, v.description)
+    limits = ("", "") if v.type == "Boolean" else (_number(v.min), _number(v.max))
+    codes = "; ".join(f"{k} {item.name}: {item.description}" for k, item in enumerate(v.items))
+    text = f"{v.description}: {codes}" if codes else v.description
+    unit = unit if v.type == "Real" else v.type
+    return (name, kind, unit, shown, *limits, start, text)
 
 
 def _equations(operations: Sequence[Operations], room: str) -> str:

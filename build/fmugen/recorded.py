@@ -23,6 +23,15 @@ TICKS = 20
 """Steps of Ts that are recorded."""
 STRIDE = 600
 """Ts in a step of an FMU without inputs: the reference stands still for its first seconds."""
+Place = tuple[str, int]
+"""Type and value reference of a variable."""
+TYPES: dict[str, tuple[str, Any]] = {
+    "Real": ("Real", ct.c_double),
+    "Integer": ("Integer", ct.c_int),
+    "Enumeration": ("Integer", ct.c_int),
+    "Boolean": ("Boolean", ct.c_int),
+}
+"""FMI's functions for a type, and what they pass."""
 _Logger = ct.CFUNCTYPE(None, ct.c_void_p, ct.c_char_p, ct.c_int, ct.c_char_p, ct.c_char_p)
 
 
@@ -54,11 +63,12 @@ def recorded(interface: Interface, library: Path, guid: str) -> dict[str, bytes]
     """Both files; none when the binary refuses its own start values, as its user will hear."""
     listed = variables(interface)
     names: dict[str, list[str]] = {"input": [], "output": [], "parameter": []}
-    references: dict[str, list[int]] = {"input": [], "output": [], "parameter": []}
+    references: dict[str, list[Place]] = {"input": [], "output": [], "parameter": []}
     reference = 0
     for variable in listed:
         names[variable.causality] += variable.scalar_names
-        references[variable.causality] += range(reference, reference + variable.count)
+        places = range(reference, reference + variable.count)
+        references[variable.causality] += [(variable.type, place) for place in places]
         reference += variable.count
     rows = [inputs(interface, k) for k in range(TICKS)]
     step = interface.Ts * (1 if interface.inputs else STRIDE)
@@ -80,8 +90,8 @@ def _play(
     library: Path,
     guid: str,
     step: float,
-    into: Sequence[int],
-    out: Sequence[int],
+    into: Sequence[Place],
+    out: Sequence[Place],
     rows: Sequence[Sequence[float]],
 ) -> list[list[float]]:
     said: list[str] = []
@@ -94,20 +104,26 @@ def _play(
         if c is None or loaded[function](ct.c_void_p(c), *arguments) > 1:
             raise BuildError(f"{library.stem}: {function} is refused: {' '.join(said[-1:])}")
 
-    def reals(function: str, references: Sequence[int], values: Any) -> None:
-        vr = (ct.c_uint * max(len(references), 1))(*references)
-        call(function, vr, ct.c_size_t(len(references)), values)
+    def exchange(verb: str, places: Sequence[Place], values: list[float]) -> None:
+        for kind, (suffix, number) in TYPES.items():
+            mine = [k for k, (type_, _) in enumerate(places) if type_ == kind]
+            vr = (ct.c_uint * len(mine))(*(places[k][1] for k in mine))
+            plain = float if number is ct.c_double else int
+            passed = (number * len(mine))(*(plain(values[k]) for k in mine))
+            call(f"fmi2{verb}{suffix}", vr, ct.c_size_t(len(mine)), passed)
+            for k, value in zip(mine, passed, strict=True):
+                values[k] = float(value)
 
     call("fmi2SetupExperiment", 0, ct.c_double(0), ct.c_double(0), 0, ct.c_double(0))
     call("fmi2EnterInitializationMode")
     call("fmi2ExitInitializationMode")
     answers = []
     for k, row in enumerate(rows):
-        reals("fmi2SetReal", into, (ct.c_double * max(len(row), 1))(*row))
+        exchange("Set", into, list(row))
         call("fmi2DoStep", ct.c_double(k * step), ct.c_double(step), 1)
-        values = (ct.c_double * len(out))()
-        reals("fmi2GetReal", out, values)
-        answers.append(list(values))
+        values = [0.0] * len(out)
+        exchange("Get", out, values)
+        answers.append(values)
     loaded.fmi2FreeInstance(ct.c_void_p(c))
     if not all(math.isfinite(value) for row in answers for value in row):
         raise BuildError(f"{library.stem}: outputs that are no numbers after ordinary steps")

@@ -19,6 +19,12 @@ _KINDS = {
     ("input", "discrete"): "FLEXHEX_INPUT",
     ("output", "discrete"): "FLEXHEX_OUTPUT",
 }
+_TYPES = {
+    "Real": "FLEXHEX_REAL",
+    "Integer": "FLEXHEX_INTEGER",
+    "Boolean": "FLEXHEX_BOOLEAN",
+    "Enumeration": "FLEXHEX_INTEGER",
+}
 
 
 @dataclass(frozen=True)
@@ -126,10 +132,18 @@ def _declared(variable: Variable) -> str:
 def table(interface: Interface, base_step: float, guid: str) -> str:
     """Text of `<identifier>_fmu.c`: variables, start values, identity."""
     identifier, listed = interface.name, variables(interface)
+    suffixes = {v.suffixes: f"elements_{v.name}" for v in reversed(listed) if v.elements}
     rows = [
-        f'  {{"{v.name}", {v.size or 0}, {_KINDS[v.causality, v.variability]},'
+        f'  {{"{v.name}", {suffixes[v.suffixes] if v.elements else "NULL"}, {v.size or 0},'
+        f" {_TYPES[v.type]}, {_KINDS[v.causality, v.variability]},"
         f' {number(v.min)}, {number(v.max)}, "{v.unit}"}},'
         for v in listed
+    ]
+    lists = [
+        f"static const char *const {name}[] = {{\n"
+        + "".join(f'  "{suffix}",\n' for suffix in texts)
+        + "};\n"
+        for texts, name in suffixes.items()
     ]
     values = [f"  {number(value)}," for value in starts(interface)]
     return "\n".join(
@@ -140,6 +154,7 @@ def table(interface: Interface, base_step: float, guid: str) -> str:
             f"extern const flexhex_room {identifier}_room;",
             f"extern const flexhex_model {identifier}_fmu;",
             "",
+            *lists,
             "static const flexhex_variable variables[] = {",
             *rows,
             "};",

@@ -6,9 +6,14 @@
 
 typedef enum { FLEXHEX_FIXED, FLEXHEX_TUNABLE, FLEXHEX_INPUT, FLEXHEX_OUTPUT } flexhex_kind;
 
+/* as FMI's functions see a variable; an enumeration is an Integer, and kept is a double of all */
+typedef enum { FLEXHEX_REAL, FLEXHEX_INTEGER, FLEXHEX_BOOLEAN } flexhex_type;
+
 typedef struct {
   const char *name;
-  int size; /* 0: scalar, else an array of that many */
+  const char *const *elements; /* what follows the name in those of its elements; NULL: [1], ... */
+  int size;                    /* 0: scalar, else an array of that many */
+  flexhex_type type;
   flexhex_kind kind;
   double min, max; /* of every element; -DBL_MAX, DBL_MAX: not bounded */
   const char *unit;

@@ -1,4 +1,4 @@
-/* Functions that FMI demands and that have nothing to do here: all variables are Real, no
+/* Functions that FMI demands and that have nothing to do here: there are no Strings, no
    derivatives are offered, and every step is complete when fmi2DoStep returns. */
 #include "instance.h"
 
@@ -11,42 +11,18 @@ static fmi2Status unless_empty(fmi2Component c, flexhex_call call, size_t n, con
   return n == 0 ? fmi2OK : flexhex_refuse(m, "%s: %s", flexhex_call_name(call), why);
 }
 
-static const char ONLY_REAL[] = "this FMU has Real variables only";
-
-fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          fmi2Integer value[]) {
-  (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_GET_INTEGER, nvr, ONLY_REAL);
-}
-
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          fmi2Boolean value[]) {
-  (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_GET_BOOLEAN, nvr, ONLY_REAL);
-}
+static const char NO_STRING[] = "this FMU has no String variables";
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                          fmi2String value[]) {
   (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_GET_STRING, nvr, ONLY_REAL);
-}
-
-fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          const fmi2Integer value[]) {
-  (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_SET_INTEGER, nvr, ONLY_REAL);
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
-                          const fmi2Boolean value[]) {
-  (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_SET_BOOLEAN, nvr, ONLY_REAL);
+  return unless_empty(c, FLEXHEX_GET_STRING, nvr, NO_STRING);
 }
 
 fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t nvr,
                          const fmi2String value[]) {
   (void)vr, (void)value;
-  return unless_empty(c, FLEXHEX_SET_STRING, nvr, ONLY_REAL);
+  return unless_empty(c, FLEXHEX_SET_STRING, nvr, NO_STRING);
 }
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference vUnknown_ref[],

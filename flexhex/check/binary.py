@@ -17,6 +17,13 @@ from flexhex.check.subject import Scalar, Subject, parsed
 
 PATIENCE = 60.0
 """Seconds until a trial counts as hanging."""
+SUFFIXES = {
+    "Real": "Real",
+    "Integer": "Integer",
+    "Enumeration": "Integer",
+    "Boolean": "Boolean",
+}
+"""FMI's functions by type of variable."""
 SYSTEMS = {"Linux": ("linux", "so"), "Darwin": ("darwin", "dylib"), "Windows": ("win", "dll")}
 
 
@@ -47,14 +54,14 @@ def binary(subject: Subject) -> list[str]:
 
 
 def make_plan(subject: Subject, folder: Path, name: str) -> dict[str, Any]:
-    """What the child needs to know: declared flags, Reals, dependencies, a step size."""
+    """What the child needs to know: declared flags, variables, dependencies, a step size."""
     element = subject.cosimulation
     given = () if element is None else element.attrib.items()
     flags = {str(k): v not in ("false", "0") for k, v in given}
     experiment = subject.root.find("DefaultExperiment")
     timing = {} if experiment is None else {str(k): str(v) for k, v in experiment.attrib.items()}
-    reals = [_described(v) for v in subject.variables if v.kind == "Real"]
-    Ts = next((v["start"] for v in reals if v["name"] == "Ts" and subject.ours), 0.0)
+    listed = [_described(v, subject) for v in subject.variables if v.kind in SUFFIXES]
+    Ts = next((v["start"] for v in listed if v["name"] == "Ts" and subject.ours), 0.0)
     return {
         "library": str(folder / name),
         "guid": subject.root.get("guid", ""),
@@ -62,7 +69,7 @@ def make_plan(subject: Subject, folder: Path, name: str) -> dict[str, Any]:
         "ours": subject.ours,
         "flags": flags,
         "categories": [c.get("name") for c in subject.root.iterfind("LogCategories/Category")],
-        "variables": reals,
+        "variables": listed,
         "start": _usable(parsed(timing.get("startTime"), 0.0), 0.0),
         "step": max(_usable(parsed(timing.get("stepSize"), 0.01), 0.01), Ts),
         "dependencies": _dependencies(subject, "Outputs"),
@@ -74,11 +81,22 @@ def _usable(value: float, otherwise: float) -> float:
     return value if math.isfinite(value) else otherwise
 
 
-def _described(v: Scalar) -> dict[str, Any]:
+def place(v: Scalar) -> tuple[str, int]:
+    """FMI's function for a variable and its value reference."""
+    return SUFFIXES[v.kind], int(v.reference) if v.reference.isdigit() else 0
+
+
+def _described(v: Scalar, subject: Subject) -> dict[str, Any]:
     start, low, high = (v.number(key) for key in ("start", "min", "max"))
+    if v.kind == "Enumeration":
+        items = subject.items(v)
+        low, high = (low, high) if math.isfinite(low) else (min(items), max(items))
+    elif v.kind == "Boolean":
+        low, high = 0.0, 1.0
     return {
         "name": v.name,
-        "reference": int(v.reference) if v.reference.isdigit() else 0,
+        "type": SUFFIXES[v.kind],
+        "reference": place(v),
         "causality": v.causality,
         "variability": v.variability,
         "start": start if math.isfinite(start) else 0.0,

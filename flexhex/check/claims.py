@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from flexhex.check.slave import Instance
+from flexhex.check.slave import Instance, Place
 from flexhex.check.trials import MOST, Plan, course, initialised, moved, of, same
 
 
@@ -18,11 +18,14 @@ def derivatives(library: Any, plan: Plan) -> Iterator[str]:
     """Derivatives of all kinds, as far as the flags promise them."""
     flags, instance, one = plan["flags"], initialised(library, plan), ct.c_size_t(1)
     course(instance, plan, 0, 1)
-    inputs, outputs = of(plan, "input"), of(plan, "output")
+    inputs, outputs = (
+        [v["reference"][1] for v in of(plan, causality) if v["type"] == "Real"]
+        for causality in ("input", "output")
+    )
     if not inputs or not outputs:
         instance.free()
         return
-    u, y = ((ct.c_uint * 1)(v[0]["reference"]) for v in (inputs, outputs))
+    u, y = ((ct.c_uint * 1)(references[0]) for references in (inputs, outputs))
     value, order = (ct.c_double * 1)(1.0), (ct.c_int * 1)(1)
     promises: dict[str, tuple[str, tuple[object, ...]]] = {
         "providesDirectionalDerivative": (
@@ -72,7 +75,7 @@ def first_dependencies(library: Any, plan: Plan) -> Iterator[str]:
 
 
 def _change(
-    instance: Instance, v: dict[str, Any], references: list[int], seen: list[list[float] | None]
+    instance: Instance, v: dict[str, Any], references: list[Place], seen: list[list[float] | None]
 ) -> None:
     """Outputs after another start value; a value that the FMU refuses tells nothing."""
     taken = instance.set([v["reference"]], [moved(v, 4)])
@@ -101,7 +104,7 @@ def refusals(library: Any, plan: Plan) -> Iterator[str]:
         return
     instance = initialised(library, plan)
     fault = next(v["reference"] for v in of(plan, "output") if v["name"] == "fault")
-    for v in of(plan, "input"):
+    for v in (v for v in of(plan, "input") if v["type"] == "Real"):
         wrong = [math.nan, math.inf, -math.inf]
         wrong += [math.nextafter(v["max"], math.inf)] if v["max"] is not None else []
         wrong += [math.nextafter(v["min"], -math.inf)] if v["min"] is not None else []
@@ -119,7 +122,7 @@ def parameters(library: Any, plan: Plan) -> Iterator[str]:
     if not plan["ours"]:
         return
     instance = Instance(library, plan)
-    for v in of(plan, "parameter"):
+    for v in (v for v in of(plan, "parameter") if v["type"] != "Boolean"):
         for end, beyond in (("min", -math.inf), ("max", math.inf)):
             value = v[end]
             if value is None:
@@ -127,6 +130,8 @@ def parameters(library: Any, plan: Plan) -> Iterator[str]:
             if not instance.set([v["reference"]], [value]):
                 yield f"{v['name']} = {value:.9g}, its {end}, is refused{instance.last}"
             further = math.nextafter(value, beyond)
+            if v["type"] == "Integer":
+                further = value + math.copysign(1, beyond)
             if instance.set([v["reference"]], [further]):
                 yield f"{v['name']} = {further:.17g} is taken, declared {end} {value:.9g}"
     instance.free()

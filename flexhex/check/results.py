@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.check.binary import exercised, library_name, make_plan
+from flexhex.check.binary import SUFFIXES, exercised, library_name, make_plan, place
 from flexhex.check.subject import Subject
 from flexhex.fmugen.recorded import IN, OUT
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import array_of
 
 RTOL, ATOL = 1e-9, 1e-14
 """Of an array's largest value, and for what is zero but for rounding: compilers and C libraries
@@ -73,7 +74,8 @@ def _deviations_of(subject: Subject) -> list[Deviation]:
     with tempfile.TemporaryDirectory() as folder, subject.archive() as archive:
         archive.extractall(folder)
         plan = make_plan(subject, Path(folder), name)
-        references = {v.name: int(v.reference) for v in subject.variables if v.reference.isdigit()}
+        listed = [v for v in subject.variables if v.reference.isdigit() and v.kind in SUFFIXES]
+        references = {v.name: place(v) for v in listed}
         unknown = [n for n in (*inputs, *outputs) if n not in references]
         if unknown:
             raise InterfaceError(f"{path}: reference results of {unknown[0]}, no such variable")
@@ -117,7 +119,7 @@ def _played(plan: dict[str, Any], path: Path) -> list[list[float]]:
 def _deviations(
     names: Sequence[str], rows: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> list[Deviation]:
-    arrays = np.array([name.partition("[")[0] for name in names])
+    arrays = np.array([array_of(name) for name in names])
     found = []
     for array in dict.fromkeys(arrays):
         mine, theirs = rows[:, arrays == array], wanted[:, 1:][:, arrays == array]

@@ -7,6 +7,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 OK = 0
+Place = Sequence[Any]
+"""FMI's function for a variable, a key of NUMBERS, and its value reference."""
+NUMBERS: dict[str, Any] = {"Real": ct.c_double, "Integer": ct.c_int, "Boolean": ct.c_int}
+"""What FMI's functions pass."""
 Logger = ct.CFUNCTYPE(None, ct.c_void_p, ct.c_char_p, ct.c_int, ct.c_char_p, ct.c_char_p)
 Allocate = ct.CFUNCTYPE(ct.c_void_p, ct.c_size_t, ct.c_size_t)
 Free = ct.CFUNCTYPE(None, ct.c_void_p)
@@ -41,7 +45,7 @@ class Callbacks(ct.Structure):
 
 
 class Instance:
-    """One instance; `c` is None when it was refused. Reals are read and set by reference."""
+    """One instance; `c` is None when it was refused. Variables are read and set by place."""
 
     def __init__(self, library: Any, plan: dict[str, Any], guid: str | None = None) -> None:
         self.library, self.plan = library, plan
@@ -91,21 +95,29 @@ class Instance:
         within()
         return max(worst, self.call("fmi2ExitInitializationMode")) <= 1
 
-    def get(self, references: Sequence[int]) -> list[float] | None:
-        """Values of Reals; None when the FMU refused."""
-        n = len(references)
-        values = (ct.c_double * max(n, 1))()
-        status = self.call(
-            "fmi2GetReal", (ct.c_uint * max(n, 1))(*references), ct.c_size_t(n), values
-        )
-        return list(values)[:n] if status <= 1 else None
+    def get(self, places: Sequence[Place]) -> list[float] | None:
+        """Values of variables; None when the FMU refused."""
+        found = [0.0] * len(places)
+        for suffix, number in NUMBERS.items():
+            mine = [k for k, (kind, _) in enumerate(places) if kind == suffix]
+            n, values = len(mine), (number * max(len(mine), 1))()
+            vr = (ct.c_uint * max(n, 1))(*(places[k][1] for k in mine))
+            if n and self.call(f"fmi2Get{suffix}", vr, ct.c_size_t(n), values) > 1:
+                return None
+            for k, value in zip(mine, values, strict=False):
+                found[k] = float(value)
+        return found
 
-    def set(self, references: Sequence[int], values: Sequence[float]) -> bool:
-        """Set Reals; True when the FMU took them."""
-        n = len(references)
-        numbers = (ct.c_double * max(n, 1))(*values)
-        vr = (ct.c_uint * max(n, 1))(*references)
-        return self.call("fmi2SetReal", vr, ct.c_size_t(n), numbers) <= 1
+    def set(self, places: Sequence[Place], values: Sequence[float]) -> bool:
+        """Set variables; True when the FMU took them."""
+        for suffix, number in NUMBERS.items():
+            mine = [k for k, (kind, _) in enumerate(places) if kind == suffix]
+            vr = (ct.c_uint * max(len(mine), 1))(*(places[k][1] for k in mine))
+            plain = float if number is ct.c_double else int
+            numbers = (number * max(len(mine), 1))(*(plain(values[k]) for k in mine))
+            if mine and self.call(f"fmi2Set{suffix}", vr, ct.c_size_t(len(mine)), numbers) > 1:
+                return False
+        return True
 
     def step(self, time: float, size: float) -> bool:
         """One communication step; True when it was complete."""

@@ -171,7 +171,9 @@ def _connectors(instance: Instance, element: Any) -> Iterator[str]:
         if kind not in (variable.causality, "inout"):
             yield f"{where}: {kind} in the system, {variable.causality} in the FMU"
         typed = connector.find("ssc:Real", NAMESPACES)
-        if typed is None and connector.find(f"ssc:{variable.type}", NAMESPACES) is None:
+        # libcosim does not know enumerations: an Integer is as good
+        types = [variable.type, *(["Integer"] if variable.type == "Enumeration" else [])]
+        if not any(connector.find(f"ssc:{t}", NAMESPACES) is not None for t in types):
             yield f"{where}: another type than in the FMU ({variable.type})"
         unit = None if typed is None else typed.get("unit")
         if unit is not None and variable.unit and unit != variable.unit:

@@ -43,8 +43,11 @@ class Scalar:
     attributes: dict[str, str]
 
     def number(self, key: str, otherwise: float = math.nan) -> float:
-        """A numeric attribute such as `min`; nan when it is no number."""
-        return parsed(self.attributes.get(key), otherwise)
+        """A numeric attribute such as `min`, 0 or 1 of a Boolean; nan when it is no number."""
+        text = self.attributes.get(key)
+        if self.kind == "Boolean" and text in ("true", "false"):
+            return float(text == "true")
+        return parsed(text, otherwise)
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,16 @@ class Subject:
         """One file of the archive."""
         with self.archive() as archive:
             return archive.read(name)
+
+    def items(self, v: Scalar) -> tuple[float, ...]:
+        """Values of an enumeration's items; 0 alone where its type has none."""
+        found = (
+            parsed(item.get("value"))
+            for simple in self.root.iterfind("TypeDefinitions/SimpleType")
+            if simple.get("name") == v.attributes.get("declaredType")
+            for item in simple.iterfind("Enumeration/Item")
+        )
+        return tuple(value for value in found if math.isfinite(value)) or (0.0,)
 
     @property
     def cosimulation(self) -> etree._Element | None:

@@ -19,12 +19,14 @@ MOST = 200
 
 
 def of(plan: Plan, *causalities: str) -> list[dict[str, Any]]:
-    """The Real variables of these causalities."""
+    """The variables of these causalities, Strings left out."""
     return [v for v in plan["variables"] if v["causality"] in causalities]
 
 
 def moved(v: dict[str, Any], k: int) -> float:
     """A value of a variable near its start and within its range, another for each k."""
+    if v["type"] != "Real":
+        return float(v["start"])
     low, high, start = v["min"], v["max"], v["start"]
     low = -1e300 if low is None else low
     high = 1e300 if high is None else high

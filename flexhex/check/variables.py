@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from flexhex.check.subject import Scalar, Subject, parsed
 from flexhex.fmugen.units import UNITS, unit
 from flexhex.fmus.common.errors import InterfaceError
+from flexhex.fmus.common.interface import STRUCTURED
 
 VARIABILITIES = {
     "parameter": {"fixed", "tunable"},
@@ -20,9 +21,6 @@ VARIABILITIES = {
     "independent": {"continuous"},
 }
 """Causality -> what the standard allows beside it (section 2.2.7)."""
-_WORD = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
-STRUCTURED = re.compile(rf"{_WORD}(?:\.{_WORD})*|der\({_WORD}(?:\.{_WORD})*(?:,\d+)?\)", re.ASCII)
-"""Names of the convention `structured` (section 2.2.9)."""
 NUMERIC = ("Real", "Integer", "Enumeration")
 
 

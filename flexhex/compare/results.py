@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import array_of
 from flexhex.ssp.results import Group, Result, rate_name
 from flexhex.ssp.wiring import unknown
 from flexhex.tracking import columns
@@ -51,8 +52,9 @@ class Difference:
     """One signal in both runs. state: `equal`, `out`, `only in the first`, `only in the
     second`, `not compared`; note says why, or what else is to be said.
 
-    element: the one that is farthest out, from 1, 0 for a scalar; of it are worst and rms, the
-    largest and RMS difference, at [s], when it was largest, and limit, its tolerance. first
+    element: the one that is farthest out, from 1, 0 for a scalar, and column, its name; of it are
+    worst and rms, the largest and RMS difference, at [s], when it was largest, and limit, its
+    tolerance. first
     [s]: when any element was out of tolerance first, NaN when none was. size: worst over the
     element's largest value; over: worst over the tolerance.
     """
@@ -65,6 +67,7 @@ class Difference:
     worst: float = math.nan
     rms: float = math.nan
     element: int = 0
+    column: str = ""
     at: float = math.nan
     limit: float = math.nan
     first: float = math.nan
@@ -138,7 +141,7 @@ def made_different(first: Result, second: Result) -> dict[str, tuple[str, str]]:
 
 def internal(signal: str) -> bool:
     """Whether `K.p_std` or an element of it is a state of an estimator or a solver."""
-    return signal.rpartition(".")[2].partition("[")[0] in INTERNAL
+    return array_of(signal.partition(".")[2]) in INTERNAL
 
 
 def _by_signal(result: Result) -> dict[str, Group]:
@@ -200,6 +203,7 @@ def _judged(name: str, a: Group, b: Group, tolerance: Tolerance) -> Difference:
         worst=worst,
         rms=float(np.sqrt(np.mean(np.square(apart[:, column])))),
         element=column + 1 if a.signals[name].ndim > 1 else 0,
+        column=a.columns(name)[column],
         at=row * a.Ts,
         limit=float(limit[column]),
         first=float(np.argmax(out) * a.Ts) if out.any() else math.nan,

@@ -135,7 +135,7 @@ def cells(d: Difference) -> tuple[str, ...]:
     """One row of the table, in the order of `HEADINGS`."""
     if d.state == UNLIKE:
         return (d.signal, d.rate, "", d.unit, *[""] * 5, f"{d.state}: {d.note}")
-    name = f"{d.signal}[{d.element}]" if d.element and d.worst > 0 else d.signal
+    name = d.column if d.element and d.worst > 0 else d.signal
     # 162 parameters have as many units: the table shows one
     unit = d.unit.split(",")[max(d.element, 1) - 1] if "," in d.unit else d.unit
     first = "" if math.isnan(d.first) else f"{d.first:.6g}"

@@ -25,6 +25,7 @@ from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.motion import smooth
 from flexhex.diagnosis.rows import on_clock
 from flexhex.diagnosis.runs import payload_of
+from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_mechanism
@@ -176,11 +177,14 @@ class _Plant:
         description, self.folder, self.slave = _loaded(fmu)
         references = {v.name: v.valueReference for v in description.modelVariables}
         self.slave.instantiate()
-        names = [v.name for v in description.modelVariables if v.causality == "parameter"]
+        parameters = [v for v in description.modelVariables if v.causality == "parameter"]
         for name, value in values.items():
-            listed = np.atleast_1d(value)
-            scalars = [n for n in names if n == name or n.startswith(f"{name}[")]
-            self.slave.setReal([references[n] for n in scalars], [float(v) for v in listed])
+            scalars = [v for v in parameters if array_of(v.name) == name]
+            for v, number in zip(scalars, np.atleast_1d(value).tolist(), strict=True):
+                if v.type == "Integer":
+                    self.slave.setInteger([v.valueReference], [round(number)])
+                else:
+                    self.slave.setReal([v.valueReference], [number])
         self.slave.setupExperiment()
         self.slave.enterInitializationMode()
         self.slave.exitInitializationMode()

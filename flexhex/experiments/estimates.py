@@ -15,7 +15,6 @@ Without a truth file the machine is its model, plant.fmu, which does not drift.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +32,7 @@ from flexhex.fmus.common.model.parameters import (
     actuator_parameters,
     parameters,
     regrouped,
+    term,
 )
 from flexhex.fmus.estimator.interface import normalisation
 from flexhex.output.progress import Progress
@@ -93,7 +93,7 @@ def start_values(path: Path) -> dict[str, Array]:
     found: dict[str, list[float]] = {}
     for variable in read_fmu(read_bytes(path), path.name).of("parameter"):
         if variable.start is not None:
-            found.setdefault(re.sub(r"\[\d+\]$", "", variable.name), []).append(variable.start)
+            found.setdefault(variable.array, []).append(variable.start)
     return {name: np.array(values) for name, values in found.items()}
 
 
@@ -108,7 +108,7 @@ def warmed(machine: Machine, cold: Array, values: Mapping[str, Array], age: floa
     """The parameters that act like the machine `age` [s] after it was switched on (n_p,)."""
     time, gain = float(values["drift_time"][0]), float(values["drift_gain"][0])
     reached = 1 - float(np.exp(-age / time))
-    offsets = [k for k, par in enumerate(actuator_parameters(machine)) if par.name[:2] == "o["]
+    offsets = [k for k, par in enumerate(actuator_parameters(machine)) if term(par.name) == "o"]
     warm = cold.copy()
     warm[offsets] += reached * values["drift_torque"]
     return np.asarray(warm / (1 - gain * reached))

@@ -10,7 +10,7 @@ from pathlib import Path
 from flexhex.fmugen.container import build_container
 from flexhex.fmugen.container_parts import NAME, Container, Link, Part
 from flexhex.fmus.common.errors import InterfaceError
-from flexhex.fmus.common.interface import Variable
+from flexhex.fmus.common.interface import Variable, array_of
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.system import Box, Component, System
 from flexhex.ssp.write import write_ssp
@@ -97,9 +97,9 @@ def _inside(
         links.append(Link(None if outside else wire.source, wire.output, wire.target, wire.input))
         if outside:
             part = next(p for p in parts if p.name == wire.target)
-            array = wire.input.partition("[")[0]
+            array = array_of(wire.input)
             found = next(v for v in part.interface.inputs if v.name == array)
-            name = wire.output.partition("[")[0]
+            name = array_of(wire.output)
             text = package.instance(wire.source).fmu.variables[wire.output].description
             given = dataclasses.replace(found, name=name, description=text)
             known = inputs.get(name, given)
@@ -129,7 +129,8 @@ def system_around(package: Package, container: Container) -> System:
         elif wire.target not in inside:
             source = NAME if wire.source in inside else wire.source
             pairs[f"{source}.{wire.output}", f"{wire.target}.{wire.input}"] = None
-    connected = {start.partition("[")[0] for start, _ in pairs}
+    outputs = {tuple(start.split(".", 1)) for start, _ in pairs}
+    connected = {f"{name}.{array_of(output)}" for name, output in outputs}
     plots = tuple(
         f"{c.name}.{v.name}"
         for c in components

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,10 +24,20 @@ import DataWriterConfig;
 RESULT = "outputs.csv"
 
 
+TYPES: Mapping[str, tuple[Callable[[float], float], str, str]] = {
+    "Real": (float, "real", "setReal"),
+    "Integer": (int, "int", "setInteger"),
+    "Enumeration": (int, "int", "setInteger"),
+    "Boolean": (bool, "bool", "setBoolean"),
+}
+"""FMI's type -> Python's, MaBL's, and what sets it."""
+
+
 def other_values(instance: Instance) -> dict[str, float]:
-    """Parameters to which the .ssp gives another value than the FMU starts with."""
+    """Parameters to which the .ssp gives another value than the FMU starts with, as their type."""
     variables = instance.fmu.variables
-    return {n: v for n, v in instance.parameters.items() if v != variables[n].start}
+    other = {n: v for n, v in instance.parameters.items() if v != variables[n].start}
+    return {n: TYPES[variables[n].type][0](v) for n, v in other.items()}
 
 
 def runtime(package: Package, seconds: float) -> str:
@@ -103,19 +113,24 @@ class _Part:
         yield from self._array("y", self.outputs)
         yield from self._array("u", self.inputs)
 
-    def _array(self, letter: str, names: Sequence[str]) -> Iterator[str]:
+    def _array(self, letter: str, names: Sequence[str], of: str = "real") -> Iterator[str]:
         if names:
             references = ", ".join(str(self.instance.fmu.variables[n].reference) for n in names)
             yield f"uint {self.id}_{letter}_refs[{len(names)}] = {{{references}}};"
-            yield f"real {self.id}_{letter}[{len(names)}];"
+            yield f"{of} {self.id}_{letter}[{len(names)}];"
 
     def initialised(self) -> Iterator[str]:
         yield from self._call("setupExperiment(false, 0.0, 0.0, false, 0.0)", "setupExperiment")
-        values = other_values(self.instance)
-        if values:
-            yield from self._array("p", list(values))
-            yield from (f"{self.id}_p[{k}] = {v!r};" for k, v in enumerate(values.values()))
-            yield from self._call(f"setReal({self.id}_p_refs, {len(values)}, {self.id}_p)")
+        values, variables = other_values(self.instance), self.instance.fmu.variables
+        for _, of, setter in dict.fromkeys(TYPES.values()):
+            mine = {n: v for n, v in values.items() if TYPES[variables[n].type][2] == setter}
+            array = f"p_{of}"
+            yield from self._array(array, list(mine), of)
+            for k, value in enumerate(mine.values()):
+                yield f"{self.id}_{array}[{k}] = {json.dumps(value)};"
+            if mine:
+                where = f"{self.id}_{array}"
+                yield from self._call(f"{setter}({where}_refs, {len(mine)}, {where})")
         yield from self._call("enterInitializationMode()")
         yield from self._call("exitInitializationMode()")
 

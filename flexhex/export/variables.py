@@ -47,7 +47,7 @@ def _fmus(paths: Sequence[Path]) -> dict[str, bytes]:
 
 def variable_rows(name: str, data: bytes) -> Iterable[tuple[str, ...]]:
     """One row a scalar variable, numbers as the FMU writes them."""
-    read_fmu(data, name)  # names what is wrong with it
+    known = read_fmu(data, name).variables
     root = etree.fromstring(read_member(open_zip(data, name), "modelDescription.xml", name))
     shown = {str(u.get("name")): _display(u) for u in root.iterfind("UnitDefinitions/Unit")}
     for variable in root.iterfind("ModelVariables/ScalarVariable"):
@@ -65,7 +65,7 @@ def variable_rows(name: str, data: bytes) -> Iterable[tuple[str, ...]]:
             typed.get("start", ""),
             typed.get("min", ""),
             typed.get("max", ""),
-            variable.get("description", ""),
+            known[variable.get("name", "")].description,
         )
 
 

@@ -11,6 +11,7 @@ from lxml import etree
 
 from flexhex.export.mabl import mabl, other_values, runtime
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import written
 from flexhex.ssp.read import Instance, Package, read_ssp
 
 OSP = "http://opensimulationplatform.com/MSMI/OSPSystemStructure"
@@ -115,7 +116,8 @@ def _text(parent: etree._Element, tag: str, text: str) -> None:
 def _initial(parent: etree._Element, values: Mapping[str, float]) -> None:
     for name, value in values.items():
         entry = etree.SubElement(parent, f"{{{OSP}}}InitialValue", variable=name)
-        etree.SubElement(entry, f"{{{OSP}}}Real", value=repr(value))
+        of = {bool: "Boolean", int: "Integer", float: "Real"}[type(value)]
+        etree.SubElement(entry, f"{{{OSP}}}{of}", value=written(of, value))
 
 
 Writer = Callable[[Package, float], str]

@@ -12,12 +12,12 @@ from rich.table import Table
 
 from flexhex.diagnosis.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters
+from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters, term
 
 HOPELESS = 0.5
 """Share of undetermined parameters beyond which a fit is warned of."""
-COGGING = ("a[", "b[")
-"""Names of the cogging amplitudes, 108 of the 162: one line for each actuator, unless all rows are
+COGGING = ("a", "b")
+"""Terms of the cogging amplitudes, 108 of the 162: one line for each actuator, unless all rows are
 wanted."""
 Row = tuple[Parameter, float, float, float, float]
 """Parameter, estimate, standard deviation, machine file's value, difference in deviations."""
@@ -37,7 +37,7 @@ def print_fit(machine: Machine, fit: Fit, every: bool = False) -> None:
     rows = compared(machine, fit)
     for body in dict.fromkeys(group(par) for par, *_ in rows):
         mine = [row for row in rows if group(row[0]) == body]
-        hidden = [] if every else [row for row in mine if row[0].name.startswith(COGGING)]
+        hidden = [] if every else [row for row in mine if term(row[0].name) in COGGING]
         table.add_row(f"[bold]{body}[/]")
         for row in (row for row in mine if row not in hidden):
             _add(table, row, fit)

@@ -26,6 +26,7 @@ from flexhex.diagnosis.machine_changes import changed_sections
 from flexhex.diagnosis.toml_text import toml_text
 from flexhex.diagnosis.verdict import Changed, Estimate
 from flexhex.fmus.common.errors import OutputError, UsageError
+from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 from flexhex.fmus.common.model.bodies import INERTIA_NAMES, inertia, nominal_mechanism
@@ -108,8 +109,8 @@ def stays(machine: Machine, refused: set[str]) -> set[str]:
 
 
 def body_of(name: str) -> str:
-    """`upper` of `upper[3].J`."""
-    return name.partition(".")[0].partition("[")[0]
+    """`upper` of `upper.J[3]`."""
+    return array_of(name)
 
 
 def beside(machine: Machine, fit: Fit, kept: set[str]) -> Fit:
@@ -121,7 +122,7 @@ def beside(machine: Machine, fit: Fit, kept: set[str]) -> Fit:
         raise ValueError("a fit without covariance")
     listed, file = parameters(machine), base_parameters(machine)
     unit = np.eye(len(listed))
-    arms = [k for k, par in enumerate(listed) if par.name.startswith("upper[")]
+    arms = [k for k, par in enumerate(listed) if par.name.startswith("upper.J[")]
     rows = [unit[k] for k, par in enumerate(listed) if par.name in kept]
     if not all(listed[k].name in kept for k in arms):
         arms = [k for k in arms if listed[k].name not in kept]
@@ -141,7 +142,7 @@ def changes(machine: Machine, fit: Fit, kept: set[str]) -> list[Changed]:
     own, found, listed = _own_values(machine), list[Changed](), parameters(machine)
     shift = fit.p - base_parameters(machine)
     for par, moved in zip(listed, shift, strict=True):
-        name = "upper.J" if par.name == "upper[1].J" else par.name
+        name = "upper.J" if par.name == "upper.J[1]" else par.name
         if par.name not in kept and name in own:
             value = float(own[name] + moved)
             found.append(Changed(name, own[name], Estimate(value, (value, value), par.unit)))
@@ -161,7 +162,7 @@ def _own_values(machine: Machine) -> dict[str, float]:
         for body, ten in bodies.items():
             own |= {f"{body}.{n}": float(v) for n, v in zip(INERTIA_NAMES, ten, strict=True)}
     listed = zip(parameters(machine), base_parameters(machine), strict=True)
-    others = {par.name: float(v) for par, v in listed if not par.name.startswith("upper[")}
+    others = {par.name: float(v) for par, v in listed if not par.name.startswith("upper.J[")}
     return others | own
 
 

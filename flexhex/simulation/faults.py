@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from flexhex.ssp.fmu import item_of
 from flexhex.ssp.results import Result
 
 
@@ -11,7 +12,8 @@ from flexhex.ssp.results import Result
 class Fault:
     """One component's fault in one run.
 
-    value: the first that is not 0; first [s]: since when; share: of the samples that have one.
+    value: the first that is not 0; first [s]: since when; share: of the samples that have one;
+    item: what the FMU calls the value, empty for a result that does not say it.
     """
 
     run: str
@@ -19,10 +21,12 @@ class Fault:
     value: float
     first: float
     share: float
+    item: str = ""
 
     def __str__(self) -> str:
+        shown = f"{self.value:g} ({self.item})" if self.item else f"{self.value:g}"
         return (
-            f"{self.run}: {self.signal} = {self.value:g} from {self.first:g} s on,"
+            f"{self.run}: {self.signal} = {shown} from {self.first:g} s on,"
             f" {self.share:.1%} of the samples"
         )
 
@@ -35,5 +39,6 @@ def faults(run: str, result: Result) -> list[Fault]:
             if name.endswith(".fault") and values.any():
                 first = int(values.nonzero()[0][0])
                 time, share = float(group.time[first]), float((values != 0).mean())
-                found.append(Fault(run, name, float(values[first]), time, share))
+                item = item_of(group.descriptions.get(name, ""), values[first])
+                found.append(Fault(run, name, float(values[first]), time, share, item))
     return found

@@ -6,7 +6,9 @@ import re
 from typing import Any
 
 from flexhex.fmus.common.errors import StartValueError
+from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.parameters import ACTUATOR
 
 DESIGN = tuple(
     f"control.{key}" for key in ("f_crossover", "phase_margin", "integrator_ratio", "J_design")
@@ -43,16 +45,20 @@ STIFFNESS = {
 }
 
 
+_TERM = re.compile(rf"\b{ACTUATOR}\[(\d+)\]\.([okdcab])(?:\[(\d+)\])?$")
+_PART = re.compile(rf"\b({'|'.join((*BODIES, 'flexure'))})(?:\[\d+\])?\.(\w+)(?:\[\d+\])?$")
+
+
 def refused(machine: Machine, error: StartValueError, room: str) -> str:
     """`bodies.lower.m = 2200 kg: must be -100 to 100 kg (...)`: keys, values, range and remedy."""
     keys = keys_of(error, room)
     low, high = (f"{limit:.9g}" for limit in error.limits)
     unit = f" {error.unit}".removesuffix(" 1")
-    made = "" if len(keys) == 1 else f"{error.element or error.name} is {error.value:.9g}{unit}, "
+    made = "" if len(keys) == 1 else f"{error.name} is {error.value:.9g}{unit}, "
     remedy = "the value, was it meant in another unit?" if len(keys) == 1 else "one of them"
     return (
         f"{', '.join(shown(machine, key) for key in keys) or 'machine'}: {made}"
-        f"must be {low} to {high}{unit} (range of {error.name} in {room}.fmu):"
+        f"must be {low} to {high}{unit} (range{'' if made else f' of {error.name}'} in {room}.fmu):"
         f" correct {remedy}"
     )
 
@@ -62,20 +68,21 @@ def keys_of(error: StartValueError, room: str) -> tuple[str, ...]:
 
     An entry of a list is `actuator.o[2]`, counted from 1.
     """
-    variable, element = error.name.partition("[")[0], error.element
+    variable = array_of(error.name)
     if variable == "Ts":
         base = {"estimator": "adaptation", "plant": "base", "feedback": "base", "reference": "base"}
         return (f"timing.{base.get(room, 'feedforward')}",)
-    if variable in KEYS or not element:
-        return KEYS.get(variable, ())
-    owner, _, quantity = element.partition(".")
-    owner = owner.partition("[")[0]
-    if not quantity:
-        return (f"actuator.{element}",) if owner in ("o", "k", "d", "c", "a", "b") else ("effects",)
+    if variable in KEYS:
+        return KEYS[variable]
+    if term := _TERM.search(error.name):
+        arm, quantity, harmonic = term.groups()
+        return (f"actuator.{quantity}[{arm}{f',{harmonic}' if harmonic else ''}]",)
+    part = _PART.search(error.name)
+    if not part:
+        return ("effects",) if "." in error.name else ()
+    owner, quantity = part.groups()
     if owner == "flexure":
         return (STIFFNESS[quantity],)
-    if owner not in BODIES:
-        return ("effects",)
     keys = [f"{BODIES[owner]}.m"]
     if quantity != "m":
         keys.append(f"{BODIES[owner]}.c")

@@ -156,8 +156,7 @@ def _check_machine(path: Path, machine: Machine, truth: Truth | None) -> None:
     else:
         starts, names = start_values(machine, truth), (*BUILT, "drift_torque")
     for name in names:
-        elements = [f"{name}[{k}]" for k in range(1, len(starts[name]) + 1)]
-        built = [variables[n].start for n in elements if n in variables]
+        built = [v.start for v in variables.values() if v.array == name]
         if built != list(starts[name]):
             raise UsageError(
                 f"{path}: holds another machine than {machine.name} ({name} differs):"

@@ -45,20 +45,16 @@ class InterfaceError(FlexhexError):
 class StartValueError(InterfaceError):
     """A start value outside its variable's range.
 
-    name: `mechanism[103]`; element: what it is in an array of unlike things, `end_effector.m`;
-    value and limits (least, largest) in `unit`.
+    name: as FMI has it, `mechanism.end_effector.m`; value and limits (least, largest) in `unit`.
     """
 
-    def __init__(
-        self, name: str, element: str, value: float, limits: tuple[float, float], unit: str
-    ) -> None:
+    def __init__(self, name: str, value: float, limits: tuple[float, float], unit: str) -> None:
         written = f" {unit}".removesuffix(" 1")
         super().__init__(
-            f"{name}{f' ({element})' if element else ''} starts at {value:.9g}{written},"
+            f"{name} starts at {value:.9g}{written},"
             f" allowed {limits[0]:.9g} to {limits[1]:.9g}{written}"
         )
-        self.name, self.element = name, element
-        self.value, self.limits, self.unit = value, limits, unit
+        self.name, self.value, self.limits, self.unit = name, value, limits, unit
 
 
 class BuildError(FlexhexError):

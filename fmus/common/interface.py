@@ -1,8 +1,9 @@
 """What an FMU shows: variables with unit and range, sample time, constants, faults.
 
 The `interface.py` of an FMU's folder builds one `Interface` for a machine; `fmugen` turns it into
-modelDescription.xml, C structs and value references. Names are scalar (`fault`) or
-arrays (`theta`, shown as `theta[1]` ... in FMI and SSP, `theta[0]` ... in C).
+modelDescription.xml, C structs and value references. Names are scalar (`fault`) or arrays: `theta`
+is `theta[1]` ... in FMI and SSP, `theta[0]` ... in C; where the elements of an array are unlike
+things, FMI and SSP name each (`x_E.x`, `p.actuator[1].a[3]`) and C counts on.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,43 @@ from flexhex.fmus.common.errors import InterfaceError, StartValueError
 
 Causality = Literal["parameter", "input", "output"]
 Variability = Literal["fixed", "tunable", "discrete"]
+Type = Literal["Real", "Integer", "Boolean", "Enumeration"]
 Start = float | Sequence[float] | NDArray[np.float64]
 _NAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_]*")
+_ARRAY = re.compile(r"[^.\[]*")
+_WORD = r"(?:[A-Za-z_]\w*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
+STRUCTURED = re.compile(rf"{_WORD}(?:\.{_WORD})*|der\({_WORD}(?:\.{_WORD})*(?:,\d+)?\)", re.ASCII)
+"""Names of the convention `structured` (FMI 2.0, section 2.2.9)."""
+
+
+class Item(NamedTuple):
+    """One value of an enumeration, counted from 0; name: an identifier, as tools make one of it."""
+
+    name: str
+    description: str
+
+
+def indices(size: int) -> tuple[str, ...]:
+    """`[1]` ... `[size]`."""
+    return tuple(f"[{k}]" for k in range(1, size + 1))
+
+
+def value_of(text: str) -> float:
+    """A value of any type as FMI writes it: `0.5`, `2`, `true`. ValueError for another text."""
+    text = text.strip()
+    return float(text == "true") if text in ("true", "false") else float(text)
+
+
+def written(type_: str, value: float) -> str:
+    """The inverse: a value as FMI and SSP write it for a type; an enumeration's is a number."""
+    if type_ == "Real":
+        return repr(float(value))
+    return str(bool(value)).lower() if type_ == "Boolean" else str(round(value))
+
+
+def array_of(name: str) -> str:
+    """`p` of `p.actuator[1].o`, `theta` of `theta[3]`: all before the first dot or bracket."""
+    return _ARRAY.match(name)[0]  # type: ignore[index]
 
 
 @dataclass(frozen=True)
@@ -30,13 +66,16 @@ class Variable:
 
     start [unit] is one value for all elements or one per element. min, max [unit]
     hold for every element; a value outside them is refused by the FMU. elements and units
-    name and measure each element where an array holds unlike things (the parameters p);
-    units then overrules `unit`. initial_from: parameters from which an output's first value
-    comes, element by element where sizes agree. display: the unit that people read it in, when it
-    is not the usual one of its unit. nominal [unit]: its ordinary size.
+    name and measure each element where an array holds unlike things: `actuator[1].o` of p is
+    `p.actuator[1].o`, `[1].o` of actuator is `actuator[1].o`; units then overrules `unit`.
+    initial_from: parameters from which an output's first value comes, element by element where
+    sizes agree. display: the unit that people read it in, when it is not the usual one of its
+    unit. nominal [unit]: its ordinary size. type: that of FMI; in C everything is a double. items:
+    the values of an Enumeration.
 
-    Raises InterfaceError for a name that is no C identifier or a wrong number of start
-    values, StartValueError for one outside min..max.
+    Raises InterfaceError for a name that is no C identifier, an element's that is no structured
+    name of FMI or there twice, a wrong number of start values, StartValueError for one outside
+    min..max.
     """
 
     name: str
@@ -53,23 +92,35 @@ class Variable:
     units: tuple[str, ...] = ()
     initial_from: tuple[str, ...] = ()
     display: str = ""
+    type: Type = "Real"
+    items: tuple[Item, ...] = ()
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
             raise InterfaceError(f"variable {self.name!r}: not a C identifier")
         if self.causality == "parameter" and self.variability == "discrete":
             object.__setattr__(self, "variability", "fixed")
+        last = {"Boolean": 1.0, "Enumeration": len(self.items) - 1.0}.get(self.type)
+        if last is not None:
+            object.__setattr__(self, "min", 0.0)
+            object.__setattr__(self, "max", last)
         for k, value in enumerate(self.starts):
             if not self.min <= value <= self.max:
-                element = self.elements[k] if self.elements else ""
                 unit = self.units[k] if self.units else self.unit
-                limits = (self.min, self.max)
-                raise StartValueError(self.scalar_names[k], element, value, limits, unit)
+                raise StartValueError(self.scalar_names[k], value, (self.min, self.max), unit)
+            if self.type != "Real" and value != round(value):
+                name = self.scalar_names[k]
+                raise InterfaceError(f"{name} starts at {value:.9g}, must be a whole number")
         for what, texts in (("names", self.elements), ("units", self.units)):
             if texts and len(texts) != self.count:
                 raise InterfaceError(
                     f"{self.name}: {len(texts)} {what} of elements, {self.count} elements"
                 )
+        for name in self.scalar_names:
+            if not STRUCTURED.fullmatch(name):
+                raise InterfaceError(f"{name!r}: no structured name like arm[3].lam_Q[1]")
+        if len(set(self.elements)) < len(self.elements):
+            raise InterfaceError(f"{self.name}: an element's name is there twice")
 
     @property
     def count(self) -> int:
@@ -88,10 +139,17 @@ class Variable:
 
     @property
     def scalar_names(self) -> tuple[str, ...]:
-        """FMI names: `fault`, or `theta[1]` ... `theta[6]`."""
+        """FMI names: `fault`, `theta[1]` ... `theta[6]`, or `x_E.x`, `x_E.y`, `x_E.z`."""
+        return tuple(f"{self.name}{suffix}" for suffix in self.suffixes)
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """What follows the array's name in those of its elements: `[1]`, `.x`."""
         if self.size is None:
-            return (self.name,)
-        return tuple(f"{self.name}[{k}]" for k in range(1, self.size + 1))
+            return ("",)
+        if not self.elements:
+            return indices(self.size)
+        return tuple(e if e.startswith("[") else f".{e}" for e in self.elements)
 
 
 @dataclass(frozen=True)
@@ -100,7 +158,7 @@ class Interface:
 
     `constants` become #defines of the generated header, prefixed with the folder's
     name in capitals. Every interface gets the parameter `Ts` and the output `fault`; faults:
-    what its values from 2 on mean.
+    its values from 2 on.
     """
 
     name: str
@@ -108,7 +166,7 @@ class Interface:
     Ts: float
     variables: tuple[Variable, ...]
     constants: Mapping[str, int] = field(default_factory=dict)
-    faults: tuple[str, ...] = ()
+    faults: tuple[Item, ...] = ()
 
     def __post_init__(self) -> None:
         names = [v.name for v in self.variables]
@@ -134,13 +192,26 @@ class Interface:
     @property
     def outputs(self) -> tuple[Variable, ...]:
         """Outputs in value-reference order (after the inputs); `fault` comes last."""
-        codes = ("none", "refused input or call", *self.faults)
-        text = "; ".join(f"{code}: {meaning}" for code, meaning in enumerate(codes))
-        fault = Variable("fault", "output", "1", text, min=0.0, max=255.0)
+        items = (*_FAULTS, *self.faults)
+        fault = Variable("fault", "output", "1", "what is wrong", type="Enumeration", items=items)
         return (*self._of("output"), fault)
 
     def _of(self, causality: Causality) -> tuple[Variable, ...]:
         return tuple(v for v in self.variables if v.causality == causality)
+
+
+_FAULTS = (Item("none", "all is well"), Item("refused", "refused input or call"))
+"""Values 0 and 1 of every `fault`."""
+
+
+def flag(name: str, causality: Causality, description: str, start: Start, **more: Any) -> Variable:
+    """A Boolean; start is 0 or 1."""
+    return Variable(name, causality, "1", description, start=start, type="Boolean", **more)
+
+
+def count(name: str, description: str, start: int, low: int, high: int) -> Variable:
+    """A parameter that is a whole number."""
+    return parameter(name, "1", description, start, low, high, type="Integer")
 
 
 def parameter(

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Item, Variable, flag, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
-from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
+from flexhex.fmus.common.model.rest import basis_at_rest, basis_names, holding_torque
 from flexhex.fmus.estimator.equations import row_width
 
 INNOVATION = "innovation: measured torque minus its prediction with the estimate before the update"
@@ -67,7 +67,7 @@ def _settings(
     return (
         parameter("p0", "1", "first estimate", p0, -1e4, 1e4, **named),
         parameter("scale", "1", "normalisation of each parameter", scale, 1e-12, 1e4, **named),
-        parameter("adapt", "1", "1: estimated, 0: fixed at p0", 1, 0, 1, **each),
+        flag("adapt", "parameter", "true: estimated, false: fixed at p0", 1, **each),
         parameter("R1", "1", drift, noise, 0, 1, **each),
         parameter("R2", "N2 m2", "variance of the measured torque", c.R2, 1e-9, 1e3),
         parameter("P0", "1", "first normalised variance of each parameter", c.P0, 0, 1e3, **each),
@@ -96,7 +96,15 @@ def interface(machine: Machine) -> Interface:
         *_settings(machine, p0, named),
         *coordinate_inputs(machine, "filtered x~"),
         Variable(
-            "chi_f", "input", "1", "filtered actuator basis", len(chi), chi, min=-reach, max=reach
+            "chi_f",
+            "input",
+            "1",
+            "filtered actuator basis",
+            len(chi),
+            chi,
+            min=-reach,
+            max=reach,
+            elements=basis_names(machine),
         ),
         Variable(
             "tau_f",
@@ -120,5 +128,8 @@ def interface(machine: Machine) -> Interface:
         machine.timing.adaptation,
         variables,
         {"N": n, "N_X": len(x0), "N_P": len(listed), "WIDTH": row_width(machine)},
-        ("regressor not finite, p unchanged", "covariance not positive definite, p unchanged"),
+        (
+            Item("not_finite", "regressor not finite, p unchanged"),
+            Item("covariance", "covariance not positive definite, p unchanged"),
+        ),
     )

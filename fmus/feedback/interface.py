@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Item, Variable, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.rest import holding_torque
 from flexhex.fmus.feedback.design import design
@@ -79,5 +79,8 @@ def interface(machine: Machine) -> Interface:
         machine.timing.base,
         variables,
         {"N": n, "MAX_DELAY": MAX_DELAY},
-        ("torque limit reached in a joint", "tracking error beyond e_max in a joint"),
+        (
+            Item("torque_limit", "torque limit reached in a joint"),
+            Item("tracking_error", "tracking error beyond e_max in a joint"),
+        ),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Item, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.geometry import Frames, coordinate_inputs
@@ -37,5 +37,5 @@ def interface(machine: Machine) -> Interface:
         machine.timing.feedforward,
         variables,
         {"N": n, "N_X": len(x0), "N_P": len(listed), **Bank.compensated(machine).constants},
-        ("torque not finite, the last finite torque is shown",),
+        (Item("not_finite", "torque not finite, the last finite torque is shown"),),
     )

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Variable, count, flag, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
-from flexhex.fmus.common.model.rest import basis_at_rest, holding_torque
+from flexhex.fmus.common.model.rest import basis_at_rest, basis_names, holding_torque
 
 MAX_ALIGNMENT = 20
 """Longest extra delay of tau_f and chi_f, in samples."""
@@ -13,17 +13,15 @@ MAX_ALIGNMENT = 20
 
 def switches() -> tuple[Variable, ...]:
     """Parameters of the filter."""
-    alignment = (
-        "delay of tau_f and chi_f in samples, whole: that of the kinematics after the filter"
-    )
-    basis = "1: filtered basis of the raw angle; 0: basis at the filtered angle, as in [SH]"
+    alignment = "delay of tau_f and chi_f in samples: that of the kinematics after the filter"
+    basis = "true: filtered basis of the raw angle; false: basis at the filtered angle, as in [SH]"
     play = (
         "half width of the backlash between an angle and its Dahl state: four standard deviations"
         " of the angle's noise; 0: none"
     )
     return (
-        parameter("alignment", "1", alignment, 1, 0, MAX_ALIGNMENT),
-        parameter("basis", "1", basis, 1, 0, 1),
+        count("alignment", alignment, 1, 0, MAX_ALIGNMENT),
+        flag("basis", "parameter", basis, 1),
         parameter("play", "rad", play, 0, 0, 1e-3, display="urad"),
     )
 
@@ -50,7 +48,15 @@ def interface(machine: Machine) -> Interface:
         Variable("theta_fd", "output", "rad/s", "their rates", size=n),
         Variable("theta_fdd", "output", "rad/s2", "their accelerations", size=n),
         Variable("tau_f", "output", "N m", "filtered torques", size=n),
-        Variable("chi_f", "output", "1", "filtered actuator basis", len(chi), chi),
+        Variable(
+            "chi_f",
+            "output",
+            "1",
+            "filtered actuator basis",
+            len(chi),
+            chi,
+            elements=basis_names(machine),
+        ),
     )
     return Interface(
         "filter",

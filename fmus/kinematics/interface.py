@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Item, Variable, count, flag, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.geometry import Frames, coordinates
 
@@ -12,9 +12,7 @@ def interface(machine: Machine) -> Interface:
     n, x0 = machine.n_arms, Frames.of(machine).x0
     reach = round(1.15 * machine.geometry.stroke, 6)
     variables = (
-        parameter(
-            "corrections", "1", "Newton corrections per tick, whole; [SH] uses one", 1, 1, 10
-        ),
+        count("corrections", "Newton corrections per tick; [SH] uses one", 1, 1, 10),
         parameter(
             "tolerance",
             "1",
@@ -38,7 +36,7 @@ def interface(machine: Machine) -> Interface:
         ),
         Variable("z", "output", "1", "Dahl states", size=n, min=-1, max=1),
         Variable("residual", "output", "1", "|D| after the corrections", min=0),
-        Variable("converged", "output", "1", "1: residual within tolerance", start=1, min=0, max=1),
+        flag("converged", "output", "residual within tolerance", 1),
     )
     return Interface(
         "kinematics",
@@ -46,5 +44,5 @@ def interface(machine: Machine) -> Interface:
         machine.timing.feedforward,
         variables,
         {"N": n, "N_X": len(x0), "N_D": len(x0) - n},
-        ("pose out of reach, the last good pose is shown",),
+        (Item("out_of_reach", "pose out of reach, the last good pose is shown"),),
     )

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Item, Variable, count, flag, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import mechanism_names, mechanism_units, nominal_mechanism
 from flexhex.fmus.common.model.effect_bank import Bank
-from flexhex.fmus.common.model.geometry import Frames
-from flexhex.fmus.common.model.parameters import actuator_parameters, base_parameters
+from flexhex.fmus.common.model.geometry import AXES, Frames
+from flexhex.fmus.common.model.parameters import ACTUATOR, actuator_parameters, base_parameters
 from flexhex.fmus.common.model.rest import holding_torque
 from flexhex.fmus.plant.effects import SUBSTEPS, constants
 
@@ -36,16 +36,16 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
         mechanism_units(n, machine.has_platform),
     )
     actuators = _vector(
-        "actuator",
+        ACTUATOR,
         "torque terms of every actuator",
         base_parameters(machine)[: len(listed)],
-        tuple(par.name for par in listed),
+        tuple(par.name.removeprefix(ACTUATOR) for par in listed),
         tuple(par.unit for par in listed),
     )
     return (
         bodies,
         actuators,
-        parameter("substeps", "1", "integration steps per Ts, whole", 1, 1, SUBSTEPS),
+        count("substeps", "integration steps per Ts", 1, 1, SUBSTEPS),
         parameter("f_current", "Hz", "bandwidth of the current loop", drive.f_current, 1, 1e5),
         parameter("tau_max", "N m", "torque limit", drive.tau_max, 0, 1e4),
         parameter("tau_step", "N m", QUANTUM, drive.K_t * drive.I_step, 0, 10),
@@ -57,8 +57,7 @@ def parameters(machine: Machine) -> tuple[Variable, ...]:
 
 
 def _delay(name: str, what: str, steps: float) -> Variable:
-    text = f"extra delay of {what} in multiples of Ts, whole"
-    return parameter(name, "1", text, round(steps), 0, MAX_DELAY)
+    return count(name, f"extra delay of {what} in multiples of Ts", round(steps), 0, MAX_DELAY)
 
 
 def _vector(
@@ -100,8 +99,8 @@ def pose(machine: Machine) -> tuple[Variable, ...]:
         return ()
     x_E0 = machine.platform.x_E0
     return (
-        Variable("x_E", "output", "m", "position of E, exact", size=3, start=x_E0),
-        Variable("phi_E", "output", "rad", "rotation vector of E, exact", size=3),
+        Variable("x_E", "output", "m", "position of E, exact", 3, x_E0, elements=AXES),
+        Variable("phi_E", "output", "rad", "rotation vector of E, exact", 3, elements=AXES),
     )
 
 
@@ -127,7 +126,7 @@ def interface(machine: Machine) -> Interface:
             "tau_meas", "output", "N m", "motor torque, drive reading at the same instant", size=n
         ),
         *pose(machine),
-        Variable("end_stop", "output", "1", "1: the mechanism is at an end stop", min=0, max=1),
+        flag("end_stop", "output", "the mechanism is at an end stop", 0),
     )
     n_p = len(actuator_parameters(machine))
     return Interface(
@@ -145,5 +144,8 @@ def interface(machine: Machine) -> Interface:
             "HIDDEN": 0,
             **constants(machine),
         },
-        ("end stop reached, the mechanism rests there", "integration diverged: raise substeps"),
+        (
+            Item("end_stop", "end stop reached, the mechanism rests there"),
+            Item("diverged", "integration diverged: raise substeps"),
+        ),
     )

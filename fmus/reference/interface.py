@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.interface import Interface, Item, Variable, count, parameter
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.reference.equations import MAX_SINES
 
+KINDS = (
+    Item("setpoints", "random setpoints"),
+    Item("triangle", "slow triangle"),
+    Item("multisine", "sum of sines"),
+    Item("chirp", "sine of rising frequency"),
+    Item("hold", "hold at zero"),
+)
 MAX_PAYLOADS = 8
 """Longest payload schedule, in changes of the mass."""
 MAX_PAYLOAD = 50.0
@@ -15,9 +22,8 @@ MAX_PAYLOAD = 50.0
 def schedule(machine: Machine) -> tuple[Variable, ...]:
     """Which trajectory, how often and how far; amplitude is limited to the stroke."""
     ref, stroke = machine.reference, machine.geometry.stroke
-    kinds = "0 random setpoints, 1 triangle, 2 multisine, 3 chirp, 4 hold at zero"
     return (
-        parameter("kind", "1", kinds, 0, 0, 4),
+        parameter("kind", "1", "trajectory", 0, 0, 4, type="Enumeration", items=KINDS),
         parameter("seed", "1", "seed of setpoints and phases, whole", 1, 0, 2.0**53),
         parameter(
             "amplitude",
@@ -30,7 +36,7 @@ def schedule(machine: Machine) -> tuple[Variable, ...]:
         ),
         parameter("t_start", "s", "hold at zero before the first pass, whole Ts", 2, 0, 1e4),
         parameter("duration", "s", "length of one pass, whole Ts", ref.duration, 1e-3, 1e5),
-        parameter("passes", "1", "number of passes, whole", 3, 1, 1e6),
+        count("passes", "number of passes", 3, 1, 1_000_000),
     )
 
 
@@ -44,7 +50,7 @@ def shapes(machine: Machine) -> tuple[Variable, ...]:
         parameter("rounding", "rad/s2", "triangle: acceleration in its corners", 1, 1e-3, 1e4),
         parameter("fade", "s", "multisine, chirp: fading in and out", 1, 1e-3, 1e4),
         parameter("f_base", "Hz", "multisine: lowest frequency", 0.1, 1e-3, 100),
-        parameter("n_sines", "1", "multisine: sines at 1, 2, ... f_base, whole", 10, 1, MAX_SINES),
+        count("n_sines", "multisine: sines at 1, 2, ... f_base", 10, 1, MAX_SINES),
         parameter("f0", "Hz", "chirp: frequency at its begin", 0.1, 0, 500),
         parameter("f1", "Hz", "chirp: frequency at its end", 3, 0, 500),
     )
@@ -57,9 +63,7 @@ def payloads() -> tuple[Variable, ...]:
         return Variable(name, "parameter", unit, text, MAX_PAYLOADS, min=0, max=high)
 
     return (
-        parameter(
-            "payload_count", "1", "entries of the schedule in use, whole", 0, 0, MAX_PAYLOADS
-        ),
+        count("payload_count", "entries of the schedule in use", 0, 0, MAX_PAYLOADS),
         entries("payload_time", "s", "when each mass comes, ascending", 1e6),
         entries("payload_mass", "kg", "mass from then on", MAX_PAYLOAD),
     )

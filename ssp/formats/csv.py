@@ -18,6 +18,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from flexhex.fmus.common.errors import LogError
+from flexhex.fmus.common.interface import indices
 from flexhex.ssp.result import FORMAT, VERSION, Array, FmuTime, Group, Meta, Result, plain
 
 BLOCK = 4096
@@ -151,7 +152,8 @@ def _result(head: dict[str, str], names: list[str], lines: list[str]) -> Result:
         signals = {k: s for k, s in about["signal"].items() if s["rate"] == rate}
         width = 1 + sum(s["columns"] or 1 for s in signals.values())
         values = _numbers(lines, range(first, first + width), told["rows"])
-        groups[rate] = _group(told["period"], base, signals, values)
+        columns = names[first : first + width]
+        groups[rate] = _group(told["period"], base, signals, values, columns)
         first += width
     times = {name: FmuTime(**spent) for name, spent in about["fmu"].items()}
     result = Result(groups, times, float(head["duration_s"]), float(head["wall_s"]), meta)
@@ -168,13 +170,18 @@ def _numbers(lines: list[str], columns: range, rows: int) -> Array:
     return np.loadtxt(part, delimiter=",", usecols=columns, ndmin=2, comments=None)
 
 
-def _group(period: int, base: float, about: dict[str, dict[str, Any]], values: Array) -> Group:
-    signals, first = {}, 1
+def _group(
+    period: int, base: float, about: dict[str, dict[str, Any]], values: Array, names: list[str]
+) -> Group:
+    signals, elements, first = {}, {}, 1
     for name, told in about.items():
         size = told["columns"]
         block = values[:, first : first + (size or 1)]
         signals[name] = block[:, 0] if size is None else block
+        each = tuple(n.removeprefix(name) for n in names[first : first + (size or 1)])
+        if size is not None and each != indices(size):
+            elements[name] = each
         first += size or 1
     units = {name: told["unit"] for name, told in about.items()}
     descriptions = {name: told["description"] for name, told in about.items()}
-    return Group(period, base, signals, units, descriptions)
+    return Group(period, base, signals, units, descriptions, elements)

@@ -1,7 +1,8 @@
 """Results in HDF5: a group for each rate with its `time` [s], a data set for each signal.
 
 Attributes `unit` and `description` stand at each data set; an array whose elements differ in
-their unit has one string for each. `meta` holds the provenance, `times` the time in each FMU.
+their unit has one string for each. Where elements have names, `elements` holds what follows the
+array's name (`.x`, `.actuator[1].o`). `meta` holds the provenance, `times` the time in each FMU.
 """
 
 from __future__ import annotations
@@ -38,7 +39,10 @@ def write(path: Path, result: Result, meta: Meta) -> None:
                 units = group.column_units(signal)
                 units = units[:1] if len(set(units)) == 1 else units
                 text = group.descriptions.get(signal, "")
-                _describe(_stored(target, signal, values), units, text)
+                data = _stored(target, signal, values)
+                _describe(data, units, text)
+                if signal in group.elements:
+                    data.attrs["elements"] = np.array(group.elements[signal], h5py.string_dtype())
         times = file.create_group("times")
         for name, spent in result.times.items():
             times.create_group(name).attrs.update(vars(spent))
@@ -109,6 +113,11 @@ def _read(file: h5py.File) -> Result:
             {signal: np.asarray(data[()], dtype=np.float64) for signal, data in signals.items()},
             {signal: _unit(data.attrs["unit"]) for signal, data in signals.items()},
             {signal: str(data.attrs["description"]) for signal, data in signals.items()},
+            {
+                signal: tuple(map(str, data.attrs["elements"]))
+                for signal, data in signals.items()
+                if "elements" in data.attrs
+            },
         )
     times = {name: _time(group.attrs) for name, group in file["times"].items()}
     meta = {key: plain(value) for key, value in file["meta"].attrs.items()}

@@ -2,7 +2,7 @@
 
 One struct for each rate (`rate_0_25ms`) with `time` [s] and a field for each signal
 (`plant_theta`, samples × axes), whose structs `unit`, `name` and `description` have the same
-fields. `meta` holds the provenance.
+fields; `name` lists those of an array's elements where they have any. `meta` holds the provenance.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ def _struct(group: Group) -> dict[str, object]:
         each = group.column_units(signal)
         units[field] = each[0] if len(set(each)) == 1 else np.array(each, dtype=object)
     samples = {field: group.signals[signal] for signal, field in fields.items()}
-    names = {field: signal for signal, field in fields.items()}
+    names = {
+        field: np.array(group.columns(signal), dtype=object) if signal in group.elements else signal
+        for signal, field in fields.items()
+    }
     texts = {field: group.descriptions.get(signal, "") for signal, field in fields.items()}
     return {"time": group.time, **samples, "unit": units, "name": names, "description": texts}
 

@@ -20,11 +20,12 @@ from studies.generator.trajectories import RATE, WARM
 from tests.oracles.calculus import Array
 
 FAMILY = "generator"
+JOINTS = 6
 STARTS = {
     "payload": ("end_effector", "payload"),
     "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
-    "offset": ("o[", "actuator.o", "offset"),
-    "damping": ("d[", "actuator.d", "damping"),
+    "offset": (*(f"actuator[{i}].o" for i in range(1, JOINTS + 1)), "offset"),
+    "damping": (*(f"actuator[{i}].d" for i in range(1, JOINTS + 1)), "damping"),
 }
 """How a right name of a changed parameter may begin, by what was changed."""
 GAINS = {

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import ctypes as ct
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from lxml import etree
 
 OK, WARNING, DISCARD, ERROR = 0, 1, 2, 3
+NUMBERS: dict[str, Any] = {"Real": ct.c_double, "Integer": ct.c_int, "Boolean": ct.c_int}
+"""What the functions of FMI pass."""
+KINDS = {kind: kind for kind in NUMBERS} | {"Enumeration": "Integer"}
 Logger = ct.CFUNCTYPE(None, ct.c_void_p, ct.c_char_p, ct.c_int, ct.c_char_p, ct.c_char_p)
 Allocate = ct.CFUNCTYPE(ct.c_void_p, ct.c_size_t, ct.c_size_t)
 Free = ct.CFUNCTYPE(None, ct.c_void_p)
@@ -35,6 +39,9 @@ class Binary:
             archive.extractall(folder)
         self.folder = folder
         self.xml = etree.parse(str(folder / "modelDescription.xml")).getroot()
+        self.kinds = {
+            int(v.get("valueReference")): KINDS[v[0].tag] for v in self.xml.iter("ScalarVariable")
+        }
         self.name = str(self.xml.get("modelName"))
         self.guid = str(self.xml.get("guid"))
         self.library = ct.CDLL(str(folder / "binaries" / "linux64" / f"{self.name}.so"))
@@ -96,23 +103,36 @@ class Slave:
         return self.call("fmi2SetupExperiment", 0, ct.c_double(0), ct.c_double(start), *stops)
 
     def set(self, references: Sequence[int], values: Iterable[float]) -> int:
-        """fmi2SetReal."""
-        count = len(references)
-        vr, value = (ct.c_uint * count)(*references), (ct.c_double * count)(*values)
-        return self.call("fmi2SetReal", vr, ct.c_size_t(count), value)
+        """fmi2SetReal, fmi2SetInteger, fmi2SetBoolean by the variables' types: worst status."""
+        given, worst = dict(zip(references, values, strict=True)), OK
+        for kind, vr, _ in self._by_kind(references):
+            plain = float if kind == "Real" else int
+            numbers = (NUMBERS[kind] * len(vr))(*(plain(given[k]) for k in vr))
+            worst = max(worst, self.call(f"fmi2Set{kind}", vr, ct.c_size_t(len(vr)), numbers))
+        return worst
 
     def get(self, references: Sequence[int]) -> list[float]:
-        """fmi2GetReal, which must succeed."""
+        """fmi2GetReal and the others, which must succeed."""
         status, values = self.try_get(references)
         assert status == OK, self.said
         return values
 
     def try_get(self, references: Sequence[int]) -> tuple[int, list[float]]:
-        """fmi2GetReal: status and values."""
-        count = len(references)
-        vr, value = (ct.c_uint * count)(*references), (ct.c_double * count)(*[-77.0] * count)
-        status = self.call("fmi2GetReal", vr, ct.c_size_t(count), value)
-        return status, list(value)
+        """fmi2GetReal and the others: worst status, and values, -77 for what was not written."""
+        found, worst = [-77.0] * len(references), OK
+        for kind, vr, at in self._by_kind(references):
+            numbers = (NUMBERS[kind] * len(vr))(*[-77] * len(vr))
+            worst = max(worst, self.call(f"fmi2Get{kind}", vr, ct.c_size_t(len(vr)), numbers))
+            for k, value in zip(at, numbers, strict=True):
+                found[k] = float(value)
+        return worst, found
+
+    def _by_kind(self, references: Sequence[int]) -> Iterator[tuple[str, Any, list[int]]]:
+        """References by the function that takes them, with their places; unknown ones are Reals."""
+        kinds = [self.binary.kinds.get(k, "Real") for k in references]
+        for kind in dict.fromkeys(kinds):
+            at = [k for k, other in enumerate(kinds) if other == kind]
+            yield kind, (ct.c_uint * len(at))(*(references[k] for k in at)), at
 
     def step(self, time: float, size: float) -> int:
         """fmi2DoStep."""

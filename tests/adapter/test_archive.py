@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 import zipfile
 from pathlib import Path
@@ -17,7 +18,7 @@ from flexhex.fmugen.fmu import build_fmu
 from flexhex.fmus.common.errors import BuildError, InterfaceError
 from flexhex.fmus.common.interface import Interface, Variable
 from tests.adapter import toys
-from tests.adapter.slave import Binary, Slave
+from tests.adapter.slave import ERROR, Binary, Slave
 from tests.adapter.toys import VR
 
 
@@ -108,21 +109,24 @@ def test_numbers_read_back_exactly(tmp_path: Path) -> None:
     slave.free()
 
 
-def test_elements_carry_their_own_units_and_texts(tmp_path: Path) -> None:
+def test_elements_carry_their_own_units_and_names(tmp_path: Path) -> None:
     interface = changed(
-        toys.interface(), "begin", units=("rad", "N m", "kg m2"), elements=("tilt", "", "inertia")
+        toys.interface(),
+        "begin",
+        units=("rad", "N m", "kg m2"),
+        elements=("tilt", "[2]", "body.J[1]"),
     )
     path = build_fmu(interface, toys.functions(), toys.STEP_C, tmp_path)
     assert validate_fmu(str(path)) == []
     with zipfile.ZipFile(path) as archive:
         xml = etree.fromstring(archive.read("modelDescription.xml"))
-    found = [xml.find(f".//ScalarVariable[@name='begin[{k}]']") for k in (1, 2, 3)]
+    names = ("begin.tilt", "begin[2]", "begin.body.J[1]")
+    found = [xml.find(f".//ScalarVariable[@name='{name}']") for name in names]
     assert [v.find("Real").get("unit") for v in found] == ["rad", "N m", "kg m2"]
-    assert [v.get("description") for v in found] == [
-        "first integral: tilt",
-        "first integral",
-        "first integral: inertia",
-    ]
+    slave = Slave(Binary(path, tmp_path / "unpacked"))
+    for name in names:
+        assert slave.set([VR["begin[1]"] + names.index(name)], [math.nan]) == ERROR
+        assert f"{name} = nan" in slave.said, "the binary knows the name too"
     inertia = xml.find("UnitDefinitions/Unit[@name='kg m2']/BaseUnit")
     assert dict(inertia.attrib) == {"kg": "1", "m": "2"}
 

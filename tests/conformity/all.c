@@ -29,6 +29,8 @@ enum { STEPS = 1000, MOST = 2048, ARENA = 1 << 24 };
   extern fmi2ExitInitializationModeTYPE id##_fmi2ExitInitializationMode;   \
   extern fmi2GetRealTYPE id##_fmi2GetReal;                                 \
   extern fmi2SetRealTYPE id##_fmi2SetReal;                                 \
+  extern fmi2GetIntegerTYPE id##_fmi2GetInteger;                           \
+  extern fmi2GetBooleanTYPE id##_fmi2GetBoolean;                           \
   extern fmi2DoStepTYPE id##_fmi2DoStep;
 FMUS(DECLARE)
 
@@ -41,6 +43,8 @@ typedef struct {
   fmi2ExitInitializationModeTYPE *leave;
   fmi2GetRealTYPE *get;
   fmi2SetRealTYPE *set;
+  fmi2GetIntegerTYPE *get_integer;
+  fmi2GetBooleanTYPE *get_boolean;
   fmi2DoStepTYPE *step;
   fmi2Component c;
   uint64_t hash;
@@ -55,6 +59,8 @@ typedef struct {
    id##_fmi2ExitInitializationMode,  \
    id##_fmi2GetReal,                 \
    id##_fmi2SetReal,                 \
+   id##_fmi2GetInteger,              \
+   id##_fmi2GetBoolean,              \
    id##_fmi2DoStep,                  \
    NULL,                             \
    UINT64_C(0xcbf29ce484222325)},
@@ -69,9 +75,22 @@ static void hear(fmi2ComponentEnvironment environment, fmi2String name, fmi2Stat
 
 static const fmi2CallbackFunctions callbacks = {hear, NULL, NULL, NULL, NULL};
 
+/* An output of any type */
+static int read_one(const fmu *f, fmi2ValueReference vr, flexhex_type type, double *value) {
+  int whole = 0;
+  if (type == FLEXHEX_REAL) {
+    return f->get(f->c, &vr, 1, value) != fmi2OK;
+  }
+  const fmi2Status status = type == FLEXHEX_INTEGER ? f->get_integer(f->c, &vr, 1, &whole)
+                                                    : f->get_boolean(f->c, &vr, 1, &whole);
+  *value = whole;
+  return status != fmi2OK;
+}
+
 /* Inputs a little beside their start values, outputs into the hash (FNV-1a) */
 static int one_step(fmu *f, int n) {
   static fmi2ValueReference in[MOST], out[MOST];
+  static flexhex_type types[MOST];
   static double u[MOST], y[MOST];
   size_t n_in = 0, n_out = 0;
   unsigned vr = 0;
@@ -83,6 +102,7 @@ static int one_step(fmu *f, int n) {
         in[n_in] = vr;
         u[n_in++] = fmin(fmax(wanted, v->min), v->max);
       } else if (v->kind == FLEXHEX_OUTPUT) {
+        types[n_out] = v->type;
         out[n_out++] = vr;
       }
     }
@@ -90,7 +110,9 @@ static int one_step(fmu *f, int n) {
   const double base = f->model->base_step;
   int bad = f->set(f->c, in, n_in, u) != fmi2OK;
   bad += f->step(f->c, n * base, base, fmi2True) != fmi2OK;
-  bad += f->get(f->c, out, n_out, y) != fmi2OK;
+  for (size_t k = 0; k < n_out; ++k) {
+    bad += read_one(f, out[k], types[k], &y[k]);
+  }
   unsigned char bytes[sizeof y];
   memcpy(bytes, y, n_out * sizeof *y);
   for (size_t k = 0; k < n_out * sizeof *y; ++k) {

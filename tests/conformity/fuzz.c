@@ -30,14 +30,19 @@ static bool look(const subject *s, double *values) {
   if (s->phase != C && s->phase != T) {
     return false;
   }
-  static fmi2ValueReference *all;
-  if (!all) {
-    all = malloc(n_values * sizeof *all);
-    for (unsigned k = 0; k < n_values; ++k) {
-      all[k] = k;
+  static int *whole;
+  static double *real;
+  whole = whole ? whole : malloc(n_values * sizeof *whole);
+  real = real ? real : malloc(n_values * sizeof *real);
+  for (int t = 0; t < 3; ++t) {
+    if (get(s, t, of_type[t], n_of_type[t], real, whole) != fmi2OK) {
+      return false;
+    }
+    for (unsigned k = 0; k < n_of_type[t]; ++k) {
+      values[of_type[t][k]] = t == FLEXHEX_REAL ? real[k] : whole[k];
     }
   }
-  return fmi2GetReal(s->c, all, n_values, values) == fmi2OK;
+  return true;
 }
 
 static fmi2Component make(void) {
@@ -80,7 +85,7 @@ static int any_call(subject *s, fmi2Status *status) {
     return status_call(s, below(5), status);
   }
   if (choice < 850) {
-    return empty_call(s, below(10), status);
+    return empty_call(s, below(6), status);
   }
   if (choice < 870) {
     return logging(s, status);

@@ -14,7 +14,8 @@
 static uint64_t seed;
 static unsigned n_values;
 static double *low, *high, *first;
-static int *kind;
+static int *kind, *type;
+static unsigned *of_type[3], n_of_type[3]; /* references by type */
 
 /* xorshift, 64 bits (Marsaglia) */
 static uint64_t draw(void) {
@@ -33,6 +34,12 @@ static double number(unsigned vr) {
                         -0.0,  DBL_MAX,  -1e9,      5e-324,
                         1e300, low[vr],  high[vr],  nextafter(high[vr], INFINITY)};
   const unsigned choice = below(240);
+  if (type[vr] == FLEXHEX_BOOLEAN) {
+    return choice < 4 ? (double)choice - 1.0 : below(2);
+  }
+  if (type[vr] == FLEXHEX_INTEGER) {
+    return first[vr] + (choice < 20 ? (double)below(2000001) - 1e6 : (double)below(5) - 2.0);
+  }
   if (choice < sizeof odd / sizeof *odd) {
     return odd[choice];
   }
@@ -52,6 +59,10 @@ static void describe(void) {
     *tables[k] = calloc(n_values, sizeof(double));
   }
   kind = calloc(n_values, sizeof *kind);
+  type = calloc(n_values, sizeof *type);
+  for (int k = 0; k < 3; ++k) {
+    of_type[k] = calloc(n_values, sizeof *of_type[k]);
+  }
   unsigned vr = 0;
   for (int k = 0; k < model->n_variables; ++k) {
     const flexhex_variable *v = &model->variables[k];
@@ -59,6 +70,8 @@ static void describe(void) {
       low[vr] = v->min;
       high[vr] = v->max;
       kind[vr] = (int)v->kind;
+      type[vr] = (int)v->type;
+      of_type[v->type][n_of_type[v->type]++] = vr;
       first[vr] = model->starts[vr];
     }
   }

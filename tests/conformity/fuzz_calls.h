@@ -24,27 +24,48 @@ static void fail(const char *what, long call) {
   exit(1);
 }
 
+static fmi2Status get(const subject *s, int t, const fmi2ValueReference *vr, size_t n, double *real,
+                      int *whole) {
+  return t == FLEXHEX_REAL      ? fmi2GetReal(s->c, vr, n, real)
+         : t == FLEXHEX_INTEGER ? fmi2GetInteger(s->c, vr, n, whole)
+                                : fmi2GetBoolean(s->c, vr, n, whole);
+}
+
+static fmi2Status set_all(const subject *s, int t, const fmi2ValueReference *vr, size_t n,
+                          const double *real, const int *whole) {
+  return t == FLEXHEX_REAL      ? fmi2SetReal(s->c, vr, n, real)
+         : t == FLEXHEX_INTEGER ? fmi2SetInteger(s->c, vr, n, whole)
+                                : fmi2SetBoolean(s->c, vr, n, whole);
+}
+
 /* Wanted answers: 1 good, 0 refused, 2 discarded, -1 good or refused. */
 static int values(subject *s, bool set, fmi2Status *status) {
   fmi2ValueReference vr[MOST];
   double value[MOST];
-  const unsigned n = below(MOST + 1), start = below(n_values);
+  int whole[MOST];
+  const int t = below(3) ? FLEXHEX_REAL : (int)below(3);
+  const unsigned count = n_of_type[t];
+  const unsigned n = count ? below(MOST + 1) : 0, start = below(count ? count : 1);
   bool good = true;
   for (unsigned k = 0; k < n; ++k) {
-    vr[k] = below(3) ? (start + k) % n_values : below(n_values);
+    vr[k] = of_type[t][below(3) ? (start + k) % count : below(count)];
+    if (below(400) == 0) {
+      vr[k] = below(n_values); /* perhaps of another type */
+    }
     if (below(200) == 0) {
       vr[k] = below(2) ? 0xffffffffu : n_values + below(3);
     }
-    const bool known = vr[k] < n_values;
+    const bool known = vr[k] < n_values && type[vr[k]] == t;
     value[k] = known ? number(vr[k]) : 0.0;
+    whole[k] = t == FLEXHEX_REAL ? 0 : (int)value[k];
     const bool allowed = known && (kind[vr[k]] == FLEXHEX_INPUT || kind[vr[k]] == FLEXHEX_TUNABLE ||
                                    (kind[vr[k]] == FLEXHEX_FIXED && s->phase != C));
     good = good && (set ? allowed && in_range(vr[k], value[k]) : known);
   }
   const bool null = below(100) == 0;
   good = good && (!null || n == 0);
-  *status = set ? fmi2SetReal(s->c, null ? NULL : vr, n, value)
-                : fmi2GetReal(s->c, null ? NULL : vr, n, value);
+  *status = set ? set_all(s, t, null ? NULL : vr, n, value, whole)
+                : get(s, t, null ? NULL : vr, n, value, whole);
   const bool legal = set ? s->phase != T : s->phase != I;
   if (!set && s->phase == M && good) {
     return -1; /* first outputs of parameters that the room may refuse */
@@ -100,8 +121,7 @@ static int state_call(subject *s, unsigned which, fmi2Status *status) {
     case 2:
       *status = fmi2FreeFMUstate(s->c, &s->states[k]);
       return 1;
-    default:
-      break;
+    default:;
   }
   if (!s->states[k] || fmi2SerializedFMUstateSize(s->c, s->states[k], &size) != fmi2OK) {
     *status = fmi2SerializedFMUstateSize(s->c, NULL, &size);
@@ -181,30 +201,18 @@ static int empty_call(subject *s, unsigned which, fmi2Status *status) {
   const size_t n = below(2);
   switch (which) {
     case 0:
-      *status = fmi2GetInteger(s->c, vr, n, whole);
-      return n == 0 && s->phase != I;
-    case 1:
-      *status = fmi2GetBoolean(s->c, vr, n, whole);
-      return n == 0 && s->phase != I;
-    case 2:
       *status = fmi2GetString(s->c, vr, n, text);
       return n == 0 && s->phase != I;
-    case 3:
-      *status = fmi2SetInteger(s->c, vr, n, whole);
-      return n == 0 && s->phase != T;
-    case 4:
-      *status = fmi2SetBoolean(s->c, vr, n, whole);
-      return n == 0 && s->phase != T;
-    case 5:
+    case 1:
       *status = fmi2SetString(s->c, vr, n, text);
       return n == 0 && s->phase != T;
-    case 6:
+    case 2:
       *status = fmi2SetRealInputDerivatives(s->c, vr, n, whole, real);
       return n == 0 && s->phase != T;
-    case 7:
+    case 3:
       *status = fmi2GetRealOutputDerivatives(s->c, vr, n, whole, real);
       return n == 0 && (s->phase == C || s->phase == T);
-    case 8:
+    case 4:
       *status = fmi2GetDirectionalDerivative(s->c, vr, n, vr, n, real, real);
       return n == 0 && s->phase != I;
     default:

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from flexhex.check.binary import make_plan
-from flexhex.check.slave import Instance
+from flexhex.check.binary import SUFFIXES, make_plan
+from flexhex.check.slave import Instance, Place
 from flexhex.check.subject import Subject
+from flexhex.ssp.fmu import FmuVariable
 from flexhex.ssp.read import Package, read_ssp
 
 Outputs = dict[str, list[float]]
@@ -26,19 +27,19 @@ class Loop:
     now: Outputs = field(default_factory=dict)
 
     @cached_property
-    def outputs(self) -> dict[str, list[int]]:
-        """References of the outputs by instance."""
-        return {i.name: [v.reference for v in i.fmu.of("output")] for i in self.package.instances}
+    def outputs(self) -> dict[str, list[Place]]:
+        """Places of the outputs by instance."""
+        return {i.name: [place(v) for v in i.fmu.of("output")] for i in self.package.instances}
 
     @cached_property
-    def inputs(self) -> dict[str, list[tuple[int, str, int]]]:
-        """By instance: reference of each connected input, the source and its output's place."""
-        found: dict[str, list[tuple[int, str, int]]] = {name: [] for name in self.instances}
+    def inputs(self) -> dict[str, list[tuple[Place, str, int]]]:
+        """By instance: place of each connected input, the source and which of its outputs."""
+        found: dict[str, list[tuple[Place, str, int]]] = {name: [] for name in self.instances}
         for wire in self.package.wires:
             source = self.package.instance(wire.source).fmu.variables[wire.output]
             target = self.package.instance(wire.target).fmu.variables[wire.input]
-            place = source.reference - self.outputs[wire.source][0]
-            found[wire.target].append((target.reference, wire.source, place))
+            which = self.outputs[wire.source].index(place(source))
+            found[wire.target].append((place(target), wire.source, which))
         return found
 
     def read(self) -> Outputs:
@@ -54,9 +55,9 @@ class Loop:
         """One base step of all."""
         self.now = self.now or self.read()
         for name, wires in self.inputs.items():
-            values = [self.now[source][place] for _, source, place in wires]
+            values = [self.now[source][which] for _, source, which in wires]
             slave = self.instances[name]
-            assert slave.set([reference for reference, _, _ in wires], values), slave.last
+            assert slave.set([where for where, _, _ in wires], values), slave.last
             assert slave.step(self.n * self.package.base, self.package.base), slave.last
         self.n += 1
         self.now = self.read()
@@ -69,6 +70,11 @@ class Loop:
         """Give all instances back."""
         for slave in self.instances.values():
             slave.free()
+
+
+def place(variable: FmuVariable) -> Place:
+    """FMI's function for a variable and its value reference."""
+    return SUFFIXES[variable.type], variable.reference
 
 
 def open_loop(path: Path, folder: Path, starts: dict[str, dict[str, float]]) -> Loop:
@@ -84,8 +90,8 @@ def open_loop(path: Path, folder: Path, starts: dict[str, dict[str, float]]) -> 
         plan = make_plan(Subject.open(fmu), inside, f"binaries/linux64/{instance.fmu.model}.so")
         slave = Instance(ct.CDLL(plan["library"]), plan)
         values = {**instance.parameters, **starts.get(instance.name, {})}
-        references = [instance.fmu.variables[name].reference for name in values]
-        assert slave.set(references, list(values.values())), slave.last
+        places = [place(instance.fmu.variables[name]) for name in values]
+        assert slave.set(places, list(values.values())), slave.last
         assert slave.initialise(), slave.last
         instances[instance.name] = slave
     return Loop(package, instances)

@@ -147,7 +147,7 @@ VARIABLES: Mutants = {
     "reference missing": (text(' valueReference="11"', ""), "last has no valueReference$"),
     "reference that the binary lacks": (
         text('name="fault" valueReference="16"', 'name="fault" valueReference="77"'),
-        "fault cannot be read .fmi2GetReal: value reference 77 does not exist",
+        "fault cannot be read .fmi2GetInteger: value reference 77 does not exist",
     ),
     "two outputs share a reference": (
         text('name="last" valueReference="11"', 'name="last" valueReference="10"'),

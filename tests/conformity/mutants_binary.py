@@ -76,9 +76,9 @@ BINARY: Mutants = {
     "hidden dependency on an input": (
         rebuilt(
             "values.c",
-            "m->values + vr[0], value, nvr * sizeof *value);",
-            "m->values + vr[0], value, nvr * sizeof *value); if (vr[0] == 6) {"
-            " m->values[10] += value[0]; }",
+            "m->values + vr[0], array, nvr * sizeof *m->values);",
+            "m->values + vr[0], array, nvr * sizeof *m->values); if (vr[0] == 6) {"
+            " m->values[10] += element(type, array, 0); }",
         ),
         r"y depends on u, ModelStructure",
     ),
@@ -103,7 +103,7 @@ BINARY: Mutants = {
         "logEvents is declared, but cannot be switched on",
     ),
     "values out of range taken": (
-        rebuilt("values.c", "if (!(value[k] >= low && value[k] <= high)) {", "if (0) {"),
+        rebuilt("values.c", "if (!(value >= low && value <= high)) {", "if (0) {"),
         "is taken, declared",
     ),
     "refusal without fault": (

@@ -95,8 +95,8 @@ SYSTEM: Mutants = {
     ),
     "parameter out of range": (
         text(
-            'name="corrections">\n      <ssv:Real value="1.0"',
-            'name="corrections">\n      <ssv:Real value="99.0"',
+            'name="corrections">\n      <ssv:Integer value="1"',
+            'name="corrections">\n      <ssv:Integer value="99"',
             "resources/N_F.ssv",
         ),
         "N_F.corrections = 99",

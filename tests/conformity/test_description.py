@@ -13,6 +13,7 @@ from lxml import etree
 import flexhex
 from flexhex.fmugen import VERSION
 from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmus.common.interface import STRUCTURED, array_of
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.conformity.archives import XML, members
 from tests.conftest import ROOT
@@ -56,9 +57,26 @@ def test_coordinates_have_their_own_units(fmu_dir: Path, name: str) -> None:
     root = etree.fromstring(members(fmu_dir / f"{name}.fmu")[XML])
     found = {v.get("name"): v for v in root.iter("ScalarVariable")}
     for array, rate in (("x", ""), ("xd", "/s"), ("xdd", "/s2")):
-        units = [found[f"{array}[{k}]"].find("Real").get("unit") for k in range(1, 38)]
+        listed = [n for n in found if array_of(n) == array]
+        units = [found[n].find("Real").get("unit") for n in listed]
         assert units == [f"rad{rate}"] * 6 + [f"1{rate}"] * 24 + [f"m{rate}"] * 3 + [f"1{rate}"] * 4
-        assert str(found[f"{array}[31]"].get("description")).endswith(": x_E[1]")
+        assert listed[30:34] == [*(f"{array}.x_E.{axis}" for axis in "xyz"), f"{array}.lam_E[1]"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_make_one_tree(fmu_dir: Path, name: str) -> None:
+    """Tools draw structured names as a tree: what is an array must be no plain branch too, and
+    nothing with a value has branches."""
+    root = etree.fromstring(members(fmu_dir / f"{name}.fmu")[XML])
+    names = [str(v.get("name")) for v in root.iter("ScalarVariable")]
+    assert all(STRUCTURED.fullmatch(n) for n in names)
+    leaves, indexed, plain = set(names), set[str](), set[str]()
+    for words in (n.split(".") for n in names):
+        for k in range(1, len(words) + 1):
+            branch = ".".join(words[:k])
+            assert k == len(words) or branch not in leaves, f"{branch} has a value and branches"
+            (indexed if branch.endswith("]") else plain).add(re.sub(r"\[[\d,]+\]$", "", branch))
+    assert not indexed & plain, f"an array and none: {sorted(indexed & plain)}"
 
 
 def running(fmu_dir: Path, folder: Path) -> tuple[Slave, dict[str, int]]:

@@ -48,8 +48,9 @@ def test_a_million_random_calls_find_nothing(fmu_dir: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("member", "old", "new", "says"),
     [
-        ("values.c", "if (last >= m->n_values)", "if (last > m->n_values + 7)", "ERROR|broken"),
-        ("values.c", "if (!(value[k] >= low && value[k] <= high))", "if (0)", "broken answer"),
+        ("values.c", "if (vr >= m->n_values)", "if (vr > m->n_values + 7)", "ERROR|broken"),
+        ("values.c", "if (!(value >= low && value <= high))", "if (0)", "broken answer"),
+        ("values.c", "if (variable_of(m, vr)->type != type) {", "if (0) {", "broken|ERROR"),
         ("values.c", "if (!may_set(m, v)) {", "if (0) {", "broken"),
         ("instance.h", '"fmi2Terminate", C)', '"fmi2Terminate", C | T)', "broken answer"),
         ("states.c", 'return memcmp(&e, &wanted, sizeof e) == 0', "return 1", "broken serialised"),

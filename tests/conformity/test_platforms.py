@@ -55,11 +55,12 @@ def table(folder: Path, name: str) -> str:
     variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
     names, rows = read(FOLDER / f"{name}.in.csv")
     inputs = [variables[n].get("valueReference") for n in names]
-    outputs = [
-        v.get("valueReference") for v in variables.values() if v.get("causality") == "output"
-    ]
+    outputs = [v for v in variables.values() if v.get("causality") == "output"]
     Ts = float(variables["Ts"].find("Real").get("start"))
-    words = [root.get("guid"), len(inputs), *inputs, len(outputs), *outputs]
+    words = [root.get("guid"), len(inputs), *inputs]
+    for tags in (("Real",), ("Integer", "Enumeration"), ("Boolean",)):
+        references = [v.get("valueReference") for v in outputs if v[0].tag in tags]
+        words += [len(references), *references]
     words += [bits(RECORDED[name][3] * Ts), len(rows)]
     words += [bits(value) for row in rows for value in row]
     return "\n".join(map(str, words)) + "\n"

@@ -62,7 +62,7 @@ def course(plan: dict[str, Any], steps: int = STEPS) -> int:
     for n in range(steps):
         values = []
         for v in inputs:
-            wanted = v["start"] + 1e-3 * ((n * 7 + v["reference"]) % 11 - 5)
+            wanted = v["start"] + 1e-3 * ((n * 7 + v["reference"][1]) % 11 - 5)
             low = wanted if v["min"] is None else max(wanted, v["min"])
             values.append(low if v["max"] is None else min(low, v["max"]))
         assert instance.set(references, values), instance.last

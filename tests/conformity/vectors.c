@@ -70,8 +70,9 @@ static size_t references(FILE *file, fmi2ValueReference *list) {
 }
 
 int main(int count, char **arguments) {
-  static fmi2ValueReference in[MOST], out[MOST];
+  static fmi2ValueReference in[MOST], out[MOST], whole[MOST], flags[MOST];
   static double values[MOST];
+  static int numbers[MOST];
   char guid[64];
   unsigned rows = 0;
   FILE *file = count == 3 ? fopen(arguments[2], "r") : NULL;
@@ -85,8 +86,11 @@ int main(int count, char **arguments) {
   GET(fmi2ExitInitializationModeTYPE, fmi2ExitInitializationMode)
   GET(fmi2GetRealTYPE, fmi2GetReal)
   GET(fmi2SetRealTYPE, fmi2SetReal)
+  GET(fmi2GetIntegerTYPE, fmi2GetInteger)
+  GET(fmi2GetBooleanTYPE, fmi2GetBoolean)
   GET(fmi2DoStepTYPE, fmi2DoStep)
   const size_t n_in = references(file, in), n_out = references(file, out);
+  const size_t n_whole = references(file, whole), n_flags = references(file, flags);
   const double step = number(file);
   static const fmi2CallbackFunctions callbacks = {hear, NULL, NULL, NULL, NULL};
   fmi2Component c =
@@ -106,6 +110,11 @@ int main(int count, char **arguments) {
       uint64_t bits = 0;
       memcpy(&bits, values + k, sizeof bits);
       printf("%016" PRIx64 "\n", bits);
+    }
+    bad += fmi2GetInteger(c, whole, n_whole, numbers) != fmi2OK;
+    bad += fmi2GetBoolean(c, flags, n_flags, numbers + n_whole) != fmi2OK;
+    for (size_t k = 0; k < n_whole + n_flags; ++k) {
+      printf("%016x\n", (unsigned)numbers[k]);
     }
   }
   return bad ? 6 : 0;

@@ -75,8 +75,8 @@ def test_extended_file_belongs_to_the_same_real_machine(tmp_path: Path) -> None:
 
 def test_changed_parameters_reach_their_sections(tmp_path: Path) -> None:
     changes = (
-        changed("o[3]", -1.6, -1.7, "N m"),
-        changed("b[6,9]", 0.02305, 0.1 / 3, "N m"),
+        changed("actuator[3].o", -1.6, -1.7, "N m"),
+        changed("actuator[6].b[9]", 0.02305, 0.1 / 3, "N m"),
         changed("flexure.k_s1", 0.3, 0.4, "N m/rad"),
         changed("upper.J", 0.02, 0.021, "kg m2"),
     )
@@ -122,7 +122,7 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
     changes = (
         changed("sigma[2]", 0.015, 0.02, "rad"),
         changed("flexure[2].k_s1", 0.3, 0.4, "N m/rad"),
-        changed("d[1]", 0.012, -0.01, "N m s/rad"),
+        changed("actuator[1].d", 0.012, -0.01, "N m s/rad"),
         changed("end_effector.J_xx", 0.06, 5.0, "kg m2"),
     )
     lag = named("drive_lag", ((3, {"T_lag": estimate(-0.02, "s")}),))
@@ -130,7 +130,13 @@ def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:
     assert len(made.left_out) == 5
     for text, part in zip(
         sorted(made.left_out),
-        ("d[1]", "drive_lag on axis 3", "end_effector.J_xx", "flexure[2].k_s1", "sigma[2]"),
+        (
+            "actuator[1].d",
+            "drive_lag on axis 3",
+            "end_effector.J_xx",
+            "flexure[2].k_s1",
+            "sigma[2]",
+        ),
         strict=True,
     ):
         assert text.startswith(part)

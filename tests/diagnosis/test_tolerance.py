@@ -21,7 +21,7 @@ KNOWN_BY = {
     "inertia": "end_effector.J_xx",
     "centre": "end_effector.mc_z",
     "stiffness": "flexure[3].k_u2",
-    "actuator": "o[4]",
+    "actuator": "actuator[4].o",
     "sigma": "sigma[1]",
     "geometry": "arm[5].l",
 }

@@ -135,7 +135,7 @@ def test_fit_of_mostly_undetermined_parameters_is_warned_of(
 
 
 def test_what_a_fit_warns_of_is_shown(machine: Machine, capsys: pytest.CaptureFixture[str]) -> None:
-    zeros, text = np.zeros(162), "d[2]: negative, though no machine has it so"
+    zeros, text = np.zeros(162), "actuator[2].d: negative, though no machine has it so"
     found = Fit(zeros, zeros, np.zeros(6), 1.0, 10, (), (text,))
     print_fit(machine, found)
     assert f"warning: {text}" in " ".join(capsys.readouterr().out.split())

@@ -66,10 +66,10 @@ def test_changed_values_alone_make_a_machine(path: Path) -> None:
 def test_values_that_a_machine_file_has_no_place_for_make_none(path: Path) -> None:
     """Else a gap that is as it was would end with exit code 0."""
     path.write_text(HEAD, encoding="utf-8")
-    done = with_rebuilt(CHANGED, rebuilt(path, left_out=("upper[5].J: no place for it",)))
+    done = with_rebuilt(CHANGED, rebuilt(path, left_out=("lower[5].J_xx: no place for it",)))
     assert (done.verdict, done.machine, done.shown) == ("changed", None, {})
     assert done.notes[-2:] == (
-        "not added: upper[5].J: no place for it",
+        "not added: lower[5].J_xx: no place for it",
         "nothing was added: the machine file has no place for it, or it was withdrawn",
     )
 

@@ -41,18 +41,18 @@ def moved(machine: Machine, fit: Fit, **by: float) -> Fit:
 def test_table_groups_bodies_and_counts_what_is_not_determined(
     machine: Machine, fit: Fit, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = moved(machine, fit, **{"o[1]": 3 * STD, "a[2,3]": -7 * STD})
-    print_fit(machine, replace(found, undetermined=("k[1]", "b[4,2]")))
+    found = moved(machine, fit, **{"actuator[1].o": 3 * STD, "actuator[2].a[3]": -7 * STD})
+    print_fit(machine, replace(found, undetermined=("actuator[1].k", "actuator[4].b[2]")))
     text = capsys.readouterr().out
-    (row,) = [line for line in text.splitlines() if line.strip().startswith("o[1]")]
-    assert row.split() == ["o[1]", "-1.59970", "±", "0.00010", "-1.6", "+3.0", "N", "m"]
-    assert "most: a[2,3]" in text
+    (row,) = [line for line in text.splitlines() if line.strip().startswith("actuator[1].o")]
+    assert row.split() == ["actuator[1].o", "-1.59970", "±", "0.00010", "-1.6", "+3.0", "N", "m"]
+    assert "most: actuator[2].a[3]" in text
     assert "-7.0" in text
-    assert "k[1] *" in text
+    assert "actuator[1].k *" in text
     assert "2 of 162 parameters are not determined" in text
-    assert "a[2,4]" not in text
+    assert "actuator[2].a[4]" not in text
     print_fit(machine, found, every=True)
-    assert "a[2,4]" in capsys.readouterr().out
+    assert "actuator[2].a[4]" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -70,8 +70,13 @@ def test_digits_of_a_value_are_those_of_its_deviation(value: float, std: float, 
 
 def test_machine_file_holds_the_fit(machine: Machine, fit: Fit, tmp_path: Path) -> None:
     """Small differences of all kinds come back from the written file as they were fitted."""
-    shifts = {"o[2]": 0.1, "a[1,3]": 0.01, "flexure.k_s1": 0.02, "end_effector.m": 0.05}
-    arms = {f"upper[{k}].J": 2e-4 for k in range(1, 7)}
+    shifts = {
+        "actuator[2].o": 0.1,
+        "actuator[1].a[3]": 0.01,
+        "flexure.k_s1": 0.02,
+        "end_effector.m": 0.05,
+    }
+    arms = {f"upper.J[{k}]": 2e-4 for k in range(1, 7)}
     found = moved(machine, fit, **shifts, **arms, **{"upper.mc_x": 1e-3, "lower.J_yy": 1e-5})
     path = tmp_path / "fitted.toml"
     assert write_fit(path, MACHINE_FILE, machine, found, [Path("run.h5")]) == []
@@ -85,21 +90,21 @@ def test_what_no_machine_can_have_stays_the_files(
     """A negative damping stays, and so does a lower arm whose inertia no body has, as a whole; the
     mean of the upper arms is written. What is not determined is not taken either."""
     wrong = {
-        "d[5]": -0.02,
+        "actuator[5].d": -0.02,
         "lower.J_xx": -1e-3,
         "lower.mc_y": 1e-4,
-        "k[1]": 0.3,
-        "upper[1].J": 6e-5,
+        "actuator[1].k": 0.3,
+        "upper.J[1]": 6e-5,
     }
-    found = replace(moved(machine, fit, **wrong), undetermined=("k[1]",))
+    found = replace(moved(machine, fit, **wrong), undetermined=("actuator[1].k",))
     path = tmp_path / "fitted.toml"
     (text,) = write_fit(path, MACHINE_FILE, machine, found, [Path("run.h5")])
-    for name in ("d[5]", "k[1]", "lower.J_xx", "lower.mc_y", "lower.J_zz"):
+    for name in ("actuator[5].d", "actuator[1].k", "lower.J_xx", "lower.mc_y", "lower.J_zz"):
         assert name in text
     expected = base_parameters(machine)
-    expected[[k for k, par in enumerate(parameters(machine)) if par.name.startswith("upper[")]] += (
-        1e-5
-    )
+    expected[
+        [k for k, par in enumerate(parameters(machine)) if par.name.startswith("upper.J[")]
+    ] += 1e-5
     assert base_parameters(load_machine(path)) == pytest.approx(expected, abs=1e-12)
 
 
@@ -110,13 +115,13 @@ def test_what_is_kept_moves_its_partners(machine: Machine, fit: Fit) -> None:
     root = np.eye(len(names)) + 0.1 * rng.standard_normal((len(names), len(names)))
     information = root.T @ root
     p = fit.p + rng.standard_normal(len(names))
-    at = names.index("k[1]")
+    at = names.index("actuator[1].k")
     found = beside(
         machine,
         replace(fit, p=p, covariance=np.asarray(np.linalg.inv(information), dtype=np.float64)),
-        {"k[1]"} | {f"upper[{k}].J" for k in range(1, 7)},
+        {"actuator[1].k"} | {f"upper.J[{k}]" for k in range(1, 7)},
     )
-    kept = np.array([at, *(names.index(f"upper[{k}].J") for k in range(1, 7))])
+    kept = np.array([at, *(names.index(f"upper.J[{k}]") for k in range(1, 7))])
     free = np.setdiff1d(np.arange(len(names)), kept)
     file = base_parameters(machine)
     part = information[np.ix_(free, kept)] @ (file[kept] - p[kept])
@@ -131,7 +136,7 @@ def test_table_file_holds_every_value(machine: Machine, fit: Fit, tmp_path: Path
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["value"]) for row in rows] == fit.p.tolist()
-    assert rows[0] == {"name": "o[1]", "unit": "N m", "value": "-1.6", "std": "0.0001"}
+    assert rows[0] == {"name": "actuator[1].o", "unit": "N m", "value": "-1.6", "std": "0.0001"}
 
 
 @pytest.mark.parametrize(

@@ -81,3 +81,19 @@ def shared_library(source: Path, folder: Path) -> Path:
         flags = ("-std=c99", "-O1", "-fPIC", "-shared", *STRICT, f"-I{FMI}")
         subprocess.run([*compiler(), *flags, str(source), "-o", str(library), "-ldl"], check=True)
     return library
+
+
+def edited(ssp: bytes, name: str, *pairs: tuple[str, str]) -> bytes:
+    """A .ssp with text replaced in one of its files; each text must be there."""
+    text = member(ssp, name).decode()
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new)
+    return changed(ssp, {name: text.encode()})
+
+
+def wire(start: str, end: str) -> str:
+    """A connection as the .ssp writes it."""
+    (a, x), (b, y) = start.split(".", 1), end.split(".", 1)
+    ends = f'startElement="{a}" startConnector="{x}" endElement="{b}" endConnector="{y}"'
+    return f"<ssd:Connection {ends}"

@@ -121,25 +121,28 @@ FMI2_Export fmi2Status fmi2Terminate(fmi2Component c) {
   return real(p->real);
 }
 
-FMI2_Export fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                                   fmi2Real values[]) {
-  proxy *p = c;
-  fmi2Status status;
-  size_t k;
-  REAL(p, fmi2GetReal);
-  status = real(p->real, references, n, values);
-  for (k = 0; k < n && spoils(p, "set", p->step - 1); k++) {
-    values[k] = references[k] == p->reference ? p->value : values[k];
+#define PASS(type, name)                                                                       \
+  FMI2_Export fmi2Status fmi2Get##name(fmi2Component c, const fmi2ValueReference references[], \
+                                       size_t n, type values[]) {                              \
+    proxy *p = c;                                                                              \
+    fmi2Status status;                                                                         \
+    size_t k;                                                                                  \
+    REAL(p, fmi2Get##name);                                                                    \
+    status = real(p->real, references, n, values);                                             \
+    for (k = 0; k < n && spoils(p, "set", p->step - 1); k++) {                                 \
+      values[k] = references[k] == p->reference ? (type)p->value : values[k];                  \
+    }                                                                                          \
+    return status;                                                                             \
+  }                                                                                            \
+  FMI2_Export fmi2Status fmi2Set##name(fmi2Component c, const fmi2ValueReference references[], \
+                                       size_t n, const type values[]) {                        \
+    proxy *p = c;                                                                              \
+    REAL(p, fmi2Set##name);                                                                    \
+    return real(p->real, references, n, values);                                               \
   }
-  return status;
-}
-
-FMI2_Export fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference references[], size_t n,
-                                   const fmi2Real values[]) {
-  proxy *p = c;
-  REAL(p, fmi2SetReal);
-  return real(p->real, references, n, values);
-}
+PASS(fmi2Real, Real)
+PASS(fmi2Integer, Integer)
+PASS(fmi2Boolean, Boolean)
 
 FMI2_Export fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size,
                                   fmi2Boolean final) {

@@ -64,8 +64,8 @@ def simulated(hexapod_ssp: Path) -> Result:
 def test_controller_and_plant_give_the_simulation_to_the_last_bit(
     own: list[str], hexapod_ssp: Path, simulated: Result, tmp_path: Path
 ) -> None:
-    p = [f"K.p[{k}]" for k in range(1, simulated["K.p"].shape[1] + 1)]
-    signals = [*(f"feedback.e[{k}]" for k in range(1, 7)), "N_E.x[37]", *p]
+    p = simulated.group("K.p").columns("K.p")
+    signals = [*(f"feedback.e[{k}]" for k in range(1, 7)), "N_E.x.lam_E[4]", *p]
     threads = [word for name in own for word in ("--own-thread", name)]
     steps = [word for name, value in STEPS.items() for word in ("--set", f"{name}={value!r}")]
     ours = rows(tmp_path / "rows", signals, hexapod_ssp, "--seconds", SECONDS, *threads, *steps)
@@ -78,7 +78,7 @@ def test_controller_and_plant_give_the_simulation_to_the_last_bit(
     assert same(e, simulated["feedback.e"][1 : n + 1])
     p_hat = np.column_stack([ours[name] for name in p])
     assert same(p_hat, np.repeat(simulated["K.p"], 120, axis=0)[1 : n + 1])
-    assert same(ours["N_E.x[37]"], np.repeat(simulated["N_E.x"][:, 36], 2)[1 : n + 1])
+    assert same(ours["N_E.x.lam_E[4]"], np.repeat(simulated["N_E.x.lam_E[4]"], 2)[1 : n + 1])
     # the comparison is not of things that stand still
     assert np.ptp(ours["theta"], axis=0).min() > 0.1
     assert np.ptp(p_hat, axis=0).max() > 0.0
@@ -128,7 +128,12 @@ def tripped(*arguments: object) -> tuple[str, int, str]:
         ),
         (Spoil("feedback", 40, "error"), "Error", 40, "feedback: fmi2DoStep"),
         # 2 base steps a period, and only N_E of the two instances
-        (Spoil("N_E", 25, "set", "x[7]", math.inf), "NotFinite", 52, "N_E.x[7] = inf"),
+        (
+            Spoil("N_E", 25, "set", "x.arm[1].lam_Q[1]", math.inf),
+            "NotFinite",
+            52,
+            "N_E.x.arm[1].lam_Q[1] = inf",
+        ),
         (Spoil("F", 25, "set", "fault", 2.0), "Fault", 52, "F.fault = 2 "),
     ],
     ids=["nan", "error", "inf", "fault"],
@@ -152,8 +157,8 @@ def test_trouble_in_an_fmu_trips_at_its_base_step(
     ("spoil", "own", "now"),
     [
         # 120 base steps a period: what step 3 gives is shown at 480, in its thread or not
-        (Spoil("K", 3, "set", "p[5]", math.nan), (), 480),
-        (Spoil("K", 3, "set", "p[5]", math.nan), ("--own-thread", "K"), 480),
+        (Spoil("K", 3, "set", "p.actuator[1].a[1]", math.nan), (), 480),
+        (Spoil("K", 3, "set", "p.actuator[1].a[1]", math.nan), ("--own-thread", "K"), 480),
         (Spoil("K", 3, "error"), (), 360),
         # the error of a thread is heard when its result is due
         (Spoil("K", 3, "error"), ("--own-thread", "K"), 480),
@@ -179,7 +184,7 @@ def test_a_late_estimator_trips_when_its_result_is_due(hexapod_ssp: Path, tmp_pa
 def test_lockstep_waits_for_a_late_estimator(hexapod_ssp: Path, tmp_path: Path) -> None:
     spoil = Spoil("K", 3, "sleep", value=0.5)
     package = spoiled(hexapod_ssp, spoil, tmp_path / "late.ssp")
-    signals = ["K.p[15]", "K.innovation[1]"]
+    signals = ["K.p.actuator[1].a[6]", "K.innovation[1]"]
     late = rows(tmp_path / "a", signals, package, "--seconds", 0.3, "--own-thread", "K")
     plain = rows(tmp_path / "b", signals, hexapod_ssp, "--seconds", 0.3)
     assert all(same(late[name], plain[name]) for name in plain)

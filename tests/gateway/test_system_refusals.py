@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from flexhex.ssp.fmu import binary_path
-from tests.gateway.archives import changed, member, shared_library, with_fmu
+from tests.gateway.archives import changed, edited, member, shared_library, wire, with_fmu
 from tests.gateway.cargo import built
 
 SSD = "SystemStructure.ssd"
@@ -29,27 +29,11 @@ def refusal(*arguments: object) -> str:
     return done.stderr
 
 
-def edited(ssp: bytes, name: str, *pairs: tuple[str, str]) -> bytes:
-    """A .ssp with text replaced in one of its files; each text must be there."""
-    text = member(ssp, name).decode()
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new)
-    return changed(ssp, {name: text.encode()})
-
-
 def edited_fmu(ssp: bytes, old: str, new: str) -> bytes:
     """A .ssp with text replaced in feedback's modelDescription.xml."""
     text = member(member(ssp, FEEDBACK), XML).decode()
     assert old in text, old
     return with_fmu(ssp, FEEDBACK, {XML: text.replace(old, new).encode()})
-
-
-def wire(start: str, end: str) -> str:
-    """A connection as the .ssp writes it."""
-    (a, x), (b, y) = start.split("."), end.split(".")
-    ends = f'startElement="{a}" startConnector="{x}" endElement="{b}" endConnector="{y}"'
-    return f"<ssd:Connection {ends}"
 
 
 def other_platforms(ssp: bytes) -> bytes:
@@ -75,6 +59,7 @@ def without_theta(ssp: bytes) -> bytes:
 
 GUID = '<fmiModelDescription fmiVersion="2.0" modelName="feedback" guid="{'
 TS = '<ssv:Parameter name="Ts">\n      <ssv:Real value="0.00025"'
+KIND = '<ssv:Parameter name="kind">\n      <ssv:Integer value="0"'
 
 CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     "no zip": (lambda s: b"hello", ("not a zip archive",)),
@@ -126,13 +111,26 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
         lambda s: edited(s, SSD, (THETA, wire("plant.theta[2]", "feedback.theta[3]"))),
         ("feedback.theta[3] is fed by", "keep one connection"),
     ),
-    "unfed": (
-        without_theta,
-        ("feedback.theta[2]: not connected",),
-    ),
+    "unfed": (without_theta, ("feedback.theta[2]: not connected",)),
     "no number": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "nan"))),
-        ("parameter 'Ts' has no finite Real value",),
+        ("parameter 'Ts' has no finite value: 'nan'",),
+    ),
+    "old name in a set": (
+        lambda s: edited(s, "resources/K.ssv", ('"p0.actuator[1].k"', '"p0[2]"')),
+        ("K: there is no variable 'p0[2]', it is called 'p0.actuator[1].k'",),
+    ),
+    "old name in a wire": (
+        lambda s: edited(s, SSD, ('endConnector="p.upper.J[1]"', 'endConnector="p[133]"')),
+        ("no variable 'p[133]', it is called 'p.upper.J[1]'",),
+    ),
+    "no item": (
+        lambda s: edited(
+            s,
+            "resources/reference.ssv",
+            (KIND, KIND.replace('Integer value="0"', 'Real value="0.5"')),
+        ),
+        ("kind = 0.5", "whole number"),
     ),
     "broken step": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "0.0006"))),
@@ -243,8 +241,8 @@ def test_an_fmu_of_another_interface_does_not_stand_in(hexapod_ssp: Path, tmp_pa
 def test_what_only_the_plant_can_give_is_refused_for_drives(
     hexapod_ssp: Path, tmp_path: Path
 ) -> None:
-    pose = (wire("W.theta_f[1]", "N_E.theta[1]"), wire("plant.phi_E[1]", "N_E.theta[1]"))
+    pose = (wire("W.theta_f[1]", "N_E.theta[1]"), wire("plant.phi_E.x", "N_E.theta[1]"))
     package = tmp_path / "pose.ssp"
     package.write_bytes(edited(hexapod_ssp.read_bytes(), SSD, pose))
     text = refusal(package)
-    assert "connection plant.phi_E[1] -> N_E.theta[1]: drives measure theta" in text
+    assert "connection plant.phi_E.x -> N_E.theta[1]: drives measure theta" in text

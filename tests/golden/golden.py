@@ -17,6 +17,8 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
+from tests.typed import outputs_of, values_of
+
 FOLDER = Path(__file__).resolve().parent
 Table = tuple[list[str], NDArray[np.float64]]
 
@@ -41,7 +43,7 @@ def play(fmu: Path, names: list[str], rows: NDArray[np.float64], held: int) -> T
     """Feed rows of inputs, each held for `held` Ts, to a fresh instance; outputs after each."""
     description = fmpy.read_model_description(str(fmu))
     variables = {v.name: v for v in description.modelVariables}
-    outputs = [v for v in description.modelVariables if v.causality == "output"]
+    outputs = outputs_of(description)
     Ts = float(variables["Ts"].start)
     with tempfile.TemporaryDirectory() as folder:
         fmpy.extract(str(fmu), folder)
@@ -59,7 +61,7 @@ def play(fmu: Path, names: list[str], rows: NDArray[np.float64], held: int) -> T
         for k, row in enumerate(rows):
             slave.setReal([variables[name].valueReference for name in names], list(row))
             slave.doStep(k * held * Ts, held * Ts)
-            answers.append(slave.getReal([v.valueReference for v in outputs]))
+            answers.append(values_of(slave, outputs))
         slave.terminate()
         slave.freeInstance()
     return [v.name for v in outputs], np.array(answers)

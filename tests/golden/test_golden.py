@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flexhex.fmus.common.interface import array_of
 from flexhex.ssp.executor import run
 from tests.golden.golden import FOLDER, Table, play, read, write
 
@@ -43,9 +44,8 @@ def inputs(request: pytest.FixtureRequest, hexapod_ssp: Path) -> dict[str, Table
         wires = [w for w in package.wires if w.target == instance]
         columns = []
         for wire in wires:
-            name, _, index = wire.output.removesuffix("]").partition("[")
-            signal = f"{wire.source}.{name}"
-            values = result[signal] if not index else result[signal][:, int(index) - 1]
+            signal = f"{wire.source}.{wire.output}"
+            values = result[signal]
             source = result.group(signal).period
             at = (first + np.arange(count)) * period // source
             columns.append(values[at])
@@ -66,7 +66,7 @@ def test_fmu_answers_as_recorded(fmu: str, fmu_dir: Path, inputs: dict[str, Tabl
     recorded, expected = read(wanted)
     assert outputs == recorded, "outputs were renamed: `make golden` if that is wanted"
     assert answers.shape == expected.shape
-    arrays = np.array([name.partition("[")[0] for name in outputs])
+    arrays = np.array([array_of(name) for name in outputs])
     for name in dict.fromkeys(arrays):
         mine, theirs = answers[:, arrays == name], expected[:, arrays == name]
         worst = np.abs(mine - theirs).max()

@@ -17,6 +17,7 @@ from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.read import read_ssp
 from tests.importers.loop import BASE
 from tests.ssp import toys
+from tests.typed import outputs_of, values_of
 
 RELAYS = ("a", "a2", "b", "c")
 SHOWN = [f"{name}.y" for name in RELAYS]
@@ -40,7 +41,7 @@ def contained(
         instanceName="relays",
     )
     names = {v.name: v.valueReference for v in description.modelVariables}
-    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    outputs = outputs_of(description)
     source = toys.jacobi(toys.ring(), n_steps)["src"]
     fmu.instantiate()
     fmu.setupExperiment(startTime=0.0)
@@ -50,10 +51,10 @@ def contained(
     for n in range(n_steps):
         fmu.setReal([names["r[1]"], names["r[2]"]], list(source[n]))
         fmu.doStep(currentCommunicationPoint=n * BASE, communicationStepSize=BASE)
-        rows.append(fmu.getReal([names[name] for name in outputs]))
+        rows.append(values_of(fmu, outputs))
     fmu.terminate()
     fmu.freeInstance()
-    return dict(zip(outputs, np.array(rows).T, strict=True)), system
+    return dict(zip([v.name for v in outputs], np.array(rows).T, strict=True)), system
 
 
 def test_container_equals_its_parts_stepped_by_themselves(tmp_path: Path) -> None:

@@ -41,6 +41,8 @@ def test_table_holds_every_variable_as_fmpy_reads_it(hexapod_ssp: Path, tmp_path
     angle = next(r for r in rows if r["fmu"] == "plant.fmu" and r["name"] == "theta[1]")
     assert (angle["unit"], angle["type"]) == ("rad", "Real")
     assert angle["display unit"] in {"deg", "urad"}
+    fault = next(r for r in rows if r["fmu"] == "plant.fmu" and r["name"] == "fault")
+    assert fault["description"] == "what is wrong: 0 none, 1 refused, 2 end_stop, 3 diverged"
 
 
 def test_table_of_another_file_is_refused(tmp_path: Path) -> None:

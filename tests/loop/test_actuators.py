@@ -26,7 +26,7 @@ def alone() -> Builder:
 def test_parameters_are_those_of_actuators_and_upper_arms(alone: Builder) -> None:
     names = [par.name for par in parameters(alone.machine)]
     assert len(names) == 140
-    assert names[132:] == [*(f"upper[{i}].J" for i in range(1, 7)), "upper.mc_x", "upper.mc_z"]
+    assert names[132:] == [*(f"upper.J[{i}]" for i in range(1, 7)), "upper.mc_x", "upper.mc_z"]
 
 
 def test_plant_moves_as_each_arm_alone_would(alone: Builder) -> None:

@@ -11,6 +11,7 @@ import pytest
 from fmpy import read_model_description, simulate_fmu
 
 from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmus.common.interface import array_of
 from tests.conftest import ROOT
 from tests.test_documents import blocks
 
@@ -30,7 +31,7 @@ def test_lines_of_the_readme_print_what_they_say(fmu_dir: Path, name: str) -> No
 def starts(fmu: Path, array: str) -> list[float]:
     """Start values of an array."""
     listed = read_model_description(str(fmu)).modelVariables
-    return [float(v.start) for v in listed if v.name.startswith(f"{array}[")]
+    return [float(v.start) for v in listed if array_of(v.name) == array]
 
 
 def test_plant_rests_for_its_whole_default_experiment(fmu_dir: Path) -> None:

@@ -17,6 +17,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from flexhex.fmugen.rooms import ROOMS, build_room
 from tests.rooms.loaded import CACHE, Array, Struct, load, machine
+from tests.typed import outputs_of, values_of
 
 STARTS: dict[str, dict[str, float]] = {"reference": {"t_start": 0.00025}}
 """Other parameters than the default ones: the reference would stand still for two seconds."""
@@ -34,6 +35,7 @@ def running(fmu: Path, folder: Path) -> Iterator[Any]:
         instanceName="subject",
     )
     slave.instantiate()
+    slave.outputs = outputs_of(description)
     initialise(slave)
     yield slave
     slave.terminate()
@@ -58,15 +60,15 @@ def compare(slave: Any, room: str, ticks: int) -> None:
     subject = load(room)
     interface, base = subject.interface, machine().timing.base
     every = round(interface.Ts / base)
-    n_p, n_u, n_y = subject.p.size, subject.u.size, subject.y.size
+    n_p, n_u = subject.p.size, subject.u.size
     low, high = (
         np.array([getattr(v, end) for v in interface.inputs for _ in range(v.count)] or [0.0])
         for end in ("min", "max")
     )
-    inputs, outputs = list(range(n_p, n_p + n_u)), list(range(n_p + n_u, n_p + n_u + n_y))
+    inputs = list(range(n_p, n_p + n_u))
     first = subject.start(**STARTS.get(room, {})).values.copy()
     pending = published = first
-    assert np.array_equal(slave.getReal(outputs), published), "first outputs"
+    assert np.array_equal(values_of(slave, slave.outputs), published), "first outputs"
     for n, u in enumerate(wandering(subject.u, low, high, every * ticks)):
         if n_u:
             slave.setReal(inputs, u.tolist())
@@ -76,7 +78,7 @@ def compare(slave: Any, room: str, ticks: int) -> None:
             pending = subject.tick().values.copy()
         if (n + 1) % every == 0:
             published = pending
-        actual = np.array(slave.getReal(outputs))
+        actual = np.array(values_of(slave, slave.outputs))
         assert np.array_equal(actual, published), f"base step {n + 1}"
         assert np.isfinite(actual).all()
     assert not np.array_equal(pending, first), "nothing happened"

@@ -24,17 +24,17 @@ int main(int argc, char **argv) {
   }
   components[HOST].name = "host";
   components[HOST].period = 1;
-  components[HOST].n_outputs = 2;
+  components[HOST].outputs.n_reals = 2;
   components[RELAY].name = "relay";
   components[RELAY].library = argv[1];
   components[RELAY].guid = argv[2];
   components[RELAY].resources = "file:///";
   components[RELAY].period = atoll(argv[3]);
-  components[RELAY].n_inputs = 3;
-  components[RELAY].inputs = inputs;
+  components[RELAY].inputs.n_reals = 3;
+  components[RELAY].inputs.references = inputs;
   components[RELAY].sources = sources;
-  components[RELAY].n_outputs = 1;
-  components[RELAY].outputs = outputs;
+  components[RELAY].outputs.n_reals = 1;
+  components[RELAY].outputs.references = outputs;
   components[RELAY].slot = 2;
   log.period = components[RELAY].period;
   log.n_slots = 1;

@@ -22,6 +22,7 @@ from flexhex.ssp.results import check_target, load, save
 BASE = 2.5e-4
 N = 5001
 """More rows than are written at a time."""
+NAMES = (".actuator[1].o", ".lower.J_xx")
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +33,7 @@ def result() -> Result:
     e = theta / 3
     e[7], e[8], e[9, 0], e[10, 0] = np.nan, np.inf, -0.0, 5e-324
     p = np.arange(12.0).reshape(6, 2) / 7
+    estimated = {"K.p": p, "K.p_std.lower.J_xx": p[:, 1]}
     fast = {"plant.theta": theta, "plant.tau_meas": 3 * theta, "feedback.e": e}
     slow = {"F.tau_ff": theta[::2], "F.fault": np.zeros(len(theta[::2]))}
     units = {"plant.theta": "rad", "plant.tau_meas": "N m", "feedback.e": "rad"}
@@ -39,7 +41,7 @@ def result() -> Result:
     groups = {
         "0.25ms": Group(1, BASE, fast, units, texts),
         "0.5ms": Group(2, BASE, slow, {"F.tau_ff": "N m", "F.fault": "1"}),
-        "250ms": Group(1000, BASE, {"K.p": p, "K.p_std[2]": p[:, 1]}, {"K.p": "N m,kg m2"}),
+        "250ms": Group(1000, BASE, estimated, {"K.p": "N m,kg m2"}, {}, {"K.p": NAMES}),
     }
     meta = {
         "case": "fixed",
@@ -71,6 +73,8 @@ def test_result_reads_back_exactly(result: Result, tmp_path: Path, name: str) ->
             assert other.signals[signal].tobytes() == values.tobytes()
             assert other.units.get(signal) == group.units.get(signal, "")
             assert other.descriptions.get(signal) == group.descriptions.get(signal, "")
+            assert other.columns(signal) == group.columns(signal)
+    assert np.array_equal(again["K.p.lower.J_xx"], result["K.p"][:, 1])
 
 
 def test_hdf5_holds_time_and_a_unit_for_each_parameter(result: Result, tmp_path: Path) -> None:
@@ -80,6 +84,7 @@ def test_hdf5_holds_time_and_a_unit_for_each_parameter(result: Result, tmp_path:
             assert time[()].tobytes() == group.time.tobytes()
             assert time.attrs["unit"] == "s"
         assert file["rates/250ms/K.p"].attrs["unit"].tolist() == ["N m", "kg m2"]
+        assert file["rates/250ms/K.p"].attrs["elements"].tolist() == list(NAMES)
         assert file["rates/0.25ms/plant.theta"].attrs["unit"] == "rad"
 
 
@@ -104,7 +109,7 @@ def test_csv_is_a_table_of_numbers_with_names_and_units(result: Result, tmp_path
     names, units, *numbers = rows
     assert len({len(row) for row in rows}) == 1
     assert [k for k, name in enumerate(names) if name == "time"] == [0, 10, 15]
-    assert dict(zip(names, units, strict=True))["K.p[2]"] == "kg m2"
+    assert dict(zip(names, units, strict=True))["K.p.lower.J_xx"] == "kg m2"
     column = [row[names.index("F.tau_ff[2]")] for row in numbers]
     assert [float(x) for x in column if x] == result["F.tau_ff"][:, 1].tolist()
     assert column[2501:] == [""] * 2500
@@ -124,10 +129,11 @@ def test_mat_holds_a_struct_for_each_rate(result: Result, tmp_path: Path) -> Non
     slow, fast = found["rate_250ms"], found["rate_0_25ms"]
     assert np.array_equal(fast["feedback_e"], result["feedback.e"], equal_nan=True)
     assert np.array_equal(fast["time"], result.time("feedback.e"))
-    assert np.array_equal(slow["K_p_std_2"], result["K.p_std[2]"])
+    assert np.array_equal(slow["K_p_std_lower_J_xx"], result["K.p_std.lower.J_xx"])
     assert (fast["unit"]["plant_tau_meas"], fast["unit"]["time"]) == ("N m", "s")
     assert slow["unit"]["K_p"].tolist() == ["N m", "kg m2"]
-    assert slow["name"]["K_p_std_2"] == "K.p_std[2]"
+    assert slow["name"]["K_p"].tolist() == ["K.p.actuator[1].o", "K.p.lower.J_xx"]
+    assert slow["name"]["K_p_std_lower_J_xx"] == "K.p_std.lower.J_xx"
     assert (found["meta"]["case"], found["meta"]["n"]) == ("fixed", 3)
 
 
@@ -150,11 +156,11 @@ def test_parquet_holds_all_rates_on_one_time(result: Result, tmp_path: Path) -> 
     assert table["time"].to_numpy().tobytes() == result.time("plant.theta").tobytes()
     e = table["feedback.e[3]"].to_numpy()
     assert e.tobytes() == result["feedback.e"][:, 2].tobytes()
-    p = table["K.p[2]"]
+    p = table["K.p.lower.J_xx"]
     assert p.null_count == N - 6
     assert p.drop_null().to_numpy().tobytes() == result["K.p"][:, 1].tobytes()
     assert p.is_valid().to_numpy().nonzero()[0].tolist() == list(range(0, N, 1000))
-    assert table.schema.field("K.p[2]").metadata[b"unit"] == b"kg m2"
+    assert table.schema.field("K.p.lower.J_xx").metadata[b"unit"] == b"kg m2"
     assert table.schema.metadata[b"case"] == b"fixed"
 
 
@@ -204,7 +210,7 @@ def test_full_disk_is_said_and_leaves_nothing(
         ("# format: flexhex-result", "# format: other", "not a result: it has no line `# format"),
         ("# version: 1", "# version: 9", "version 9 of the format, this program reads 1"),
         ('"rows": 6', '"rows": 7000', "damaged result"),
-        ("K.p[2]", "K.q[2]", "damaged result.*names are not those"),
+        ("K.p.lower", "K.q.lower", "damaged result.*names are not those"),
         ('"columns": 2', '"columns": 3', "damaged result"),
         ("# duration_s", "# length", "damaged result"),
         ("0.0,0.0,0.0", "0.0,zero,0.0", "damaged result.*zero"),

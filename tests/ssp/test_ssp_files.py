@@ -115,7 +115,7 @@ def test_only_connectors_in_use_and_plots_are_listed(toy_hexapod: tuple[System, 
     assert {(c, k) for c, k, kind in listed if kind == "input"} == inputs
     outputs = {(c, k) for c, k, kind in listed if kind == "output"}
     assert ("K", "innovation[1]") in outputs
-    assert ("K", "p_std[1]") not in outputs
+    assert ("K", "p_std.actuator[1].o") not in outputs
 
 
 def test_diagram_is_drawn_like_figure_3(toy_hexapod: tuple[System, Path]) -> None:

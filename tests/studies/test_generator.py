@@ -19,6 +19,7 @@ from studies.generator.masses import linear, units
 from studies.generator.mechanism import Mechanism
 from studies.generator.outside import OUTSIDE
 from studies.generator.trajectories import AMPLITUDE, KINDS, RATE, WARM, instants
+from studies.generator.write import STARTS
 from tests.compare import assert_close
 from tests.oracles import lagrange
 from tests.oracles.machine import read_machine
@@ -196,3 +197,5 @@ def test_changed_parameter_changes_the_torque() -> None:
     assert payload.changes[0].after > payload.nominal.end_effector.m + 0.4
     base = Base(payload.truth)
     assert base.p.platform[0] == payload.truth.end_effector.m
+    for kind in ("offset", "damping"):
+        assert kinds[kind].changes[0].parameter.startswith(STARTS[kind])

@@ -72,6 +72,9 @@ class Frames:
         return Frames(arms, x0)
 
 
+AXES = ("x", "y", "z")
+
+
 class Each(TypedDict):
     """What an array of unlike things says of its elements, for `Variable`."""
 
@@ -81,14 +84,14 @@ class Each(TypedDict):
 
 def coordinates(machine: Machine, rate: str = "") -> Each:
     """Names and units of the elements of x~; rate: `/s` for xd, `/s2` for xdd."""
-    n = machine.n_arms
-    counts = {"theta": n, "lam_Q": 4 * n, "x_E": 3, "lam_E": 4}
-    kinds = counts if machine.has_platform else ("theta",)
-    base = {"theta": "rad", "x_E": "m"}
-    return {
-        "elements": tuple(f"{name}[{k + 1}]" for name in kinds for k in range(counts[name])),
-        "units": tuple(base.get(name, "1") + rate for name in kinds for _ in range(counts[name])),
-    }
+    arms, four = range(1, machine.n_arms + 1), range(1, 5)
+    listed = [(f"theta[{i}]", "rad") for i in arms]
+    if machine.has_platform:
+        listed += [(f"arm[{i}].lam_Q[{k}]", "1") for i in arms for k in four]
+        listed += [(f"x_E.{axis}", "m") for axis in AXES]
+        listed += [(f"lam_E[{k}]", "1") for k in four]
+    elements, units = zip(*listed, strict=True)
+    return {"elements": elements, "units": tuple(unit + rate for unit in units)}
 
 
 def coordinate_inputs(machine: Machine, title: str) -> tuple[Variable, ...]:

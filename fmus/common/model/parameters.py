@@ -9,6 +9,7 @@ Gains of a machine's effects come behind the 162.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,9 @@ from flexhex.fmus.common.model.bodies import (
 from flexhex.fmus.common.model.effect_bank import Bank
 
 Array = NDArray[np.float64]
+ACTUATOR = "actuator"
+"""`actuator[2].o`: parameters by the section of the machine file that they belong to."""
+_TERM = re.compile(rf"{ACTUATOR}\[\d+\]\.(\w)(?:\[\d+\])?")
 _LOWER = (2, 3, 4, 5, 6, 7, 8, 9)
 """Lower-arm entries that are estimated: all but m and mc_x."""
 
@@ -47,23 +51,29 @@ def actuator_parameters(machine: Machine) -> list[Parameter]:
     """o, k, d, c, then a_n, b_n by harmonic, for each actuator.  [SH, Eq. (22)]"""
     listed = []
     for i in range(1, machine.n_arms + 1):
-        body = f"actuator {i}"
+        body, own = f"actuator {i}", f"{ACTUATOR}[{i}]"
         listed += [
-            Parameter(f"o[{i}]", "N m", body, 0.1),
-            Parameter(f"k[{i}]", "N m/rad", body, 0.1),
-            Parameter(f"d[{i}]", "N m s/rad", body, 0.005),
-            Parameter(f"c[{i}]", "N m", body, 0.02),
+            Parameter(f"{own}.o", "N m", body, 0.1),
+            Parameter(f"{own}.k", "N m/rad", body, 0.1),
+            Parameter(f"{own}.d", "N m s/rad", body, 0.005),
+            Parameter(f"{own}.c", "N m", body, 0.02),
         ]
         for n in range(1, machine.actuator.n_harmonics + 1):
-            listed += [Parameter(f"{ab}[{i},{n}]", "N m", body, 0.01) for ab in "ab"]
+            listed += [Parameter(f"{own}.{ab}[{n}]", "N m", body, 0.01) for ab in "ab"]
     return listed
+
+
+def term(name: str) -> str:
+    """`o` of `actuator[2].o`, `a` of `actuator[1].a[3]`; empty for what is no actuator's."""
+    found = _TERM.fullmatch(name)
+    return found[1] if found else ""
 
 
 def mechanism_parameters(machine: Machine) -> list[Parameter]:
     """The 30 of the mechanism: J of each upper arm, what the arms share, E; 8 without platform."""
     floors = {"kg": 0.1, "kg m": 0.005, "kg m2": 5e-4, "N m/rad": 0.05}
     listed = [
-        Parameter(f"upper[{i}].J", "kg m2", f"upper arm {i}", 5e-4)
+        Parameter(f"upper.J[{i}]", "kg m2", f"upper arm {i}", 5e-4)
         for i in range(1, machine.n_arms + 1)
     ]
     listed += [Parameter(f"upper.{n}", "kg m", "upper arms", 0.005) for n in ("mc_x", "mc_z")]

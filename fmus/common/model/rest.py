@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, columns_function
 from flexhex.fmus.common.model.model import Model
-from flexhex.fmus.common.model.parameters import base_parameters
+from flexhex.fmus.common.model.parameters import ACTUATOR, base_parameters
 
 DIGITS = 6
 """Decimals of the torque [N m]: a thousandth of a current step, and far from the last bit, in
@@ -30,6 +30,16 @@ def basis_at_rest(machine: Machine) -> NDArray[np.float64]:
     still = np.zeros(len(SIGNALS) * bank.n + 1)
     at_rest = columns(still, ca.DM(bank.start(ca.SX.zeros(bank.n))))
     return np.concatenate([joints, np.array(at_rest).ravel()])
+
+
+def basis_names(machine: Machine) -> tuple[str, ...]:
+    """Names of `basis_at_rest`: `actuator[1].z`, `actuator[1].cos[1]`, ..., the effects' gains."""
+    orders = range(1, machine.actuator.n_harmonics + 1)
+    waves = [f"{wave}[{k}]" for k in orders for wave in ("cos", "sin")]
+    joints = [
+        f"{ACTUATOR}[{i}].{term}" for i in range(1, machine.n_arms + 1) for term in ("z", *waves)
+    ]
+    return (*joints, *Bank.compensated(machine).names)
 
 
 @lru_cache

@@ -3,7 +3,7 @@
 //!
 //! closed_loop FILE.ssp [--seconds 10] [--own-thread K]... [--wait 5] [--hold] [--fault-trips]
 //!     [--step-limit SECONDS] [--plant FILE.fmu] [--set plant.tau_step=0.003]...
-//!     [--host plant] [--signal K.p[1]]... [--out FILE] [--pace]
+//!     [--host plant] [--signal K.p.actuator[1].o]... [--out FILE] [--pace]
 
 use std::fs::File;
 use std::io::{BufWriter, Write};

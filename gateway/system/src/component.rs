@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::fmu::{Causality, Fmu, Variable};
+use crate::fmu::Fmu;
 use crate::structure::Setting;
+use crate::variables::{Causality, Kind, Variable};
 
 /// Names and values in file order.
 pub(crate) type Values = Vec<(String, f64)>;
@@ -27,9 +28,18 @@ impl Component {
     ) -> Result<Component, Error> {
         let mut component =
             Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
-        // names that the FMU does not have are ignored, as SSP says
-        for Setting { name, value, unit } in settings {
-            let Some(variable) = component.fmu.find(name) else { continue };
+        for Setting { name, value, unit, item } in settings {
+            let Some(variable) = component.fmu.find(name) else {
+                // SSP has unknown names ignored: an old one would be lost without a word
+                component.fmu.not_renamed(name).map_err(|e| e.at(&component.name))?;
+                continue;
+            };
+            if !item.is_empty() {
+                let value =
+                    component.fmu.item(variable, item).map_err(|e| e.at(&component.name))?;
+                component.set(name, value)?;
+                continue;
+            }
             if !unit.is_empty() && !variable.unit.is_empty() && *unit != variable.unit {
                 let wanted = &variable.unit;
                 let text = format!("{name} = {value} {unit}: write the value in {wanted}");
@@ -83,8 +93,13 @@ impl Component {
 
     pub(crate) fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let variable = self.fmu.variable(name)?;
-        if !variable.is_real {
-            let text = format!("{name} is no Real: the executor sets Reals only");
+        if variable.kind == Kind::String {
+            let text = format!("{name} is a String, which the executor does not set");
+            return Err(Error::new(text).at(&self.name));
+        }
+        let whole = value.fract() == 0.0 && value.abs() < f64::from(i32::MAX);
+        if variable.kind != Kind::Real && !whole {
+            let text = format!("{name} = {value}: must be a whole number");
             return Err(Error::new(text).at(&self.name));
         }
         match self.values.iter_mut().find(|(known, _)| known == name) {

@@ -190,7 +190,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Place of "K.p[1]" on the bus.
+    /// Place of "K.p.actuator[1].o" on the bus.
     pub fn slot(&self, signal: &str) -> Option<usize> {
         self.layout.slot(signal)
     }

@@ -2,9 +2,9 @@
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::fmu::Causality;
 use crate::layout::Layout;
 use crate::system::System;
+use crate::variables::{Causality, Kind};
 
 /// Slots by axis: the outputs `theta` and `tau_meas`, and the sources of the inputs `tau`.
 pub(crate) struct Drives {
@@ -51,7 +51,7 @@ pub(crate) fn array(
         .map(|k| format!("{name}[{k}]"))
         .take_while(|n| {
             let found = component.variable(n);
-            found.is_some_and(|v| v.causality == causality && v.is_real)
+            found.is_some_and(|v| v.causality == causality && v.kind == Kind::Real)
         })
         .collect();
     if names.is_empty() {

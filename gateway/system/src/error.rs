@@ -25,13 +25,28 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Text for a name that does not exist, with the nearest one that does.
+/// `p.actuator[1].d` for `p[3]`, where the elements of p have names; known: in the order of the
+/// model description, by which elements were counted before.
+pub(crate) fn renamed<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let (array, index) = name.strip_suffix(']')?.split_once('[')?;
+    let index: usize = index.parse().ok()?;
+    let starts = [format!("{array}."), format!("{array}[")];
+    let elements: Vec<&str> =
+        known.into_iter().filter(|k| starts.iter().any(|s| k.starts_with(s.as_str()))).collect();
+    let new = elements.get(index.checked_sub(1)?)?;
+    (!array.contains('.') && !elements.contains(&name)).then_some(*new)
+}
+
+/// Text for a name that does not exist, with its new name or the nearest one that does.
 pub(crate) fn unknown<'a>(
     what: &str,
     name: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> String {
     let known: Vec<&str> = known.into_iter().collect();
+    if let Some(new) = renamed(name, known.iter().copied()) {
+        return format!("there is no {what} '{name}', it is called '{new}'");
+    }
     let near = known.iter().map(|k| (distance(name, k), k)).min();
     match near {
         Some((steps, near)) if 2 * steps <= name.chars().count() => {
@@ -65,6 +80,17 @@ fn distance(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_element_that_was_counted_is_known_by_its_name() {
+        let known = ["x_E.x", "x_E.y", "p.actuator[1].o", "p.end.m", "theta[1]", "theta[2]"];
+        let text = unknown("variable", "p[2]", known);
+        assert_eq!(text, "there is no variable 'p[2]', it is called 'p.end.m'");
+        assert_eq!(renamed("x_E[1]", known), Some("x_E.x"));
+        for name in ["x_E[3]", "x_E[0]", "theta[3]", "theta[1]", "p.actuator[1]", "q[1]"] {
+            assert_eq!(renamed(name, known), None, "{name}");
+        }
+    }
 
     #[test]
     fn a_name_that_is_not_there_names_the_nearest_one() {

@@ -6,21 +6,51 @@ use std::ptr::{null, null_mut, NonNull};
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::ffi::{self, Binary, Description, Functions};
+use crate::ffi::{self, Binary, Description, Functions, Variables};
 use crate::fmu::Fmu;
+use crate::variables::{Kind, Variable};
 
 /// One FMU instance in the form of the executor.
 pub(crate) struct Unit {
     pub name: String,
     pub fmu: Arc<Fmu>,
     pub period: i64,
-    /// Value references with values.
-    pub parameters: Vec<(u32, f64)>,
-    /// Value references with bus slots.
-    pub inputs: Vec<(u32, usize)>,
-    /// Value references, from the bus slot `slot` on.
-    pub outputs: Vec<u32>,
+    pub parameters: Sorted,
+    /// Of the parameters.
+    pub values: Vec<f64>,
+    pub inputs: Sorted,
+    /// Bus slots of the inputs.
+    pub sources: Vec<usize>,
+    /// From the bus slot `slot` on.
+    pub outputs: Sorted,
     pub slot: usize,
+}
+
+/// Value references of variables in the order of their types, and how many there are of each.
+pub(crate) struct Sorted {
+    references: Vec<u32>,
+    counts: [usize; 3],
+}
+
+impl Sorted {
+    /// variables: in the order of their types.
+    pub fn of(variables: &[&Variable]) -> Sorted {
+        let count = |kind| variables.iter().filter(|v| v.kind == kind).count();
+        Sorted {
+            references: variables.iter().map(|v| v.reference).collect(),
+            counts: [count(Kind::Real), count(Kind::Integer), count(Kind::Boolean)],
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.references.len()
+    }
+
+    /// Points into this value's heap memory.
+    fn raw(&self) -> Variables {
+        let [n_reals, n_integers, n_booleans] = self.counts;
+        Variables { n_reals, n_integers, n_booleans, references: self.references.as_ptr() }
+    }
 }
 
 /// Memory that the C side points to while the executor lives.
@@ -32,11 +62,11 @@ struct Kept {
     resources: CString,
     _categories: Vec<CString>,
     category_pointers: Vec<*const c_char>,
-    parameters: Vec<u32>,
+    parameters: Sorted,
     values: Vec<f64>,
-    inputs: Vec<u32>,
+    inputs: Sorted,
     sources: Vec<usize>,
-    outputs: Vec<u32>,
+    outputs: Sorted,
     period: i64,
     slot: usize,
 }
@@ -159,10 +189,10 @@ impl Kept {
             resources: string(&unit.fmu.resources())?,
             category_pointers: categories.iter().map(|c| c.as_ptr()).collect(),
             _categories: categories,
-            parameters: unit.parameters.iter().map(|p| p.0).collect(),
-            values: unit.parameters.iter().map(|p| p.1).collect(),
-            inputs: unit.inputs.iter().map(|i| i.0).collect(),
-            sources: unit.inputs.iter().map(|i| i.1).collect(),
+            parameters: unit.parameters,
+            values: unit.values,
+            inputs: unit.inputs,
+            sources: unit.sources,
             outputs: unit.outputs,
             period: unit.period,
             slot: unit.slot,
@@ -178,14 +208,11 @@ impl Kept {
             guid: self.guid.as_ptr(),
             resources: self.resources.as_ptr(),
             period: self.period,
-            n_parameters: self.parameters.len(),
-            parameters: self.parameters.as_ptr(),
+            parameters: self.parameters.raw(),
             values: self.values.as_ptr(),
-            n_inputs: self.inputs.len(),
-            inputs: self.inputs.as_ptr(),
+            inputs: self.inputs.raw(),
             sources: self.sources.as_ptr(),
-            n_outputs: self.outputs.len(),
-            outputs: self.outputs.as_ptr(),
+            outputs: self.outputs.raw(),
             slot: self.slot,
             n_categories: self.category_pointers.len(),
             categories: self.category_pointers.as_ptr(),

@@ -12,9 +12,11 @@ use crate::error::Error;
 /// `executor_functions`: addresses in the order of the header.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
-pub struct Functions([*const c_void; 10]);
+pub struct Functions([*const c_void; N_FUNCTIONS]);
 
-const NAMES: [&str; 10] = [
+const N_FUNCTIONS: usize = 14;
+
+const NAMES: [&str; N_FUNCTIONS] = [
     "fmi2Instantiate",
     "fmi2FreeInstance",
     "fmi2SetDebugLogging",
@@ -24,8 +26,21 @@ const NAMES: [&str; 10] = [
     "fmi2Terminate",
     "fmi2GetReal",
     "fmi2SetReal",
+    "fmi2GetInteger",
+    "fmi2SetInteger",
+    "fmi2GetBoolean",
+    "fmi2SetBoolean",
     "fmi2DoStep",
 ];
+
+/// `executor_variables`.
+#[repr(C)]
+pub struct Variables {
+    pub n_reals: usize,
+    pub n_integers: usize,
+    pub n_booleans: usize,
+    pub references: *const u32,
+}
 
 /// `executor_component`.
 #[repr(C)]
@@ -36,14 +51,11 @@ pub struct Description {
     pub guid: *const c_char,
     pub resources: *const c_char,
     pub period: i64,
-    pub n_parameters: usize,
-    pub parameters: *const u32,
+    pub parameters: Variables,
     pub values: *const f64,
-    pub n_inputs: usize,
-    pub inputs: *const u32,
+    pub inputs: Variables,
     pub sources: *const usize,
-    pub n_outputs: usize,
-    pub outputs: *const u32,
+    pub outputs: Variables,
     pub slot: usize,
     pub n_categories: usize,
     pub categories: *const *const c_char,
@@ -94,7 +106,7 @@ impl Binary {
         // FMU trusts its code. RTLD_NOW: no symbol is looked up later, inside a cycle.
         let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }
             .map_err(|e| Error::new(format!("its library does not load: {e}")))?;
-        let mut functions = Functions([std::ptr::null(); 10]);
+        let mut functions = Functions([std::ptr::null(); N_FUNCTIONS]);
         for (function, name) in functions.0.iter_mut().zip(NAMES) {
             // SAFETY: only the address is taken; the executor calls it with the signature that
             // FMI 2.0 gives this name.

@@ -1,14 +1,14 @@
 //! Model description of an FMU, and its binary for this platform in a temporary folder.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use roxmltree::{Document, Node};
 
 use crate::archive::{enclosed, Archive};
-use crate::error::{unknown, Error};
+use crate::error::{renamed, unknown, Error};
+use crate::variables::{items, variables, Variable};
 
 /// As FMI 2.0 names this platform, and how its shared libraries end.
 const PLATFORM: (&str, &str) = if cfg!(target_os = "macos") {
@@ -19,36 +19,6 @@ const PLATFORM: (&str, &str) = if cfg!(target_os = "macos") {
     ("linux64", "so")
 };
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Causality {
-    Parameter,
-    Input,
-    Output,
-    Other,
-}
-
-impl fmt::Display for Causality {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Causality::Parameter => "parameter",
-            Causality::Input => "input",
-            Causality::Output => "output",
-            Causality::Other => "local",
-        })
-    }
-}
-
-/// One scalar variable; `start` is None where the FMU declares none.
-#[derive(Debug, Clone)]
-pub struct Variable {
-    pub name: String,
-    pub reference: u32,
-    pub causality: Causality,
-    pub is_real: bool,
-    pub unit: String,
-    pub start: Option<f64>,
-}
-
 /// One FMI 2.0 co-simulation FMU, unpacked.
 #[derive(Debug)]
 pub(crate) struct Fmu {
@@ -58,6 +28,8 @@ pub(crate) struct Fmu {
     pub categories: Vec<String>,
     pub variables: Vec<Variable>,
     by_name: HashMap<String, usize>,
+    /// Items of the enumerations, "type.item", with their values.
+    items: HashMap<String, f64>,
     model: String,
     platforms: Vec<String>,
     root: PathBuf,
@@ -90,6 +62,7 @@ impl Fmu {
             categories: categories(top),
             by_name: variables.iter().enumerate().map(|(k, v)| (v.name.clone(), k)).collect(),
             variables,
+            items: items(top),
             platforms: platforms(&members),
             file,
             model,
@@ -105,6 +78,21 @@ impl Fmu {
     pub fn variable(&self, name: &str) -> Result<&Variable, Error> {
         let known = self.variables.iter().map(|v| v.name.as_str());
         self.find(name).ok_or_else(|| Error::new(unknown("variable", name, known)))
+    }
+
+    /// An error for the name that a variable had before its array's elements had names.
+    pub fn not_renamed(&self, name: &str) -> Result<(), Error> {
+        match renamed(name, self.variables.iter().map(|v| v.name.as_str())) {
+            Some(_) => self.variable(name).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
+    /// Value of an item of a variable's enumeration.
+    pub fn item(&self, variable: &Variable, item: &str) -> Result<f64, Error> {
+        let found = self.items.get(&format!("{}.{item}", variable.declared_type));
+        let text = format!("{} = '{item}': its enumeration has no such item", variable.name);
+        found.copied().ok_or_else(|| Error::new(text))
     }
 
     /// Path of the shared library for this machine.
@@ -193,33 +181,4 @@ fn categories(top: Node) -> Vec<String> {
         .filter(|name| ["logStatusError", "logStatusDiscard", "logStatusWarning"].contains(name))
         .map(str::to_owned)
         .collect()
-}
-
-fn variables(top: Node) -> Result<Vec<Variable>, Error> {
-    let all = child(top, "ModelVariables");
-    all.iter().flat_map(|v| v.children()).filter(Node::is_element).map(variable).collect()
-}
-
-fn variable(element: Node) -> Result<Variable, Error> {
-    let kinds = ["Real", "Integer", "Boolean", "String", "Enumeration"];
-    let typed = element.children().find(|c| kinds.contains(&c.tag_name().name()));
-    let reference = element.attribute("valueReference").and_then(|r| r.parse().ok());
-    let (Some(typed), Some(name), Some(reference)) = (typed, element.attribute("name"), reference)
-    else {
-        return Err(Error::new("a variable lacks name, type or reference: build the FMU again"));
-    };
-    let is_real = typed.has_tag_name("Real");
-    Ok(Variable {
-        name: name.to_owned(),
-        reference,
-        causality: match element.attribute("causality") {
-            Some("parameter") => Causality::Parameter,
-            Some("input") => Causality::Input,
-            Some("output") => Causality::Output,
-            _ => Causality::Other,
-        },
-        is_real,
-        unit: typed.attribute("unit").unwrap_or_default().to_owned(),
-        start: typed.attribute("start").filter(|_| is_real).and_then(|s| s.trim().parse().ok()),
-    })
 }

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 
 use crate::component::Component;
 use crate::error::Error;
-use crate::executor::Unit;
-use crate::fmu::Causality;
+use crate::executor::{Sorted, Unit};
 use crate::system::System;
+use crate::variables::{Causality, Kind, Variable};
 
 /// Signals "component.variable" in the order of the bus.
 #[derive(Default)]
@@ -18,11 +18,11 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Real outputs of all members, component by component, then whatever else feeds them.
+    /// Outputs of all members, component by component, then whatever else feeds them.
     pub fn new(system: &System, members: &[&Component]) -> Layout {
         let mut layout = Layout::default();
         for member in members {
-            for output in member.of(Causality::Output).filter(|v| v.is_real) {
+            for output in outputs(member) {
                 layout.add(member, &output.name);
             }
         }
@@ -58,27 +58,43 @@ impl Layout {
 
     /// A member in the form of the executor.
     pub fn unit(&self, system: &System, member: &Component) -> Result<Unit, Error> {
-        let reference = |name: &str| Ok(member.fmu().variable(name)?.reference);
-        let outputs = member.of(Causality::Output).filter(|v| v.is_real);
-        let outputs: Vec<_> = outputs.map(|v| (v.name.as_str(), v.reference)).collect();
-        let first = outputs.first().map(|(name, _)| *name);
+        let outputs = outputs(member);
+        let first = outputs.first().map(|v| v.name.as_str());
         let wires = system.wires().iter().filter(|w| w.target == member.name());
         let inputs = wires.map(|w| {
             let slot = self.find(&w.source, &w.output);
             let slot = slot.ok_or_else(|| Error::new(format!("connection {w}: has no signal")))?;
-            Ok((reference(&w.input)?, slot))
+            Ok((member.fmu().variable(&w.input)?, slot))
         });
         let values = member.values().iter();
+        let values = values.map(|(name, value)| Ok((member.fmu().variable(name)?, *value)));
+        let (inputs, sources) = sorted(inputs.collect::<Result<_, Error>>()?);
+        let (parameters, values) = sorted(values.collect::<Result<_, Error>>()?);
         Ok(Unit {
             name: member.name().to_owned(),
             fmu: member.shared_fmu(),
             period: member.period(),
-            parameters: values
-                .map(|(name, value)| Ok((reference(name)?, *value)))
-                .collect::<Result<_, Error>>()?,
-            inputs: inputs.collect::<Result<_, Error>>()?,
+            parameters,
+            values,
+            inputs,
+            sources,
             slot: first.and_then(|name| self.find(member.name(), name)).unwrap_or(0),
-            outputs: outputs.iter().map(|(_, reference)| *reference).collect(),
+            outputs: Sorted::of(&outputs),
         })
     }
+}
+
+/// Outputs in the order of their types, as the executor wants them.
+fn outputs(member: &Component) -> Vec<&Variable> {
+    let mut found: Vec<_> =
+        member.of(Causality::Output).filter(|v| v.kind != Kind::String).collect();
+    found.sort_by_key(|v| v.kind);
+    found
+}
+
+/// Variables in the order of their types, and what belongs to each.
+fn sorted<T>(mut listed: Vec<(&Variable, T)>) -> (Sorted, Vec<T>) {
+    listed.sort_by_key(|(variable, _)| variable.kind);
+    let (variables, rest): (Vec<_>, Vec<_>) = listed.into_iter().unzip();
+    (Sorted::of(&variables), rest)
 }

@@ -17,6 +17,7 @@ mod ssd;
 mod structure;
 mod system;
 mod trip;
+mod variables;
 mod wiring;
 mod worker;
 
@@ -26,10 +27,10 @@ pub const AXES: usize = 6;
 pub use component::Component;
 pub use controller::{Controller, Late, Options};
 pub use error::Error;
-pub use fmu::{Causality, Variable};
 pub use plant::Plant;
 pub use system::System;
 pub use trip::{Trip, What};
+pub use variables::{Causality, Variable};
 pub use worker::ThreadHook;
 
 #[cfg(test)]

@@ -8,10 +8,10 @@ use tempfile::TempDir;
 use crate::component::Component;
 use crate::drives::{array, Drives};
 use crate::error::Error;
-use crate::fmu::Causality;
 use crate::inline::Inline;
 use crate::layout::Layout;
 use crate::system::System;
+use crate::variables::Causality;
 use crate::wiring::find;
 
 /// One component of the `.ssp`, or another FMU in its place.

@@ -5,6 +5,7 @@ use roxmltree::{Document, Node};
 use crate::archive::Archive;
 use crate::error::Error;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::variables::value_of;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
 const SSC: &str = "http://ssp-standard.org/SSP1/SystemStructureCommon";
@@ -120,7 +121,7 @@ fn wire(node: Node) -> Result<Wire, Error> {
     })
 }
 
-/// Name and value of every Real in the parameter sets of a component or of the system.
+/// Name and value of every parameter in the parameter sets of a component or of the system.
 fn parameter_sets(node: Node, archive: &mut Archive) -> Result<Vec<Setting>, Error> {
     let mut settings = Vec::new();
     let bindings: Vec<Node> = node
@@ -159,13 +160,19 @@ fn collect(set: Node, prefix: &str, settings: &mut Vec<Setting>) -> Result<(), E
             continue;
         }
         let name = entry.attribute("name").unwrap_or_default();
-        let real = child(entry, (SSV, "Real"));
-        let value = real
-            .and_then(|real| real.attribute("value")?.trim().parse::<f64>().ok())
-            .filter(|value| value.is_finite())
-            .ok_or_else(|| Error::new(format!("parameter '{name}' has no finite Real value")))?;
-        let unit = real.and_then(|real| real.attribute("unit")).unwrap_or_default().to_owned();
-        settings.push(Setting { name: format!("{prefix}{name}"), value, unit });
+        let typed = entry.children().find(Node::is_element);
+        let text = typed.and_then(|typed| typed.attribute("value")).unwrap_or_default().trim();
+        let unit = typed.and_then(|typed| typed.attribute("unit")).unwrap_or_default().to_owned();
+        let name = format!("{prefix}{name}");
+        let is_item = typed.is_some_and(|typed| typed.has_tag_name((SSV, "Enumeration")));
+        if is_item && !text.is_empty() {
+            settings.push(Setting { name, value: 0.0, unit, item: text.to_owned() });
+            continue;
+        }
+        let value = value_of(text).filter(|value| value.is_finite()).ok_or_else(|| {
+            Error::new(format!("parameter '{name}' has no finite value: '{text}'"))
+        })?;
+        settings.push(Setting { name, value, unit, item: String::new() });
     }
     Ok(())
 }

@@ -8,6 +8,8 @@ pub(crate) struct Setting {
     pub name: String,
     pub value: f64,
     pub unit: String,
+    /// Name of an enumeration's item, whose value the FMU knows; empty: `value` is meant.
+    pub item: String,
 }
 
 /// A component: the path of its FMU in the archive and its own parameter sets.

@@ -9,9 +9,10 @@ use tempfile::TempDir;
 use crate::archive::Archive;
 use crate::component::Component;
 use crate::error::Error;
-use crate::fmu::{Causality, Fmu};
+use crate::fmu::Fmu;
 use crate::ssd;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::variables::Causality;
 use crate::wiring::{check, find};
 
 /// A `.ssp` that was read, checked and unpacked to a temporary folder, removed with the last

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 
 use crate::component::Component;
 use crate::error::{unknown, Error};
-use crate::fmu::{Causality, Variable};
 use crate::structure::Wire;
+use crate::variables::{Causality, Kind, Variable};
 
-/// Refuses the first mistake: unknown ends, wrong causality, no Real, unequal units, an input
-/// fed twice or by nothing.
+/// Refuses the first mistake: unknown ends, wrong causality, a String, unequal types or units, an
+/// input fed twice or by nothing.
 pub(crate) fn check(wires: &[Wire], components: &[Component]) -> Result<(), Error> {
     let mut fed: HashMap<(&str, &str), &Wire> = HashMap::new();
     for wire in wires {
@@ -45,6 +45,10 @@ fn check_ends(wire: &Wire, components: &[Component]) -> Result<(), Error> {
     let start =
         port(components, &wire.source, &wire.output, (Causality::Output, "starts at an output"))?;
     let end = port(components, &wire.target, &wire.input, (Causality::Input, "ends at an input"))?;
+    if start.kind != end.kind || start.declared_type.is_empty() != end.declared_type.is_empty() {
+        let text = "of another type than the variable that it feeds: connect another one";
+        return Err(Error::new(format!("{}.{} is {text}", wire.source, wire.output)));
+    }
     if start.unit != end.unit {
         return Err(Error::new(format!(
             "'{}' into '{}', units must be equal: connect another variable or correct a unit",
@@ -68,8 +72,8 @@ fn port<'a>(
             variable.causality
         )));
     }
-    if !variable.is_real {
-        return Err(Error::new(format!("{component}.{name} is no Real")));
+    if variable.kind == Kind::String {
+        return Err(Error::new(format!("{component}.{name} is a String")));
     }
     Ok(variable)
 }

@@ -67,12 +67,10 @@ pub(crate) struct Worker {
 impl Worker {
     /// unit: with slots of the common bus; inside, the FMU has a small bus of its own.
     pub fn open(mut unit: Unit, base: f64, hook: Option<ThreadHook>) -> Result<Worker, Error> {
-        let sources: Vec<usize> = unit.inputs.iter().map(|(_, slot)| *slot).collect();
+        let own_slots = (0..unit.sources.len()).collect();
+        let sources = std::mem::replace(&mut unit.sources, own_slots);
         let slots = unit.slot..unit.slot + unit.outputs.len();
         let (name, period) = (unit.name.clone(), unit.period);
-        for (k, input) in unit.inputs.iter_mut().enumerate() {
-            input.1 = k;
-        }
         unit.slot = sources.len();
         let n_slots = sources.len() + unit.outputs.len();
         let executor = Executor::open(vec![unit], n_slots, base)?;
