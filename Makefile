@@ -95,7 +95,10 @@ results-studies: build gateway $(DEV)
 	$(RECORD) schunk python examples/schunk/diagnose.py --json
 	$(RECORD) quantisation python -m studies.quantisation --json
 	$(RECORD) drive python -m flexhex drive --json
-	$(RECORD) hidden_effects python -m studies.hidden_effects --json --seeds $(DAY)000:$(DAY)080
+	$(RECORD) hidden_effects python -m studies.hidden_effects --json --test --jobs 2 \
+	  --generator $(DAY)000:$(DAY)080 --mujoco $(DAY)000:$(DAY)200 --axes $(DAY)000:$(DAY)060
+	$(RECORD) sensitivity python -m studies.sensitivity --json \
+	  --generator 7:10 --mujoco 200:214 --axes 6:9
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
 	$(BIN)/python -m results.render
 

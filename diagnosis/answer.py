@@ -19,6 +19,8 @@ from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.stacked import deviations_of, shape_names, stack, whole
 
 Array = NDArray[np.float64]
+CORRELATED = 3.0
+"""Rows that count as one, for what the noise model does not know."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,15 @@ class Joint:
     def parts(self) -> list[Part]:
         """Parts of all effects in order."""
         return [part for effect in self.effects for part in effect.parts]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of q (nb, nb)."""
+        fitted = self.bench.made.regression.loosened(self.freed)
+        if self.parts:
+            fitted = fitted.extended([part.columns for part in self.parts])
+        level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
+        return np.asarray(level * fitted.covariance[: len(self.q), : len(self.q)])
 
     @cached_property
     def explained(self) -> list[Array]:

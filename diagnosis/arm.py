@@ -50,6 +50,8 @@ class RigidArmBase:
         self.spacing = max(0.005, 2 * ts)
         self.kinds = tuple(link.kind for link in arm.links)
         self.linear = (*_inertias(arm), *_rotors(self.kinds))
+        self.payload = tuple(range(10 * (self.n - 1), 10 * self.n))
+        self.reach = float(sum(np.linalg.norm(link.at) for link in arm.links))
         n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))
         p = ca.SX.sym("p", len(self.linear))
@@ -72,8 +74,10 @@ class RigidArmBase:
             self.geometry = geometry.Derivatives(errors, _state, *pulled)
 
     def loaded(self, p: Array, payload: float) -> Array:
-        """Payloads are not told apart here."""
-        return p
+        """A point mass at the centre of the last link: where it is nobody says."""
+        found = p.copy()
+        found[list(self.payload)] += payload * np.array(_ten(1.0, self.arm.links[-1].centre, 0.0))
+        return found
 
     def directions(self) -> Mapping[str, Array]:
         """Masses are guesses: nothing more may change together."""
@@ -114,15 +118,20 @@ def _state(motion: Motion) -> tuple[Array, Array, Array]:
 def _inertias(arm: Arm) -> list[Known]:
     listed = []
     for k, link in enumerate(arm.links, start=1):
-        c, m = np.array(link.centre), link.mass
-        J = m * (c @ c * np.eye(3) - np.outer(c, c)) + m * THICK**2 * np.eye(3)
-        ten = [m, *(m * c), *(J[i, j] for i in range(3) for j in range(i, 3))]
-        reach = float(np.linalg.norm(c)) + THICK
-        size = [m, *(m * reach,) * 3, *(float(J.max()),) * 6]
+        m, reach = link.mass, float(np.linalg.norm(link.centre)) + THICK
+        ten = _ten(m, link.centre, THICK)
+        size = [m, *(m * reach,) * 3, *(max(ten[4:]),) * 6]
         for name, unit, value, one in zip(TEN, TEN_UNITS, ten, size, strict=True):
             name = f"link[{k}].{name}"
             listed.append(Known(name, unit, float(value), arm.spread * one, name))
     return listed
+
+
+def _ten(mass: float, centre: tuple[float, float, float], gyration: float) -> list[float]:
+    """Parameters of a body, all radii of gyration about its centre of mass alike [m]."""
+    c = np.array(centre)
+    J = mass * (c @ c * np.eye(3) - np.outer(c, c)) + mass * gyration**2 * np.eye(3)
+    return [mass, *(mass * c), *(float(J[i, j]) for i in range(3) for j in range(i, 3))]
 
 
 def _rotors(kinds: Kinds) -> list[Known]:

@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 SHARED = (("d", "N m s/rad"), ("k", "N m/rad"))
 TURNING = (("g_s", "N m"), ("g_c", "N m"))
 """Terms, after offset and inertia, of all axes, and more of those that turn."""
+CARRIED = {True: ("J", "g_s", "g_c"), False: ("m", "o")}
+"""Terms that a payload changes, of an axis that turns and of one that slides."""
 WINDOW = 0.025
 """Smoothing window [s]: the noise of an encoder of a few urad, differentiated twice, must not look
 like a part of the inertia that lags behind; modes up to some 40 Hz stay visible."""
@@ -45,6 +47,7 @@ class AxisBase:
     late = LATE
     holds = frozenset({"viscous_friction", "drive_gain"})
     given: tuple[EffectUse, ...] = ()
+    reach = np.inf
     complete = False
     curved: tuple[Known, ...] = ()
     widths: tuple[Known, ...] = ()
@@ -61,9 +64,14 @@ class AxisBase:
         )
         edges = np.cumsum([0, *(len(terms(kind)) for kind in self.kinds)])
         self._parts = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+        self.payload = tuple(
+            place
+            for place, known in enumerate(self.linear)
+            if known.group in CARRIED[self.kinds[known.axis or 0].turns]
+        )
 
     def loaded(self, p: Array, payload: float) -> Array:
-        """Payloads are not told apart here."""
+        """A payload may be anywhere."""
         return p
 
     def directions(self) -> Mapping[str, Array]:

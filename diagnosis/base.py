@@ -118,6 +118,11 @@ class Base(Protocol):
     """Ids of effects that the base model has terms for already: no candidates."""
     given: tuple[EffectUse, ...]
     """Effects that the model has already, at the values of its file."""
+    payload: tuple[int, ...]
+    """Places in `linear` of the parameters that a payload changes."""
+    reach: float
+    """How far from its nominal place an announced payload may be [m]; infinite: nothing of it is
+    known, whatever the logs say."""
     complete: bool
     """Whether it should explain most of the torque before any effect is added."""
 

@@ -42,9 +42,11 @@ class Signal:
 class Run:
     """One run as the diagnosis sees it.
 
-    trajectory: runs that share it are its passes; shift [s]: run time minus the time that the
-    passes share; start [s]: when it began on the machine's own clock, as far as the order of the
-    runs tells; tau: torque that the drives report [N m]; command: what they were asked for.
+    trajectory: the motion; runs that share it and carry the same are its passes; shift [s]: run
+    time minus the time that runs of one motion share; start [s]: when it began on the machine's own
+    clock, as far as the order of the runs tells; tau: torque that the drives report [N m]; command:
+    what they were asked for. payload: as the log says it [kg]; loads: what was carried beside, as
+    the runs themselves show it, one bit for each payload.
     """
 
     name: str
@@ -57,6 +59,17 @@ class Run:
     start: float = 0.0
     payload: float = 0.0
     meta: Mapping[str, str] = field(default_factory=dict)
+    loads: int = 0
+
+    @property
+    def repeated(self) -> tuple[str, str, int]:
+        """What passes share: motion and all that was carried."""
+        return self.trajectory, announced(self.payload), self.loads
+
+
+def announced(payload: float) -> str:
+    """A payload [kg] as it is named; the same for what differs by the digits of a log alone."""
+    return f"{payload:.3g}"
 
 
 @dataclass(frozen=True)
@@ -78,12 +91,29 @@ class Block:
         return np.asarray((self.weights @ flat).reshape(-1, *raw.shape[1:]))
 
 
+def torque_rms(blocks: Sequence[Block]) -> Array:
+    """RMS of the torque about its mean, of each axis (n,) [N m]."""
+    values = [block.run.tau.values[block.run.tau.valid] for block in blocks]
+    return np.asarray(np.concatenate(values).std(axis=0))
+
+
 def torque_at(block: Block, window: float, delay: float) -> Array:
     """Reported torque (m, n) [N m], read `delay` [s] later than the angles' clock says."""
     signal = block.run.tau
     at = block.at + block.run.shift + delay
     weights, _ = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
     return np.asarray(weights @ signal.values)
+
+
+def torque_rate(block: Block, window: float, delay: float) -> Array:
+    """What `torque_at` changes by with its delay (m, n) [N m/s]; zero at the edge of a gap."""
+    signal, at = block.run.tau, block.at + block.run.shift + delay
+    ends = [
+        hann_weights(at + step, signal.t0, signal.ts, signal.valid, window)
+        for step in (-signal.ts, signal.ts)
+    ]
+    slope = (ends[1][0] - ends[0][0]) @ signal.values / (2 * signal.ts)
+    return np.where((ends[0][1] & ends[1][1])[:, None], slope, 0.0)
 
 
 def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = LEAST) -> list[Block]:

@@ -6,24 +6,22 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import Block, torque_at
+from flexhex.diagnosis.blocks import Block, Run, torque_rms
 from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.noise import Noise, alike, rings, settled, whiten
+from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
+from flexhex.diagnosis.payloads import Load, carried
 from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.rests import moving
 
 Array = NDArray[np.float64]
-LOOSE = 2.0
-"""Beside candidates a parameter may differ from its nominal value by this many tolerances."""
-HISTORY = 0.3
-"""One standard deviation of a hysteresis' state at the start of a trajectory."""
 CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
 """Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
 this many smoothing windows."""
@@ -34,13 +32,15 @@ STRETCHES = 4
 @dataclass(frozen=True)
 class Fitted:
     """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
-    tolerance late [s], and the linear ones p, gains that they belong to."""
+    tolerance late [s], and the linear ones p, gains that they belong to; loads: what payloads add
+    to p, by their name."""
 
     p: Array
     gains: Array
     widths: Array
     delay: float
     late: float
+    loads: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,9 @@ class Calibrated:
     """The base model about its fitted values, ready for candidates.
 
     y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
-    is `LOOSE` tolerances of `known`. raw: torque of the fit at every sample
-    (samples, n). between: what is asked for repeats; else it changes from pass to pass.
+    is `linearize.LOOSE` tolerances of `known`. raw: torque of the fit at every sample
+    (samples, n). between: what is asked for repeats; else it changes from pass to pass. loads:
+    payloads of the runs.
     """
 
     base: Base
@@ -62,11 +63,17 @@ class Calibrated:
     raw: tuple[Array, ...]
     noise: Noise
     between: bool = True
+    loads: tuple[Load, ...] = ()
 
     @cached_property
     def kept(self) -> list[NDArray[np.bool_]]:
         """Rows of each block that count (m,)."""
         return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Rows (m, n) of each block in which an axis moves."""
+        return moving(self.blocks, self.base.window, self.spacing)
 
     @property
     def spacing(self) -> float:
@@ -76,8 +83,16 @@ class Calibrated:
     @cached_property
     def torque_rms(self) -> Array:
         """RMS of the torque about its mean, of each axis (n,) [N m]."""
-        values = [block.run.tau.values[block.run.tau.valid] for block in self.blocks]
-        return np.asarray(np.concatenate(values).std(axis=0))
+        return torque_rms(self.blocks)
+
+    def linear(self, run: Run) -> Array:
+        """Linear parameters (n_p,) of the fit with what a run carries."""
+        return carried(self.base, self.loads, self.fitted.loads, run, self.fitted.p)
+
+    def places(self, load: Load) -> slice:
+        """Where the parameters of a payload stand in `known`."""
+        first = self.known.index(load.known[0])
+        return slice(first, first + len(load.known))
 
     @cached_property
     def layout(self) -> Layout:
@@ -129,97 +144,29 @@ class Calibrated:
         B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
         return Regression(y[:, 0], B, prior, self.layout, drifting=not self.between)
 
+    @property
+    def nominal(self) -> Array:
+        """Coefficients (nb,) of the machine file's own parameters, the clocks brought together."""
+        q = np.zeros(len(self.known))
+        late = next(i for i, k in enumerate(self.known) if k.group == "delay")
+        q[late] = self.fitted.delay / self.scale[late]
+        return q
+
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
-        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block."""
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
+        rests."""
         a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        slow = self.noise.slow[axis]
         parts = [
-            whiten(v.reshape(len(v), -1), a, scale)[kept]
-            for v, kept in zip(values, self.kept, strict=True)
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
         ]
         return np.concatenate(parts)
 
     def residual(self, q: Array) -> list[Array]:
         """Torque that a fit q does not explain, (m, n) [N m] of each block."""
         return [y - B @ q for y, B in zip(self.y, self.B, strict=True)]
-
-
-def about(
-    base: Base,
-    blocks: Sequence[Block],
-    fitted: Fitted,
-    noise: Noise,
-    trajectories: Sequence[str] | None = None,
-    given: Sequence[Array] = (),
-) -> Calibrated:
-    """Columns and torque about given nonlinear values.
-
-    given: torque (m, n) [N m] of each block that known effects explain already.
-
-    trajectories: those of the fit, when the blocks are others; their history is not these's.
-    """
-    names = list(dict.fromkeys(block.run.trajectory for block in blocks))
-    listed = names if trajectories is None else list(trajectories)
-    histories = [
-        Known(f"z_0[{i + 1}] of {name}", "1", 0.0, HISTORY, "history", i)
-        for name in listed
-        for i in range(len(base.curved))
-    ]
-    delay = Known("delay", "s", 0.0, fitted.late, "delay")
-    errors = base.geometry.known if base.geometry else ()
-    known = (*base.linear, *base.curved, *base.widths, delay, *errors, *histories)
-    scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
-    p0 = np.array([k.nominal for k in base.linear])
-    c0 = np.array([k.nominal for k in base.curved])
-    offset = fitted.widths - np.array([k.nominal for k in base.widths])
-    ys: list[Array] = []
-    Bs: list[Array] = []
-    raws: list[Array] = []
-    for block in blocks:
-        motion = block.run.motion
-        p = base.loaded(fitted.p, block.run.payload)
-        raw = base.torque(motion, p)
-        curve, tangent = np.zeros((len(block.at), base.n, 0)), None
-        if len(base.curved):
-            z, by_width = base.bend(motion, fitted.widths)
-            raw = raw + z * fitted.gains
-            curve = _diagonal(block.smooth(z))
-            tangent = _diagonal(block.smooth(by_width * fitted.gains))
-        rate = -block.smooth(np.gradient(raw, motion.ts, axis=0))
-        parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
-        if base.geometry:
-            parts.append(base.geometry.columns(motion, block.weights, p))
-        for name in listed if len(base.curved) else ():
-            own = trajectories is None and name == block.run.trajectory
-            parts.append(_history(block, fitted) if own else np.zeros_like(curve))
-        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
-            p0, block.run.payload
-        )
-        y = y + rate * fitted.delay
-        if tangent is not None:
-            y = y - curve @ c0 + tangent @ offset
-        if given:
-            y = y - given[len(ys)]
-        Bs.append(np.concatenate(parts, axis=2) * scale)
-        ys.append(y)
-        raws.append(raw)
-    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
-    return Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
-
-
-def _history(block: Block, fitted: Fitted) -> Array:
-    """What the unknown state before the run leaves behind, forgotten on the way (m, n, n)."""
-    theta = block.run.motion.theta
-    travel = np.cumsum(np.abs(np.diff(theta, axis=0, prepend=theta[:1])), axis=0)
-    return _diagonal(block.smooth(fitted.gains * np.exp(-travel / fitted.widths)))
-
-
-def _diagonal(values: Array) -> Array:
-    """(m, n) -> (m, n, n) with the values of axis i in its own column."""
-    m, n = values.shape
-    out = np.zeros((m, n, n))
-    out[:, np.arange(n), np.arange(n)] = values
-    return out

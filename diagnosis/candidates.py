@@ -203,7 +203,7 @@ class Bench:
 
     def _torque(self, k: int, motion: Motion) -> Array:
         fitted, base = self.made.fitted, self.made.base
-        tau = base.torque(motion, base.loaded(fitted.p, self.made.blocks[k].run.payload))
+        tau = base.torque(motion, self.made.linear(self.made.blocks[k].run))
         if len(base.curved):
             tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
         return tau
@@ -233,9 +233,9 @@ class Bench:
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
         found: list[Mapping[str, Array]] = []
-        base, fitted = self.made.base, self.made.fitted
+        base = self.made.base
         for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
-            columns = base.whole(motion, base.loaded(fitted.p, block.run.payload))
+            columns = base.whole(motion, self.made.linear(block.run))
             found.append(
                 {
                     name: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:])

@@ -28,6 +28,7 @@ from flexhex.diagnosis.selection.choose import (
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import (
+    Columns,
     EffectHypothesis,
     Hypotheses,
     NamelessHypothesis,
@@ -73,7 +74,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
             if s.hypothesis.axis == axis and isinstance(s.hypothesis, EffectHypothesis)
         ]
         if own and passes(own[0], (), least, criteria):
-            kept.append(simplest(own[0], own, criteria))
+            kept.append(simplest(own[0], own, 1, criteria))
     if not kept:
         return []
     held = joint(bench, grouped(bench, one_cause(kept)))
@@ -90,7 +91,8 @@ def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
         np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
         for k, block in enumerate(rows.made.blocks)
     ]
-    return nameless(axis, "offsets", rows.raw(own), rows.white(axis, own), (np.eye(count),))
+    made = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
+    return nameless(axis, "offsets", made, (np.eye(count),))
 
 
 def without(held: Joint, drift: Joint) -> Calibrated:

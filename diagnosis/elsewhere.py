@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,7 @@ class Elsewhere:
         """drift: what changes from run to run, taken off these too."""
         ours = bench.made
         self.blocks, self.ours = tuple(blocks), bench
-        names = list(dict.fromkeys(block.run.trajectory for block in ours.blocks))
-        self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, names)
+        self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, ours.blocks)
         if drift is not None:
             self.there = steady(self.there, drift)
         self._bench = bench.beside(self.there)
@@ -44,3 +44,30 @@ class Elsewhere:
                 else:
                     left[k][:, part.axis or 0] -= torque
         return left
+
+    def beside(self, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
+        """The same with the base model fitted anew to what effects leave: how well they do, however
+        well its own parameters were seen in the first runs."""
+        left = self.residual(parts, beta, np.zeros(len(self.there.known)))
+        anew = replace(self.there, y=tuple(left))
+        return anew.residual(anew.regression.q)
+
+
+def elsewhere(bench: Bench, blocks: Sequence[Block], drift: Joint | None) -> Elsewhere:
+    """A fit seen on other runs, each with those unannounced payloads of the fit's own runs that
+    suit it best."""
+    made = bench.made
+    labels = sorted({block.run.loads for block in made.blocks if made.loads} | {0})
+    if len(labels) == 1:
+        return Elsewhere(bench, blocks, drift)
+    left = list[list[float]]()
+    for label in labels:
+        seen = Elsewhere(bench, [_with(block, label) for block in blocks], drift)
+        pairs = zip(seen.residual((), (), made.regression.q), blocks, strict=True)
+        left.append([float(((r[b.usable] / made.torque_rms) ** 2).sum()) for r, b in pairs])
+    best = [labels[k] for k in np.argmin(left, axis=0)]
+    return Elsewhere(bench, [_with(b, k) for b, k in zip(blocks, best, strict=True)], drift)
+
+
+def _with(block: Block, loads: int) -> Block:
+    return replace(block, run=replace(block.run, loads=loads))

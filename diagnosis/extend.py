@@ -76,7 +76,8 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     is no machine.
     """
     data = machine_data(machine_file)
-    sections, left_out = changed_sections(data, diagnosis.changed)
+    lasting = [change for change in diagnosis.changed if not change.runs]
+    sections, left_out = changed_sections(data, lasting)
     known = [dict(entry) for entry in data.get("effects", [])]
     found: list[Entry] = []
     for named in diagnosis.effects:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint, again, axis_rms
-from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import LATEST, Block, torque_at
-from flexhex.diagnosis.calibrate import LOOSE, Calibrated, Fitted, about
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.known import about_known, known_torque
+from flexhex.diagnosis.linearize import LOOSE, about
 from flexhex.diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
@@ -21,7 +22,9 @@ STEPS = 2
 """Gauss-Newton steps."""
 COARSE, FIRM = 4, 1e-9
 """Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
-MISLED = 1.5
+SHARP = 0.05
+"""Rate, relative to its RMS, at which dry friction is there."""
+MISLED = 1.25
 """Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
 which the weights do harm."""
 STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
@@ -31,35 +34,68 @@ STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
 def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     """Fit the base model: the linear part, then widths and delay by Gauss-Newton.
 
-    What the effects that the model has already explain is taken off first.
+    What the effects that the model has already explain is taken off first. Friction that it does
+    not have looks like a delay: so delay and noise are those beside one.
     """
+    p, delay = first_guess(base, blocks)
     fitted = Fitted(
-        np.array([k.nominal for k in base.linear]),
+        p,
         np.array([k.nominal for k in base.curved]),
         np.array([k.nominal for k in base.widths]),
-        first_delay(base, blocks),
+        delay,
         base.late * max(block.run.tau.ts for block in blocks),
     )
-    flat = Noise(np.zeros((base.n, 2)), np.ones(base.n), np.ones(base.n), False)
-    made = about(base, blocks, fitted, flat)
-    given = known_torque(made)
-    plain = made.residual(made.regression.q)
+    flat = Noise.even(base.n, 1.0)
+    rubbed = with_friction(about(base, blocks, fitted, flat))
+    given = known_torque(rubbed)
+    plain = rubbed.residual(rubbed.regression.q)
     noise = measured(blocks, plain)
-    made = _weighted(base, blocks, fitted, noise, given)
-    left = made.residual(made.regression.q)
+    rubbed = _weighted(base, blocks, fitted, noise, given)
+    left = rubbed.residual(rubbed.regression.q)
     misled = axis_rms(blocks, left) > MISLED * axis_rms(blocks, plain)
     if misled.any():
-        made = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
-        left = made.residual(made.regression.q)
-    return replace(made, noise=unweighted(measured(blocks, left), misled))
+        rubbed = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
+        left = rubbed.residual(rubbed.regression.q)
+    noise = unweighted(measured(blocks, left), misled)
+    return about(base, blocks, rubbed.fitted, noise, given=given)
 
 
-def first_delay(base: Base, blocks: Sequence[Block]) -> float:
-    """Delay of the torques [s] to whole samples of the log, from which Gauss-Newton steps find the
-    rest: with another one their columns are turned by a good part of a period.
+def with_friction(made: Calibrated) -> Calibrated:
+    """The same with dry and viscous friction of each axis beside the base model."""
+    n = made.base.n
+    more = [
+        Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i)
+        for kind in ("dry", "viscous")
+        for i in range(n)
+    ]
+    torque = np.maximum(np.tile(made.torque_rms, 2), np.finfo(float).tiny)
+    columns = friction(made.blocks)
+    B = [np.concatenate([b, c * torque], axis=2) for b, c in zip(made.B, columns, strict=True)]
+    scale = np.concatenate([made.scale, np.ones(2 * n)])
+    return replace(made, known=(*made.known, *more), scale=scale, B=tuple(B))
 
-    Of all delays within the tolerance the one at which the linear base model leaves least, if that
-    is less than half of what it leaves without: else something else is missing.
+
+def friction(blocks: Sequence[Block]) -> list[Array]:
+    """Dry and viscous friction (m, n, 2 n) of each axis in columns of its own, of about one, of
+    each block."""
+    rates = np.concatenate([block.run.motion.thetad for block in blocks])
+    rms = np.maximum(np.sqrt((rates**2).mean(axis=0)), np.finfo(float).tiny)
+    found = []
+    for block in blocks:
+        rate = block.run.motion.thetad / rms
+        kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate)]
+        own = [v[:, :, None] * np.eye(v.shape[1]) for v in kinds]
+        found.append(np.concatenate(own, axis=2))
+    return found
+
+
+def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
+    """Linear parameters p and delay of the torques [s] to whole samples of the log, from which
+    Gauss-Newton steps find the rest: with another delay their columns are turned by a good part of
+    a period, and without parameters no torque says how late it is.
+
+    Of all delays within the tolerance the one at which the linear base model and friction leave
+    least, if that is less than half of what they leave without: else something else is missing.
     """
     step = max(block.run.tau.ts for block in blocks)
     most = int(LATEST * base.late)
@@ -67,12 +103,16 @@ def first_delay(base: Base, blocks: Sequence[Block]) -> float:
     scale = np.array([LOOSE * k.tolerance for k in base.linear])
     nominal = np.array([k.nominal for k in base.linear])
     scale = np.where(np.isfinite(scale), scale, 1.0)
-    prior = np.diag([1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear])
-    B = np.concatenate([b.linear[::COARSE][t.usable] for b, t in zip(blocks, thin, strict=True)])
+    free = [1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear]
+    rubbed = friction(blocks)
+    more = rubbed[0].shape[2]
+    prior = np.diag([*free, *np.zeros(more)])
+    columns = [np.concatenate([b.linear, f], axis=2) for b, f in zip(blocks, rubbed, strict=True)]
+    B = np.concatenate([c[::COARSE][t.usable] for c, t in zip(columns, thin, strict=True)])
     known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
     size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
-    weight = np.where(np.diag(prior) > 0, scale, 1.0 / size)
-    left = dict[int, float]()
+    weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
+    left, found = dict[int, float](), dict[int, Array]()
     for k in range(-most, most + 1):
         y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
         rows = np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
@@ -80,19 +120,22 @@ def first_delay(base: Base, blocks: Sequence[Block]) -> float:
         unit = np.maximum(rows.std(axis=0), np.finfo(float).tiny)
         C, v = (B * weight / unit[:, None]).reshape(-1, len(weight)), (rows / unit).ravel()
         G = C.T @ C + prior + FIRM * np.diag((C**2).sum(axis=0) + 1.0)
-        left[k] = float(v @ v - v @ C @ np.linalg.solve(G, C.T @ v))
+        found[k] = np.linalg.solve(G, C.T @ v)
+        left[k] = float(v @ v - v @ C @ found[k])
     best = min(left, key=lambda k: (left[k], abs(k)))
-    return step * best if left[best] < left[0] / 2 else 0.0
+    best = best if left[best] < left[0] / 2 else 0
+    count = len(nominal)
+    return nominal + (weight * found[best])[:count], step * best
 
 
 def _weighted(
     base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise, given: Sequence[Array]
 ) -> Calibrated:
-    """The base model fitted from given values on, in `STEPS` steps."""
+    """The base model and friction fitted from given values on, in `STEPS` steps."""
     for _ in range(STEPS):
-        made = about(base, blocks, fitted, noise, given=given)
+        made = with_friction(about(base, blocks, fitted, noise, given=given))
         fitted = _moved(made, made.regression.q)
-    return about(base, blocks, fitted, noise, given=given)
+    return with_friction(about(base, blocks, fitted, noise, given=given))
 
 
 def beside(held: Joint) -> Calibrated:
@@ -128,4 +171,6 @@ def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     most = LATEST * now.late
     delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
-    return Fitted(p, gains, np.clip(widths, 0.4 * nominal, 2.5 * nominal), delay, now.late)
+    widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
+    loads = {load.name: step[made.places(load)] for load in made.loads}
+    return Fitted(p, gains, widths, delay, now.late, loads)

@@ -32,7 +32,7 @@ class Before:
 def before_of(side: Side) -> Before:
     """Of the base model that a side was searched beside."""
     made, others = side.held.bench.made, side.others
-    plain, bare = made.regression.q, np.zeros(len(made.known))
+    plain, bare = made.regression.q, made.nominal
     judged: dict[str, Array] = {}
     if others is not None:
         judged = {

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.answer import axis_rms
 from flexhex.diagnosis.blocks import torque_at
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.payloads import GROUP
 
 Array = NDArray[np.float64]
 POOR = 0.5
@@ -28,14 +29,16 @@ def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
 
 
 def strange_axes(made: Calibrated) -> list[int]:
-    """Axes (from 0) whose torque does not go with that of the machine file's own parameters.
+    """Axes (from 0) whose torque does not go with that of the machine file's own parameters and
+    the payloads of the fit.
 
     A fit may turn the sign of all inertias to please a log whose sign is turned; what it leaves
     then looks like effects.
     """
-    nothing = np.zeros(len(made.known))
+    carried = np.array([known.group == GROUP for known in made.known])
+    nominal = np.where(carried, made.regression.q, made.nominal)
     tau = [torque_at(b, made.base.window, made.fitted.delay) for b in made.blocks]
-    left = made.residual(nothing)
+    left = made.residual(nominal)
     usable = [b.usable for b in made.blocks]
     seen = np.concatenate([t[m] for t, m in zip(tau, usable, strict=True)])
     model = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])

@@ -56,6 +56,12 @@ class HexapodBase:
             Known(f"sigma[{i + 1}]", "rad", sigma, spread, f"sigma[{i + 1}]", i)
             for i in range(self.n)
         )
+        names = [known.name for known in self.linear]
+        carried = [f"end_effector.{name}" for name in INERTIA_NAMES if machine.has_platform]
+        self.payload = tuple(names.index(name) for name in carried)
+        self.reach = np.inf
+        if machine.has_platform:
+            self.reach = float(np.linalg.norm(machine.platform.r_EP, axis=1).max())
         self._build(len(listed))
 
     def _build(self, n_actuator: int) -> None:
@@ -113,9 +119,7 @@ class HexapodBase:
         point = np.zeros(len(self.linear))
         c = self.machine.platform.end_effector.c_payload
         ten = np.array(point_mass(1.0, c), dtype=float).ravel()
-        names = [known.name for known in self.linear]
-        for name, value in zip(INERTIA_NAMES, ten, strict=True):
-            point[names.index(f"end_effector.{name}")] = value
+        point[list(self.payload)] = ten
         return point
 
     def directions(self) -> Mapping[str, Array]:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.bases import base_of
 from flexhex.diagnosis.blocks import Run, Signal, blocks
-from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.gram import ABSORBED
 from flexhex.diagnosis.kinds import kinds_of, refuse_others
+from flexhex.diagnosis.linearize import about
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.noise import ORDER, Noise
+from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.regression import Columns, Regression
 from flexhex.diagnosis.runs import FASTEST, motion_of
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
@@ -125,7 +126,7 @@ def _planned(base: Base, planned: Sequence[Trajectory]) -> Calibrated:
         tau = Signal(motion.t0, motion.ts, base.torque(motion, p), whole[2:-2])
         runs.append(Run(t.name, f"{t.name} {k}", motion, whole[2:-2], tau))
     n = base.n
-    noise = Noise(np.zeros((n, ORDER)), np.full(n, NOISE), np.full(n, NOISE), False)
+    noise = Noise.even(n, NOISE)
     listed = blocks(base, runs, base.spacing)
     late = base.late * listed[0].run.tau.ts
     return about(base, listed, Fitted(p, gains, widths, 0.0, late), noise)

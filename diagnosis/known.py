@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base
 from flexhex.diagnosis.blocks import Block
-from flexhex.diagnosis.calibrate import Calibrated, Fitted, about
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.linearize import about
 from flexhex.diagnosis.noise import Noise
 
 Array = NDArray[np.float64]
@@ -40,9 +41,9 @@ def about_known(
     blocks: Sequence[Block],
     fitted: Fitted,
     noise: Noise,
-    trajectories: Sequence[str] | None = None,
+    ours: Sequence[Block] = (),
 ) -> Calibrated:
-    """`calibrate.about`, with what the model's own effects explain taken off."""
-    plain = about(base, blocks, fitted, noise, trajectories)
+    """`linearize.about`, with what the model's own effects explain taken off."""
+    plain = about(base, blocks, fitted, noise, ours)
     given = known_torque(plain)
-    return about(base, blocks, fitted, noise, trajectories, given) if given else plain
+    return about(base, blocks, fitted, noise, ours, given) if given else plain

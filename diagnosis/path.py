@@ -43,6 +43,8 @@ class PathBase:
     late = 1e-3
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
+    payload: tuple[int, ...] = ()
+    reach = np.inf
     complete = True
 
     def __init__(

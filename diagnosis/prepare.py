@@ -132,7 +132,7 @@ def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tupl
     listed = [finding for log in read for finding in log.findings]
     listed += [finding for group in groups for finding in group.findings]
     told = [str(finding) for finding in listed]
-    if len({group.trajectory for group in groups}) == 1:
+    if len({group.motion for group in groups}) == 1:
         told.append("one trajectory only: no other motion can refute what is found on it")
     return tuple(dict.fromkeys(told))
 

@@ -93,18 +93,15 @@ class Regression:
         return np.asarray(product)
 
     @cached_property
-    def _inverse(self) -> Array:
-        """(B^T B + prior)^-1, made safe where noise left less than the prior itself."""
+    def covariance(self) -> Array:
+        """Of the coefficients (nb, nb) for noise of unit variance: (B^T B + prior)^-1, made safe
+        where noise left less than the prior itself."""
         G = sum((part for part, _ in self.grams), start=np.diag(self.prior))
         return safe_inverse(G, self.prior)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
-        return np.asarray(self._inverse @ rhs)
-
-    def variance(self, place: int) -> float:
-        """Of a coefficient, for noise of unit variance."""
-        return max(float(self._inverse[place, place]), 0.0)
+        return np.asarray(self.covariance @ rhs)
 
     @cached_property
     def q(self) -> Array:

@@ -34,7 +34,7 @@ def runs_of(
     starts: when each log began [s], by its name (`starts_of`); default: of these logs alone.
     Raises LogError for another number of axes.
     """
-    listed = [(group.trajectory, log) for group in groups for log in group.logs]
+    listed = [(group.motion or group.trajectory, log) for group in groups for log in group.logs]
     began = starts_of([log for _, log in listed]) if starts is None else starts
     found: list[Run] = []
     for trajectory in dict.fromkeys(name for name, _ in listed):

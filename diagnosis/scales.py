@@ -11,36 +11,45 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.kinds import Kinds, kinds_of, powers
 from flexhex.fmus.common.effects import Effect, Shape
 
-USUAL_TORQUE, USUAL_MOTION = 0.8, 0.1
-"""RMS [N m] and [rad], about the mean, of an axis that the library's sizes in N m and rad are for.
-Others have them in proportion: torques and forces by powers of two, lengths exactly. Angles have
-the library's: a turn is a turn on every machine."""
+USUAL_TORQUE, USUAL_MOTION, USUAL_RATE = 0.8, 0.1, 0.35
+"""RMS [N m], [rad] and [rad/s], the first two about the mean, of an axis that the library's sizes
+in these units are for. Others have them in proportion: torques, angles and rates by powers of two,
+lengths and speeds along a line exactly. Orders of an angle are the library's: a turn is a turn on
+every machine."""
+TURNS, RATE = "1/rad", "rad/s"
 
 
 @dataclass(frozen=True)
 class Scales:
-    """kinds: what each axis moves along; sizes: torque and motion of each axis, relative to what
-    the library's sizes are for; effects: by id."""
+    """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
+    what the library's sizes are for; effects: by id."""
 
     kinds: Kinds
-    sizes: tuple[tuple[float, float], ...]
+    sizes: tuple[tuple[float, float, float], ...]
     effects: Mapping[str, Effect]
 
     @staticmethod
     def of(made: Calibrated, effects: Sequence[Effect]) -> Scales:
         """Of runs and their base model."""
         kinds, tiny = kinds_of(made.base, made.base.n), np.finfo(float).tiny
-        moved = np.concatenate([b.run.motion.theta[b.run.valid] for b in made.blocks])
+        angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in made.blocks]).std(axis=0)
+        rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in made.blocks])
+        speeds = np.sqrt((rates**2).mean(axis=0))
         found = []
-        for kind, torque, motion in zip(kinds, made.torque_rms, moved.std(axis=0), strict=True):
-            times = 2.0 ** round(np.log2(max(float(torque), tiny) / USUAL_TORQUE))
-            fixed = kind.turns or not motion > 0
-            found.append((times, 1.0 if fixed else float(motion) / USUAL_MOTION))
+        for kind, torque, angle, speed in zip(kinds, made.torque_rms, angles, speeds, strict=True):
+            times = _power_of_two(max(float(torque), tiny) / USUAL_TORQUE)
+            moved = [float(angle) / USUAL_MOTION, float(speed) / USUAL_RATE]
+            own = [_power_of_two(v) if kind.turns and v > 0 else v or 1.0 for v in moved]
+            found.append((times, own[0], own[1]))
         return Scales(kinds, tuple(found), {effect.id: effect for effect in effects})
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
-        (torque, motion), (a, b) = self.sizes[axis], powers(unit)
+        (torque, motion, rate), (a, b) = self.sizes[axis], powers(unit)
+        if unit == RATE:
+            return rate
+        if unit == TURNS and self.kinds[axis].turns:
+            return 1.0
         return float(torque**a * motion**b)
 
     def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
@@ -62,3 +71,8 @@ class Scales:
         """Least and largest gains of an effect on an axis."""
         pairs = [(gain, self.scale(gain.unit, axis)) for gain in self.effects[name].gains]
         return [(times * gain.low, times * gain.high) for gain, times in pairs]
+
+
+def _power_of_two(value: float) -> float:
+    """The nearest one."""
+    return float(2.0 ** round(np.log2(value)))

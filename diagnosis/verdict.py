@@ -60,11 +60,13 @@ class Named:
 
 @dataclass(frozen=True)
 class Changed:
-    """A parameter of the model that is another than the machine file says."""
+    """A parameter of the model that is another than the machine file says; runs: those that show
+    it, where it is not all of them."""
 
     parameter: str
     nominal: float
     estimate: Estimate
+    runs: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
@@ -76,6 +78,7 @@ class Changed:
             "to": e.value,
             "ci95": ci,
             "unit": e.unit,
+            "runs": list(self.runs),
         }
 
 

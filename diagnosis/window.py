@@ -116,8 +116,8 @@ def _inertia(made: Calibrated) -> Array:
 def _apart(runs: Sequence[Run]) -> Array:
     """RMS (n,) [rad] by which passes of a trajectory differ in angle; infinite without passes."""
     found: list[Array] = []
-    for trajectory in dict.fromkeys(run.trajectory for run in runs):
-        first, *others = [run for run in runs if run.trajectory == trajectory]
+    for repeated in dict.fromkeys(run.repeated for run in runs):
+        first, *others = [run for run in runs if run.repeated == repeated]
         shared = first.motion.time - first.shift
         for run in others:
             clock = run.motion.time - run.shift

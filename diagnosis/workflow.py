@@ -21,6 +21,7 @@ from flexhex.diagnosis.gaps import Before, before_of, gap_of
 from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.selection.search import carrying
 from flexhex.diagnosis.selection.side import Side, selected
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
@@ -63,6 +64,10 @@ def diagnose(
         asked = replace(asked, findings=(*asked.findings, smoothed), coarse=coarse)
     trouble = misfit(made)
     if trouble:
+        # a payload may be most of what does not fit
+        bench = carrying(Bench(made, compiled(made.base.n, _sought(asked), made.base.holds)))
+        made, trouble = bench.made, misfit(bench.made)
+    if trouble:
         return asked.cannot_tell(trouble)
     return _searched(made, asked, progress)
 
@@ -76,7 +81,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     if len(poor_axes(made, settled.held.residual)) == n:
         return asked.cannot_tell(settled.notes[-1])
     progress("commanded against reported torque", 3, 4)
-    sides += drives_of(made, asked.runs, judged)
+    sides += drives_of(made, [block.run for block in made.blocks], judged)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:
         drift, made = drifts[0].held, without(settled.held, drifts[0].held)
@@ -95,7 +100,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     return Diagnosis(
         verdict,
         tuple(named),
-        () if verdict in ("unknown", "cannot tell") else changed,
+        tuple(c for c in changed if c.runs or verdict not in ("unknown", "cannot tell")),
         gap_of(before if main is settled else before_of(main), main),
         main.candidates,
         maps(main.held),
@@ -116,14 +121,10 @@ def _mechanism(
     found = selected(Bench(made, known), judged, say)
     before = before_of(found)
     for _ in range(SEARCHES - 1):
-        if not found.held.parts:
-            break
         # the columns and rows of one search at a time: they take most of the memory
         found.held.bench.forget()
-        settled = beside(found.first or found.held)
-        if not _moved(made, settled):
-            settled = beside(found.held)
-        if not _moved(made, settled):
+        settled = next((m for m in map(beside, found.accepted) if _moved(made, m)), None)
+        if settled is None:
             break
         made = settled
         found = selected(Bench(made, known), judged, say)

@@ -66,6 +66,7 @@ TABLES: dict[str, Source] = {
     "hidden": Source("hidden_effects", tables.hidden),
     "cases": Source("hidden_effects", tables.cases),
     "machines": Source("machines", tables.machines),
+    "sensitivity": Source("sensitivity", tables.sensitivity),
     "speed": Source("speed", times.speed),
     "growth": Source("speed", times.growth),
     "operations": Source("speed", times.operations),

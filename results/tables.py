@@ -58,34 +58,55 @@ def missing(found: Found) -> str:
 
 
 def hidden(found: Found) -> str:
-    """How the cases of the study ended."""
-    head = ("hidden", "said", "cases", "wanted")
-    rows, before = [], ""
-    for c in found["claims"]:
-        if c["n"]:
-            kind = c["kind"] if c["kind"] != before else ""
-            rows.append((kind, c["ending"], share(c["hits"], c["n"]), c["wanted"]))
-            before = c["kind"]
-    return markdown(head, rows)
+    """How the cases of the study ended, a column for each family of truth; rows with a case."""
+    families, listed, before = found["families"], [], ""
+    for each in zip(*families.values(), strict=True):
+        if any(c["n"] for c in each):
+            first = each[0]
+            kind = first["kind"] if first["kind"] != before else ""
+            listed.append([kind, first["ending"], first["wanted"], *map(_share, each)])
+            before = first["kind"]
+    return markdown(("hidden", "said", "wanted", *families), listed)
+
+
+def _share(claim: Found) -> str:
+    text = f"; {claim['text']}" if claim["text"] else ""
+    return share(claim["hits"], claim["n"]) + text if claim["n"] else "–"
 
 
 def cases(found: Found) -> str:
     """Every case of the study."""
     head = ("case", "hidden (axes)", "observable [% of torque RMS]", "verdict and names", "judged")
-    rows = []
+    listed = []
     for c in found["cases"]:
-        notes = c["notes"]
-        truth = [
-            f"{id} {_axes(a)}" for id, a in zip(c["truth"], notes["hidden_axes"], strict=False)
+        truth = [f"{id} {_axes(a)}" for id, a in zip(c["hidden"], c["axes"], strict=False)]
+        if not c["axes"]:
+            truth = [f"changed: {name}" for name in c["hidden"]]
+        named = [
+            {"id": ids[0], "rivals": ids[1:], "axes": axes}
+            for ids, axes in zip(c["named"], c["named_axes"], strict=True)
         ]
-        named = [{"id": id, **e} for id, e in zip(c["named"], notes["named"], strict=True)]
-        verdict = ": ".join(filter(None, (c["verdict"], _names(named))))
-        if c["category"] == "changed":
-            truth = [f"changed: {', '.join(c['truth'])}"]
+        said = ": ".join(filter(None, (c["verdict"], _names(named))))
         seen = ", ".join(f"{100 * x:.2f}" for x in c["observable"])
-        number = str(c["task"][1])
-        rows.append((number, "; ".join(truth) or "nothing", seen, verdict, c["outcome"]))
-    return markdown(head, rows)
+        name = f"{c['family']} {c['seed']}, {c['machine']}"
+        listed.append((name, "; ".join(truth) or "nothing", seen, said, c["outcome"]))
+    return markdown(head, listed)
+
+
+def sensitivity(found: Found) -> str:
+    """What becomes of the cases where a criterion is halved or doubled."""
+    known, usual = found["variations"], found["variations"]["as it is"]
+    of = f"of {usual['n']} cases: well / wrong / changed"
+    rows = [["as they are", "", f"{usual['good']} / {usual['wrong']}", ""]]
+    for name, value in found["values"].items():
+        each = [known.get(f"{name} x {factor:g}") for factor in (0.5, 2.0)]
+        if any(each):
+            rows.append([f"`{name}`", f"{value:g}", *map(_variation, each)])
+    return markdown(("criterion", "value", f"halved, {of}", "doubled"), rows)
+
+
+def _variation(row: Found) -> str:
+    return f"{row['good']} / {row['wrong']} / {len(row['moved'])}" if row else ""
 
 
 def machines(lines: Found) -> str:

@@ -1,216 +1,228 @@
-"""`python -m studies.hidden_effects --seeds A:B [--closed A:B] [--machines] [--jobs N]
-[--dask ADDRESS] [--store FILE] [--json]`: runs in which an effect is hidden, diagnosed, judged.
+"""`python -m studies.hidden_effects [--generator A:B] [--closed A:B] [--mujoco A:B] [--axes A:B]
+[--store FILE] [--jobs N] [--test] [--json]`: runs that hide something, diagnosed, judged.
 
-Each case comes from `studies/generator`, which shares no code with the library of effects. It is
-diagnosed from its logs and scored against the truth, which lies in another folder and is
-opened by the scorer alone. The store has one JSON line per case: a study goes on where it stopped,
-on the commit that it began with.
+The families of truth are those of `studies/families.py`. Each case is diagnosed from its logs
+in a process of its own and scored against the truth, which lies in another folder and is opened by
+the scorer alone. The store has one JSON line a case: truth, answer, outcome, processor seconds,
+peak memory. A study goes on where it stopped, on the commit that it began with.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import json
 import multiprocessing
-import os
-import shutil
-import signal
+import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from results.record import provenance
-from studies import tables
-from studies.generator.closed import closed_case, simulate_closed
-from studies.generator.draw import Case, draw
-from studies.generator.inverse import simulate
-from studies.generator.machines import COUNT, machine
-from studies.generator.write import Written, write
-from studies.score import Score, beside, score
-from studies.store import Store, Task
+from studies import honest_tables
+from studies.families import FAMILIES, Files, refuse
+from studies.honest import Outcome, score
+from studies.store import append_line, read_lines
 
 OUT = Path("out") / "hidden"
-MACHINE_FILE = Path("machines") / "tflex.toml"
-SIDE_BY_SIDE = 8
-"""Closed-loop cases integrated at one step."""
-Diagnose = Callable[[Sequence[Path], Sequence[Path], Path], dict[str, Any]]
+TODAY = "studies.mujoco.engines:today"
+SECONDS = 900.0
+"""Longest time that an engine has for a case."""
+KEPT = ("verdict", "effects", "changed", "gap", "confidence", "notes", "findings")
+"""Of an answer: the rest only pictures need."""
+Row = dict[str, Any]
 
 
-def diagnose(paths: Sequence[Path], locked: Sequence[Path], machine_file: Path) -> dict[str, Any]:
-    """What `flexhex diagnose --json` prints, in this process, with the default options."""
-    workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
-    found: dict[str, Any] = workflow.diagnose_files(paths, locked, machine_file)
-    return found
+@dataclass(frozen=True)
+class Task:
+    """A case: family, seed, category instead of the one that the seed draws; and who answers."""
+
+    family: str
+    seed: int
+    category: str | None = None
+    engine: str = TODAY
+    seconds: float = SECONDS
+
+    @property
+    def key(self) -> tuple[str, int, str | None, str]:
+        """What a line of the store is known by."""
+        return self.family, self.seed, self.category, self.engine
 
 
-def case_of(task: Task) -> Case:
-    """The case that a task stands for."""
-    kinds: dict[str, Callable[[int], Case]] = {
-        "seed": draw,
-        "closed": closed_case,
-        "machine": machine,
-    }
-    return kinds[task[0]](task[1])
-
-
-def generate(case: Case, logs: Path, sealed: Path, ending: str = "h5") -> Written:
-    """Logs and sealed truth of a case."""
-    if case.closed:
-        return write(case, simulate_closed([case], OUT / "closed")[0], logs, sealed, ending)
-    return write(case, simulate(case), logs, sealed, ending)
-
-
-def judge(task: Task, diagnose: Diagnose = diagnose, keep: Path | None = None) -> Score:
-    """Generate, diagnose, score; where an effect that is to be seen was named, the same runs
-    without it as well. Logs and truth go to folders apart, removed afterwards unless they are kept
-    under `keep`."""
-    case = case_of(task)
-    found, judged = _judged(case, diagnose, keep)
-    if found["effects"] and any(part >= tables.SEEN for part in judged.observable):
-        twin, _ = _judged(without(case), diagnose)
-        judged = beside(judged, twin)
-    return judged
-
-
-def without(case: Case) -> Case:
-    """The same motion and noise with nothing hidden."""
-    return replace(case, hidden=())
-
-
-def _judged(
-    case: Case, diagnose: Diagnose, keep: Path | None = None
-) -> tuple[dict[str, Any], Score]:
-    # two folders that do not know each other: nothing near the logs leads to the truth
+def case(task: Task) -> Row:
+    """Generate, diagnose, judge: the line of a case."""
     folder = tempfile.TemporaryDirectory
-    with folder(prefix="hidden-") as first, folder(prefix="sealed-") as second:
-        # every ninth case as CSV: slower to read, the same numbers
-        ending = "csv" if case.seed % 9 == 4 else "h5"
-        written = generate(case, Path(first), Path(second), ending)
-        found = diagnose(written.paths, written.locked, MACHINE_FILE)
-        judged = score(found, written.sealed)
-        if keep is not None:
-            shutil.copytree(first, keep / "logs" / str(case.seed), dirs_exist_ok=True)
-            shutil.copytree(second, keep / "sealed", dirs_exist_ok=True)
-    return found, judged
+    # two folders that do not know each other: nothing near the logs leads to the truth
+    with folder(prefix="logs-") as first, folder(prefix="truth-") as second:
+        made = FAMILIES[task.family](task.seed, Path(first), Path(second), task.category)
+        truth = json.loads(made.sealed.read_text(encoding="utf-8"))
+        found = answered(task.engine, made, task.seconds)
+    outcome = score(found["answer"], truth, found["error"])
+    answer = found["answer"]
+    return {
+        "family": task.family,
+        "seed": task.seed,
+        "category": task.category,
+        "engine": task.engine,
+        "outcome": asdict(outcome),
+        "processor_seconds": found["processor_seconds"],
+        "peak_bytes": found["peak_bytes"],
+        "error": found["text"],
+        "truth": truth,
+        "answer": answer and {key: answer[key] for key in KEPT if key in answer},
+    }
 
 
-def close_loops(numbers: Sequence[int]) -> int:
-    """Integrate closed-loop cases side by side, which is far quicker than one by one; also the same
-    without what they hide, where `judge` may ask for it."""
-    cases = [closed_case(k) for k in numbers]
-    twins = [without(case) for case in cases if case.category == "single"]
-    return len(simulate_closed([*cases, *twins], OUT / "closed"))
+def answered(engine: str, made: Files, seconds: float = SECONDS) -> Row:
+    """What the engine says in its own process."""
+    wanted = {
+        "paths": [str(p) for p in made.paths],
+        "test_paths": [str(p) for p in made.test_paths],
+        "machine_file": str(made.machine_file),
+    }
+    with tempfile.TemporaryDirectory(prefix="answer-") as name:
+        request, target = Path(name) / "request.json", Path(name) / "answer.json"
+        request.write_text(json.dumps(wanted), encoding="utf-8")
+        command = [sys.executable, "-m", "studies.mujoco.engines", engine]
+        command += [str(request), str(target)]
+        try:
+            done = subprocess.run(command, timeout=seconds, capture_output=True, text=True)
+            if target.exists():
+                found: Row = json.loads(target.read_text(encoding="utf-8"))
+                return found
+            said = f"ended with {done.returncode}: {done.stderr[-2000:]}"
+        except subprocess.TimeoutExpired:
+            said = f"no answer within {seconds:.0f} s"
+    empty = {"processor_seconds": None, "peak_bytes": None}
+    return {"answer": None, "error": "failed", "text": said, **empty}
 
 
-def attempt(task: Task) -> Score | str:
-    """`judge` for a pool: what fails comes back in words, and the study goes on."""
+def attempt(task: Task) -> Row | str:
+    """`case` for a pool: what fails comes back in words, and the study goes on."""
     try:
-        return judge(task)
+        return case(task)
     except Exception:
         return traceback.format_exc(limit=6)
 
 
-def local(jobs: int) -> Callable[[Sequence[Task]], Iterator[tuple[Task, Score | str]]]:
-    """Processes of this computer."""
-
-    def pool(tasks: Sequence[Task]) -> Iterator[tuple[Task, Score | str]]:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_deaf) as executor:
-            futures = {executor.submit(attempt, task): task for task in tasks}
-            try:
-                for future in as_completed(futures):
-                    yield futures[future], future.result()
-            finally:
-                executor.shutdown(wait=False, cancel_futures=True)
-
-    return pool
-
-
-def _deaf() -> None:
-    """Ctrl-C is for the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def over_dask(address: str) -> Callable[[Sequence[Task]], Iterator[tuple[Task, Score | str]]]:
-    """Workers of a dask scheduler; each runs in a checkout of this project."""
-    distributed: Any = importlib.import_module("distributed")
-
-    def pool(tasks: Sequence[Task]) -> Iterator[tuple[Task, Score | str]]:
-        with distributed.Client(address, timeout=10) as client:
-            futures = {client.submit(attempt, task, pure=False): task for task in tasks}
-            for future in distributed.as_completed(list(futures)):
+def pool(tasks: Sequence[Task], jobs: int) -> Iterator[tuple[Task, Row | str]]:
+    """Cases as they end, `jobs` of them side by side."""
+    if jobs == 1:
+        yield from ((task, attempt(task)) for task in tasks)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context) as executor:
+        futures = {executor.submit(attempt, task): task for task in tasks}
+        try:
+            for future in as_completed(futures):
                 yield futures[future], future.result()
+        finally:
+            executor.shutdown(wait=False, cancel_futures=True)
 
-    return pool
+
+def read(store: Path) -> list[Row]:
+    """Lines of a store. ValueError, with the line, for anything else."""
+
+    def checked(row: Row) -> Row:
+        outcome_of(row)
+        return row
+
+    return read_lines(store, checked)
 
 
-def _range(text: str) -> range:
+def outcome_of(row: Mapping[str, Any]) -> Outcome:
+    """The outcome of a line, judged by the scorer as it is now."""
+    answer = row["answer"]
+    return score(answer, row["truth"], "" if answer else row["outcome"]["outcome"])
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0; 1 when a case failed."""
+    parser = argparse.ArgumentParser(prog="studies.hidden_effects", description=__doc__)
+    for name in FAMILIES:
+        parser.add_argument(f"--{name}", type=seeds, default=range(0), help="seeds A:B, without B")
+    parser.add_argument("--category", help="instead of the one drawn (mujoco)")
+    parser.add_argument("--engine", default=TODAY, help="MODULE:FUNCTION")
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="an engine has for a case")
+    parser.add_argument("--store", type=Path, help=f"default: a file of this commit in {OUT}")
+    parser.add_argument("--jobs", type=int, default=1, help="cases side by side")
+    parser.add_argument("--test", action="store_true", help="allow seeds of the tests")
+    parser.add_argument("--json", action="store_true", help="print JSON instead of the table")
+    given = parser.parse_args(arguments)
+    tasks = [
+        Task(name, seed, given.category, given.engine, given.seconds)
+        for name in FAMILIES
+        for seed in getattr(given, name)
+    ]
+    store = given.store or OUT / f"study-{provenance()['commit'][:9]}.jsonl"
+    try:
+        for task in tasks:
+            refuse(task.seed, given.test)
+        done = {_key(row): row for row in read(store)}
+    except ValueError as error:
+        parser.error(str(error))
+    failed = list[Task]()
+    for task, row in pool([t for t in tasks if t.key not in done], given.jobs):
+        if isinstance(row, str):
+            failed.append(task)
+            _say(f"{task.family} {task.seed}: FAILED\n{row}")
+            continue
+        append_line(store, row)
+        done[task.key] = row
+        _say(_line(row))
+    found = [done[task.key] for task in tasks if task.key in done]
+    outcomes = [outcome_of(row) for row in found]
+    if given.json:
+        print(
+            json.dumps({"families": honest_tables.found(outcomes), "cases": [*map(_short, found)]})
+        )
+    else:
+        print(honest_tables.text(outcomes))
+    if failed:
+        _say(f"{len(failed)} cases could not be made and count nowhere")
+    return 1 if failed or any(o.outcome == "failed" for o in outcomes) else 0
+
+
+def _key(row: Mapping[str, Any]) -> tuple[str, int, str | None, str]:
+    return row["family"], row["seed"], row["category"], row["engine"]
+
+
+def _short(row: Mapping[str, Any]) -> Row:
+    """A case as the results keep it."""
+    effects = (row["answer"] or {}).get("effects", [])
+    axes = [e.get("axes") or [] for e in effects]
+    changed = [c["parameter"] for c in (row["answer"] or {}).get("changed", [])]
+    seconds = row["processor_seconds"]
+    outcome = asdict(outcome_of(row))
+    return {**outcome, "named_axes": axes, "changed": changed, "processor_seconds": seconds}
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    o = row["outcome"]
+    sizes = " ".join(f"{100 * size:.2f}%" for size in o["observable"])
+    named = "; ".join("|".join(names) for names in o["named"]) or o["verdict"]
+    cost = f"{row['processor_seconds'] or 0:.0f} s {(row['peak_bytes'] or 0) / 1e9:.1f} GB"
+    return (
+        f"{row['family']} {row['seed']} {o['machine']} {o['category']}:"
+        f" {' + '.join(o['hidden']) or '-'} {sizes} -> {named}: {o['outcome']} ({cost})"
+    )
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def seeds(text: str) -> range:
+    """A:B, or A alone."""
     first, _, end = text.partition(":")
     found = range(int(first), int(end) if end else int(first) + 1)
     if not found or found[0] < 0:
         raise argparse.ArgumentTypeError(f"{text}: A:B with 0 <= A < B, B not included")
     return found
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """0; 1 when a case failed."""
-    parser = argparse.ArgumentParser(prog="hidden_effects", description=__doc__)
-    parser.add_argument("--seeds", type=_range, default=range(0), help="A:B, B not included")
-    parser.add_argument("--closed", type=_range, default=range(0), help="of the closed loop")
-    parser.add_argument("--machines", action="store_true", help=f"the {COUNT} of the showcase")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--dask", metavar="ADDRESS", help="tcp://host:port of a scheduler")
-    parser.add_argument("--store", type=Path, help="default: a file of this commit in out/hidden")
-    parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    given = parser.parse_args(arguments)
-    tasks: list[Task] = [("seed", k) for k in given.seeds]
-    tasks += [("closed", k) for k in given.closed]
-    tasks += [("machine", k) for k in range(1, COUNT + 1) if given.machines]
-    store = Store(given.store or OUT / f"study-{provenance()['commit'][:9]}.jsonl")
-    failed = _study(tasks, store, given.jobs, given.dask)
-    scores = {t: store.done[t] for t in tasks if t in store.done}
-    if given.json:
-        found = [asdict(claim) for claim in tables.claims(list(scores.values()))]
-        cases = [{"task": task, **asdict(found)} for task, found in scores.items()]
-        print(json.dumps({"claims": found, "failed": failed, "cases": cases}))
-    else:
-        print(tables.text(list(scores.values())))
-    if failed:
-        _say(f"{len(failed)} cases failed and count nowhere: {failed}")
-    return 1 if failed else 0
-
-
-def _study(tasks: Sequence[Task], store: Store, jobs: int, dask: str | None) -> list[Task]:
-    """Run what the store does not have; the cases that failed."""
-    waiting, failed = [t for t in tasks if t not in store.done], []
-    _say(f"{len(tasks)} cases, {len(tasks) - len(waiting)} done before")
-    loops = [number for kind, number in waiting if kind == "closed"]
-    groups = [loops[k : k + SIDE_BY_SIDE] for k in range(0, len(loops), SIDE_BY_SIDE)]
-    if groups and not dask:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context) as executor:
-            _say(f"{sum(executor.map(close_loops, groups))} closed loops integrated")
-    pool = over_dask(dask) if dask else local(jobs)
-    for task, found in pool(waiting) if waiting else ():
-        if isinstance(found, str):
-            failed.append(task)
-            _say(f"{task[0]} {task[1]}: FAILED\n{found}")
-            continue
-        store.add(task, found)
-        truth = " + ".join(found.truth) or "nothing"
-        said = " + ".join(found.named) or found.verdict
-        _say(f"{task[0]} {task[1]}: {truth} -> {said}: {found.outcome}")
-    return failed
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@
   `unknown` (a gap is reported without a name)
 - outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
   cannot tell; observable), `silent` (the same; too faint)
-- two effects: `both`, `one`, `none`, with `+wrong` where another name stands beside them
+- several effects: `all`, `some`, `none`, with `+wrong` where another name stands beside them
 - changed parameters, an unannounced payload: `right`, `wrong`, `unknown`, `missed`
 - `cannot_tell` where that is the verdict and something is hidden that could be seen, `refused`
   where the engine raised an error of its own, `failed` any other error or no time left
@@ -21,17 +21,34 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-OBSERVABLE, FAINT = 0.01, 0.004
-"""Shares of torque RMS: something outside the library that must not be missed; the limit between
-the classes of size, below which silence about an effect of the library is no miss."""
+from studies.honest_values import (
+    FAINT,
+    POSITIVE,
+    SIGMAS,
+    checks_of,
+    closed_of,
+    errors_of,
+    names_of,
+    predicts,
+)
+
+OBSERVABLE = 0.01
+"""Share of torque RMS: something outside the library that must not be missed, and each of two
+effects that are both to be found."""
 LARGEST_SET = 3
-CATEGORIES = ("nothing", "single", "plain", "pair", "outside", "changed", "payload")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one case. Sizes as shares of torque RMS. covered: for every parameter that can
-    be compared whether its interval holds the truth; confidence: as the answer gives it."""
+    """What became of one case. Sizes as shares of torque RMS.
+
+    errors: of every parameter that has an interval and a true value, in standard deviations of the
+    interval; checks: what must be true of a plain axis, by name; confidence: as the answer gives
+    it; closed: share of the gap on the test runs that the named effects closed on their axes;
+    alone: nothing else than one trajectory, or no repeats, was there; predicts: what is named
+    leaves less of the test runs; impossible: a value that no
+    machine has was reported.
+    """
 
     seed: int
     family: str
@@ -45,8 +62,18 @@ class Outcome:
     verdict: str
     named: tuple[tuple[str, ...], ...] = ()
     extra: int = 0
-    covered: Mapping[str, bool] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
+    checks: Mapping[str, bool] = field(default_factory=dict)
     confidence: float | None = None
+    closed: float | None = None
+    alone: bool = False
+    predicts: bool = False
+    impossible: bool = False
+
+    @property
+    def covered(self) -> dict[str, bool]:
+        """Whether the intervals hold the true values."""
+        return {name: abs(error) <= SIGMAS for name, error in self.errors.items()}
 
     @property
     def visible(self) -> bool:
@@ -78,10 +105,17 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
         tuple(h["observable"] for h in hidden),
         outcome,
         found["verdict"],
-        tuple(_set(e) for e in effects),
+        tuple(names_of(e) for e in effects),
         len(spare),
-        _covered(hidden, effects),
+        errors_of(hidden, effects),
+        checks_of(truth, found) if truth["category"] == "plain" and answer else {},
         found.get("confidence"),
+        closed_of(found),
+        truth["passes"] < 2 or len(truth["trajectories"]) < 3,
+        predicts(found),
+        any(
+            POSITIVE.search(str(c["parameter"])) and c.get("to", 1.0) <= 0 for c in found["changed"]
+        ),
     )
 
 
@@ -94,16 +128,10 @@ def _check(found: Mapping[str, Any]) -> None:
             raise ValueError(f"answer: effects: {effect!r} has no id")
 
 
-def _set(effect: Mapping[str, Any]) -> tuple[str, ...]:
-    """Ids of an effect and of those that the data cannot tell from it."""
-    rivals = effect.get("rivals") or []
-    return (str(effect["id"]), *(r if isinstance(r, str) else str(r["id"]) for r in rivals))
-
-
 def _met(hidden: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
     """Whether a named effect or one of its set is the hidden one, on one of its axes at least."""
     where = set(effect.get("axes") or hidden["axes"])
-    return bool(set(_set(effect)) & set(hidden["accept"]) and where & set(hidden["axes"]))
+    return bool(set(names_of(effect)) & set(hidden["accept"]) and where & set(hidden["axes"]))
 
 
 def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str:
@@ -112,8 +140,10 @@ def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str
     Several entries of one id count as one effect on all their axes.
     """
     accept, axes = set(hidden["accept"]), set(hidden["axes"])
-    alone = [e for e in effects if set(_set(e)) <= accept]
-    several = [e for e in effects if set(_set(e)) & accept and len(set(_set(e))) <= LARGEST_SET]
+    alone = [e for e in effects if set(names_of(e)) <= accept]
+    several = [
+        e for e in effects if set(names_of(e)) & accept and len(set(names_of(e))) <= LARGEST_SET
+    ]
     for listed, word in ((alone, "right"), (several, "in_set")):
         where = set[int]().union(*(e.get("axes") or axes for e in listed))
         if listed and where == axes:
@@ -132,7 +162,7 @@ def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     if not any(h["inside"] for h in hidden):
         return _outside(hidden, found)
     if len(hidden) > 1:
-        return _two(hidden, found)
+        return _several(hidden, found)
     return _single(hidden[0], found)
 
 
@@ -149,7 +179,7 @@ def _single(hidden: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     if not found["effects"]:
         return _silence(found, hidden["observable"] >= FAINT)
     how = _one(hidden, found["effects"])
-    spare = [e for e in found["effects"] if not set(_set(e)) & set(hidden["accept"])]
+    spare = [e for e in found["effects"] if not set(names_of(e)) & set(hidden["accept"])]
     return "wrong" if spare or not how else how
 
 
@@ -160,14 +190,15 @@ def _outside(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> s
     return "detected" if word == "unknown" else word
 
 
-def _two(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
+def _several(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
     if not found["effects"]:
         word = _silence(found, max(h["observable"] for h in hidden) >= FAINT)
         return "none" if word == "missed" else word
     count = sum(_one(h, found["effects"]) in ("right", "in_set") for h in hidden)
     every = set[str]().union(*(h["accept"] for h in hidden))
-    spare = any(not set(_set(e)) & every for e in found["effects"])
-    return ("none", "one", "both")[min(count, 2)] + ("+wrong" if spare else "")
+    spare = any(not set(names_of(e)) & every for e in found["effects"])
+    word = "all" if count == len(hidden) else "some" if count else "none"
+    return word + ("+wrong" if spare else "")
 
 
 def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
@@ -181,40 +212,3 @@ def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> 
     if spare or found["changed"]:
         return "wrong"
     return "unknown" if found["verdict"] == "unknown" else "missed"
-
-
-def _covered(
-    hidden: Sequence[Mapping[str, Any]], effects: Sequence[Mapping[str, Any]]
-) -> dict[str, bool]:
-    """Whether intervals of right names hold the true values, by `id.parameter[axis]`."""
-    found: dict[str, bool] = {}
-    for h in hidden:
-        for effect in effects:
-            if effect["id"] not in h["accept"]:
-                continue
-            for name, row in h["parameters"].items():
-                for axis, value in _values(row["value"], h["axes"]):
-                    interval = _interval(effect, name, axis)
-                    if interval is not None:
-                        low, high = interval
-                        found[f"{h['id']}.{name}[{axis}]"] = low <= value <= high
-    return found
-
-
-def _values(value: Any, axes: Sequence[int]) -> list[tuple[int, float]]:
-    """True values by axis; none where it is no number an axis."""
-    listed = value if isinstance(value, list) else [value] * len(axes)
-    pairs = zip(axes, listed, strict=False) if len(listed) == len(axes) else ()
-    return [(axis, float(v)) for axis, v in pairs if isinstance(v, int | float)]
-
-
-def _interval(effect: Mapping[str, Any], name: str, axis: int) -> tuple[float, float] | None:
-    """The 95 % interval that an answer gives to a parameter on an axis, None without one."""
-    rows = effect.get("parameters") or {}
-    row = rows.get(f"{name}[{axis}]")
-    if row is None and list(effect.get("axes") or []) in ([axis], []):
-        row = rows.get(name)
-    ends = (row or {}).get("ci95") or []
-    if len(ends) != 2 or any(end is None for end in ends):
-        return None
-    return float(ends[0]), float(ends[1])

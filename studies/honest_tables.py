@@ -1,83 +1,181 @@
-"""Tables of many outcomes: counts with n and Wilson intervals, coverage, calibration."""
+"""The table of many outcomes: what is wanted, what came out, of how many, with Wilson intervals."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from statistics import median
+from typing import Any
 
-from results.shares import share
-from studies.honest import CATEGORIES, FAINT, OBSERVABLE, Outcome
+from results.tables import hidden
+from studies.honest import OBSERVABLE, Outcome
+from studies.honest_values import FAINT
 
-NAMED = ("right", "both")
+FOUND = ("right", "in_set")
+RIGHT = (*FOUND, "all")
 FIFTHS = 5
+CLOSED = 0.9
+"""Share of the gap on the test runs that a right name is to close."""
+Has = Callable[[Outcome], bool]
 
 
 @dataclass(frozen=True)
-class Row:
-    """An outcome of a category and size class: `hits` of `n`."""
+class Claim:
+    """What is hidden, what is said of it, how much of that is wanted: `hits` of `n`; text: what a
+    share does not say."""
 
-    category: str
-    size: str
-    outcome: str
+    kind: str
+    ending: str
+    wanted: str
     hits: int
     n: int
+    text: str = ""
 
 
-def rows(outcomes: Sequence[Outcome]) -> list[Row]:
-    """All outcomes that occurred, by category and size class, the most frequent first."""
-    found = []
-    for category in CATEGORIES:
-        for size in ("observable", "fainter", ""):
-            group = [o for o in outcomes if o.category == category and size_of(o) == size]
-            counts = Counter(o.outcome for o in group).most_common()
-            found += [Row(category, size, word, hits, len(group)) for word, hits in counts]
-    return found
+def claims(outcomes: Sequence[Outcome]) -> list[Claim]:
+    """Every row of the table, also those of which there is no case."""
+    return [*_named(outcomes), *_estimated(outcomes), *_plain(outcomes), *_guarded(outcomes)]
 
 
-def size_of(outcome: Outcome) -> str:
-    """observable, fainter, or nothing where no effect is hidden.
-
-    Two effects are observable where both are; outside the library the limit is higher.
-    """
-    if not outcome.observable:
-        return ""
-    least = OBSERVABLE if outcome.category == "outside" else FAINT
-    return "observable" if min(outcome.observable) >= least else "fainter"
+def ended(*words: str) -> Has:
+    """Outcomes that are one of these words."""
+    return lambda o: o.outcome in words
 
 
-def coverage(outcomes: Sequence[Outcome]) -> tuple[int, int]:
-    """Intervals that hold the truth, and all that can be compared."""
+def wrong(o: Outcome) -> bool:
+    """Whether something is named that is not there."""
+    return o.outcome in ("wrong", "false_alarm") or o.outcome.endswith("+wrong")
+
+
+Endings = Sequence[tuple[str, str, Has]]
+
+
+def _counted(kind: str, part: Sequence[Outcome], endings: Endings) -> Iterator[Claim]:
+    for ending, wanted, has in endings:
+        yield Claim(kind, ending, wanted, sum(has(o) for o in part), len(part))
+
+
+def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
+    """What was named, and what not."""
+
+    def of(*categories: str) -> list[Outcome]:
+        return [o for o in outcomes if o.category in categories]
+
+    def least(listed: Sequence[Outcome], size: float) -> list[Outcome]:
+        return [o for o in listed if o.observable and min(o.observable) >= size]
+
+    single, outside, changes = of("single"), of("outside"), of("changed", "payload")
+    empty = of("nothing") + [o for o in changes if o.outcome in ("silent", "false_alarm")]
+    seen, pairs = least(single, FAINT), least(of("pair", "plain"), OBSERVABLE)
+    placed = [o for o in seen if o.outcome in (*FOUND, "right_name_wrong_axes")]
+    empty_ends = (
+        ("silent", "", ended("silent")),
+        ("an effect named", "at most 1 %", ended("false_alarm")),
+        ("`unknown`", "", ended("unknown")),
+    )
+    single_ends = (
+        ("right, alone or in a set of at most three", "", ended(*FOUND)),
+        ("right, alone", "at least 80 %", ended("right")),
+        ("wrong", "at most 2 %", wrong),
+        ("missed", "", ended("missed", "cannot_tell")),
+        ("`unknown`", "", ended("unknown")),
+        ("refused or failed", "", ended("refused", "failed")),
+    )
+    yield from _counted("nothing hidden", empty, empty_ends)
+    yield from _counted(
+        f"one effect, at least {FAINT:.1%} of torque RMS observable", seen, single_ends
+    )
+    axes = ("of the right names, right axes", "", ended(*FOUND))
+    yield from _counted(
+        f"one effect, at least {FAINT:.1%} of torque RMS observable", placed, [axes]
+    )
+    faint = [o for o in single if o not in seen]
+    yield from _counted("one effect, fainter", faint, [("wrong", "at most 2 %", wrong)])
+    outside_ends = (
+        ("`unknown`", "at least 90 %", ended("detected")),
+        ("a name", "at most 3 %", wrong),
+        ("missed", "", ended("missed", "cannot_tell")),
+    )
+    clear = least(outside, OBSERVABLE)
+    yield from _counted(
+        f"outside the library, at least {OBSERVABLE:.0%} observable", clear, outside_ends
+    )
+    pair_ends = (
+        ("both", "", ended("all")),
+        ("one of them", "", ended("some", "some+wrong")),
+        ("a wrong name", "at most 3 %", wrong),
+    )
+    yield from _counted(f"two effects, both at least {OBSERVABLE:.0%}", pairs, pair_ends)
+    hushed = [o for o in changes if o not in empty]
+    change_ends = (("right", "at least 95 %", ended("right")), ("wrong", "", wrong))
+    yield from _counted("changed parameters, payload between runs", hushed, change_ends)
+
+
+def _estimated(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
+    """Intervals and confidence."""
     flat = [covered for o in outcomes for covered in o.covered.values()]
-    return sum(flat), len(flat)
-
-
-def calibration(outcomes: Sequence[Outcome]) -> list[tuple[float, int, int]]:
-    """By fifths of the printed confidence: its mean, how many names were right, how many cases."""
-    sure = [o for o in outcomes if o.confidence is not None and o.named]
-    found = []
+    held = "hold the true value"
+    yield Claim("95 % intervals", held, "90 to 98 %", sum(flat), len(flat))
     for k in range(FIFTHS):
-        low, high = k / FIFTHS, (k + 1) / FIFTHS
-        group = [
-            o
-            for o in sure
-            if o.confidence is not None
-            and (low <= o.confidence < high or (k == FIFTHS - 1 and o.confidence >= 1.0))
-        ]
-        if group:
-            mean = sum(o.confidence or 0.0 for o in group) / len(group)
-            found.append((mean, sum(o.outcome in NAMED for o in group), len(group)))
-    return found
+        group = [o for o in outcomes if o.named and _fifth(o.confidence) == k]
+        hits = sum(o.outcome in RIGHT for o in group)
+        mean = sum(o.confidence or 0.0 for o in group) / max(len(group), 1)
+        ending = f"right where {20 * k} to {20 * (k + 1)} % is printed"
+        text = f"{100 * mean:.0f} % printed" if group else ""
+        yield Claim("confidence", ending, "within 5 points", hits, len(group), text)
+
+
+def _fifth(confidence: float | None) -> int | None:
+    return None if confidence is None else min(int(confidence * FIFTHS), FIFTHS - 1)
+
+
+def _plain(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
+    """Axes with friction and cogging alone."""
+    plain = [o for o in outcomes if o.category == "plain"]
+    errors = [e for o in plain for k, e in o.errors.items() if k.startswith("coulomb_friction.F_c")]
+    kind, n = "plain axes", len(errors)
+    hits = sum(
+        o.covered[k] for o in plain for k in o.covered if k.startswith("coulomb_friction.F_c")
+    )
+    mean = sum(errors) / max(n, 1)
+    text = f"median error {median(errors):.1f}, mean {mean:.1f} standard deviations" if n else ""
+    yield Claim(kind, "friction's interval holds the true value", "90 to 98 %", hits, n, text)
+
+    def counted(start: str, ending: str, wanted: str, good: bool) -> Claim:
+        found = [v for o in plain for k, v in o.checks.items() if k.startswith(start)]
+        return Claim(kind, ending, wanted, sum(v is good for v in found), len(found))
+
+    yield counted("no delay", "a delay invented", "at most 1 %", False)
+    yield counted("order", "order of the cogging exact", "", True)
+    yield counted("harmonic", "its harmonics named", "", True)
+
+
+def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
+    """What an answer must not say, and what it is worth."""
+    alone = [o for o in outcomes if o.alone]
+    blind = sum(bool(o.named) and not o.predicts for o in alone)
+    ending = "a name that does not predict the test runs"
+    yield Claim("one trajectory or no repeats", ending, "none", blind, len(alone))
+    closed = [o.closed for o in outcomes if o.outcome in RIGHT and o.closed is not None]
+    text = f"median {100 * median(closed):.0f} %" if closed else ""
+    ending = f"at least {CLOSED:.0%} of the gap on test runs closed"
+    hits = sum(each >= CLOSED for each in closed)
+    yield Claim("right names", ending, "all", hits, len(closed), text)
+    physics = sum(o.impossible for o in outcomes)
+    yield Claim(
+        "physics", "a mass, inertia or damping at or below zero", "none", physics, len(outcomes)
+    )
+
+
+def found(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The table as data: the claims of each family."""
+    families = dict.fromkeys(o.family for o in outcomes)
+    return {
+        name: [asdict(c) for c in claims([o for o in outcomes if o.family == name])]
+        for name in families
+    }
 
 
 def text(outcomes: Sequence[Outcome]) -> str:
-    """The tables for a terminal or a page, in Markdown."""
-    lines = ["| hidden | size | outcome | cases |", "| --- | --- | --- | --- |"]
-    for row in rows(outcomes):
-        lines.append(f"| {row.category} | {row.size} | {row.outcome} | {share(row.hits, row.n)} |")
-    lines += ["", f"Intervals that hold the true value: {share(*coverage(outcomes))}."]
-    listed = calibration(outcomes)
-    if listed:
-        lines += ["", "| confidence | right |", "| --- | --- |"]
-        lines += [f"| {mean:.2f} | {share(hits, n)} |" for mean, hits, n in listed]
-    return "\n".join(lines)
+    """The table for a terminal or a page, in Markdown."""
+    return hidden({"families": found(outcomes)})

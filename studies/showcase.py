@@ -27,7 +27,7 @@ from flexhex.simulation.cases import table_cases
 from flexhex.ssp.executor import run
 from results.record import provenance
 from results.tables import machines as table
-from studies.score import Hidden, outcome_of, outside_of
+from studies.honest import score
 from studies.showcase_machines import NEAR, SEEN_AS, drawn, write_machine
 
 DEFAULT = Path("machines/tflex.toml")
@@ -107,23 +107,44 @@ def _say(number: int, began: float, text: str) -> None:
 
 
 def judged(line: Line) -> str:
-    """As `outcome_of` and `outside_of` say; `, near` where a name is another form of the same
-    thing (`NEAR`); `failed`."""
+    """As `studies.honest` says; `, near` where a name is another form of the same thing (`NEAR`);
+    `failed`."""
     if "error" in line:
         return "failed"
-    found = line["diagnosis"]
-    inside = [h for h in line["hidden"] if SEEN_AS[h["kind"]]]
-    if not inside:
-        return outside_of(found)
-    strict, wider = (
-        outcome_of([_hidden(h, near) for h in inside], found["effects"]) for near in (False, True)
-    )
+    strict, wider = (_outcome(line, near) for near in (False, True))
     return strict if strict == wider else f"{wider}, near"
 
 
-def _hidden(entry: Line, near: bool) -> Hidden:
-    names = (*SEEN_AS[entry["kind"]], *(NEAR.get(entry["kind"], ()) if near else ()))
-    return Hidden(frozenset(names), frozenset(entry["axes"]))
+def _outcome(line: Line, near: bool) -> str:
+    hidden = [_hidden(h, near) for h in line["hidden"]]
+    # beside an effect of the library one outside it has no name that could be right
+    inside = [h for h in hidden if h["inside"]] or hidden
+    category = ("outside", "single", "pair")[min(sum(h["inside"] for h in hidden), 2)]
+    truth = {
+        "seed": line["number"],
+        "family": "showcase",
+        "machine": "hexapod",
+        "category": category,
+        "hidden": inside,
+        "changed": [],
+        "passes": len(PASSES),
+        "trajectories": [*FITTED, *HELD_OUT],
+    }
+    return score(line["diagnosis"], truth).outcome
+
+
+def _hidden(entry: Line, near: bool) -> Line:
+    """A hidden effect as the scorer wants it; all of them are large enough to be seen."""
+    names = [*SEEN_AS[entry["kind"]], *(NEAR.get(entry["kind"], ()) if near else ())]
+    return {
+        "id": entry["kind"],
+        "accept": names,
+        "inside": bool(SEEN_AS[entry["kind"]]),
+        "axes": list(entry["axes"]),
+        "size": 1.0,
+        "observable": 1.0,
+        "parameters": {},
+    }
 
 
 def main() -> None:

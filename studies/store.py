@@ -5,15 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
-
-from studies.score import Score
-
-Task = tuple[str, int]
-"""Kind of case (seed, closed, machine) and its number."""
-
 
 Case = TypeVar("Case")
 
@@ -43,28 +36,3 @@ def append_line(path: Path, row: Mapping[str, Any]) -> None:
         file.write(json.dumps(row) + "\n")
         file.flush()
         os.fsync(file.fileno())
-
-
-class Store:
-    """Finished cases by their task."""
-
-    def __init__(self, path: Path) -> None:
-        """ValueError as of `read_lines`."""
-        self.path = path
-        self.done: dict[Task, Score] = dict(read_lines(path, _parsed))
-
-    def add(self, task: Task, found: Score) -> None:
-        """Append a case; it is on the disk when this returns."""
-        append_line(self.path, {"task": task, **asdict(found)})
-        self.done[task] = found
-
-
-def _parsed(row: dict[str, Any]) -> tuple[Task, Score]:
-    kind, number = row.pop("task")
-    return (kind, number), _tuples(Score(**row))
-
-
-def _tuples(s: Score) -> Score:
-    """A score as read back, lists made tuples again."""
-    values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in vars(s).items()}
-    return Score(**values)

@@ -34,11 +34,13 @@ OTHER_UNIT = 20.0
 @dataclass(frozen=True)
 class RunGroup:
     """Passes of one trajectory with one payload; each log has its `shift` [s]. findings: what
-    grouping noticed."""
+    grouping noticed. motion: the first group of this motion, by its name: groups that differ in
+    payload alone share it, and its clock."""
 
     trajectory: str
     logs: tuple[Log, ...]
     findings: tuple[Finding, ...] = field(default=())
+    motion: str = ""
 
 
 def group_runs(logs: Sequence[Log]) -> list[RunGroup]:
@@ -56,11 +58,30 @@ def group_runs(logs: Sequence[Log]) -> list[RunGroup]:
                 break
         else:
             members.append([log])
-    names = _names(members)
+    names, alike = _names(members), _motions(members)
     return [
-        RunGroup(name, tuple(group), tuple(_notes(name, group, members)))
-        for name, group in zip(names, members, strict=True)
+        RunGroup(name, tuple(group), tuple(_notes(name, group, members)), names[same])
+        for name, group, same in zip(names, members, alike, strict=True)
     ]
+
+
+def _motions(members: list[list[Log]]) -> list[int]:
+    """For each group the first one with the same motion, whatever it carries; its logs are moved
+    to that one's clock."""
+    found: list[int] = []
+    for k, group in enumerate(members):
+        same = k
+        for first in dict.fromkeys(found):
+            shift = None
+            if not _same_load(members[first][0], group[0]):
+                shift = _moved_between(members[first][0], group[0])
+            if shift is not None:
+                more = members[first][0].shift + shift - group[0].shift
+                group[:] = [replace(log, shift=log.shift + more) for log in group]
+                same = first
+                break
+        found.append(same)
+    return found
 
 
 def _names(members: list[list[Log]]) -> list[str]:
@@ -133,6 +154,11 @@ def _shift_between(a: Log, b: Log) -> float | None:
         return None
     if _same_torque(a, b):
         return b["tau_meas"].t0 - a["tau_meas"].t0
+    return _moved_between(a, b)
+
+
+def _moved_between(a: Log, b: Log) -> float | None:
+    """The same by their motion alone."""
     name = "r" if "r" in a.channels and "r" in b.channels else "theta"
     one, two = a[name], b[name]
     if one.width != two.width:

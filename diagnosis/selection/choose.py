@@ -1,10 +1,4 @@
-"""The search: the simplest hypothesis that predicts best is accepted, until nothing gains.
-
-    y = B q + accepted terms + what is asked for + noise
-
-Every hypothesis answers the same question: how much better does it predict trajectories that it was
-not fitted to, and how large is it?
-"""
+"""What is accepted of the hypotheses of a round: the simplest of those that predict best."""
 
 from __future__ import annotations
 
@@ -16,8 +10,7 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import evidences, tried
 from flexhex.diagnosis.selection.hypotheses import (
     ChangedParameter,
@@ -25,13 +18,10 @@ from flexhex.diagnosis.selection.hypotheses import (
     Hypotheses,
 )
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import (
     Score,
     change_score,
     effect_score,
-    effect_term,
-    generic_score,
 )
 
 Array = NDArray[np.float64]
@@ -40,84 +30,36 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Accepted:
-    """A hypothesis that was chosen, and those that predict equally well."""
+    """A hypothesis that was chosen in a round (from 1), and those that predict equally well."""
 
     score: Score
     rivals: tuple[Score, ...]
+    round: int
 
 
-@dataclass(frozen=True)
-class Rest:
-    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
-    standard errors it stands above zero."""
-
-    size: float
-    deviations: float
-
-
-@dataclass(frozen=True)
-class Selection:
-    """What was chosen, in its order; what is left on each axis, before and after; all scores of
-    every round.
-
-    arbitrated: there was another trajectory to predict. beside: of each axis something without a
-    name beside all that was accepted; unsure: nats below which it may be noise, by axis.
-    """
-
-    accepted: tuple[Accepted, ...]
-    arbitrated: bool
-    beside: tuple[Score, ...]
-    unsure: Mapping[int | None, float]
-    before: tuple[Rest, ...]
-    rest: tuple[Rest, ...]
-    rounds: tuple[tuple[Score, ...], ...]
-
-
-def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
-    """Accept hypotheses until none gains enough on left-out trajectories."""
-    rows = Rows.of(bench.made)
-    hypotheses = Hypotheses(bench, rows)
-    moments = hypotheses.moments
-    before = rest_of(moments)
-    least = enough(hypotheses, criteria)
-    accepted, rounds = list[Accepted](), list[tuple[Score, ...]]()
-    while len(accepted) < criteria.most:
-        say(f"effects, round {len(rounds) + 1}")
-        scores = one_round(moments, hypotheses, [a.score for a in accepted], criteria)
-        rounds.append(tuple(scores))
-        known = [each.score for each in accepted]
-        alone = unrepeated(moments, known)
-        passed = [
-            s
-            for s in scores
-            if passes(s, known, least, criteria) and s.gain > alone[s.hypothesis.axis]
-        ]
-        if not passed:
-            break
-        found = simplest(passed[0], scores, criteria)
-        accepted.append(found)
-        moments = with_accepted(moments, hypotheses, found.score, criteria)
-    accepted = one_cause(accepted)
-    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
-    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in range(rows.n)]
-    return Selection(
-        tuple(accepted),
-        arbitrated,
-        tuple(beside),
-        unrepeated(moments, [a.score for a in accepted]),
-        before,
-        rest_of(moments),
-        tuple(rounds),
-    )
+def chosen(
+    moments: Moments,
+    known: Sequence[Score],
+    scores: Sequence[Score],
+    least: float,
+    number: int,
+    criteria: Criteria,
+) -> Accepted | None:
+    """What is accepted of the scores of a round beside those that are known; least [nats]."""
+    alone = unrepeated(moments, known)
+    for score in scores:
+        if passes(score, known, least, criteria) and score.gain > alone[score.hypothesis.axis]:
+            return simplest(score, scores, number, criteria)
+    return None
 
 
 def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough and predicts well enough beside those that are known.
 
-    An effect that another axis has already is no surprise, and as a whole it is large enough.
+    An effect that is there already, on another axis or with another shape, is no surprise, and as
+    a whole it is large enough.
     """
-    axes = {k.hypothesis.axis for k in known if k.hypothesis.id == score.hypothesis.id}
-    again = bool(axes) and score.hypothesis.axis not in axes
+    again = any(k.hypothesis.id == score.hypothesis.id for k in known)
     least = log(criteria.odds) if again else least
     large = again or score.size > criteria.smallest_effect
     least += log(score.hypothesis.choices) + blurred(score, known, criteria)
@@ -146,19 +88,23 @@ def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
 
 
 def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
-    """Least gain [nats] of a hypothesis that is accepted: all together raise as few false alarms as
-    wanted."""
+    """Least gain [nats] of a hypothesis that is accepted: all together, and a payload, raise as few
+    false alarms as wanted."""
     axes = (*range(hypotheses.rows.n), None)
-    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes)
+    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes) + 1
     return float(np.log(count / criteria.false_alarms))
 
 
 def one_round(
-    moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
+    moments: Moments,
+    hypotheses: Hypotheses,
+    known: Sequence[Score],
+    criteria: Criteria,
+    axes: Sequence[int | None] = (),
 ) -> list[Score]:
-    """Scores of the most promising hypotheses of each axis, best first."""
+    """Scores of the most promising hypotheses of each axis, best first; axes: of these alone."""
     found = list[Score]()
-    for axis in (*range(moments.rows.n), None):
+    for axis in axes or (*range(moments.rows.n), None):
         listed = []
         for effect in hypotheses.effects(axis):
             if sum((effect.id, axis) == _place(k) for k in known) < effect.most:
@@ -179,7 +125,7 @@ def _place(score: Score) -> tuple[str, int | None]:
     return score.hypothesis.id, score.hypothesis.axis
 
 
-def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accepted:
+def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
     """The hypothesis with the fewest free numbers of those that predict as well as the best one on
     its axis; the others are its rivals, but for those that only extend it."""
     axis = best.hypothesis.axis
@@ -192,26 +138,24 @@ def simplest(best: Score, scores: Sequence[Score], criteria: Criteria) -> Accept
             and as_good(score, best, criteria)
         )
     ]
-    chosen = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
-    rivals = [
-        score
-        for score in near
-        if score is not chosen and score.hypothesis.extends != chosen.hypothesis.id
-    ]
-    return Accepted(chosen, tuple(rivals))
+    first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
+    rivals = [s for s in near if s is not first and s.hypothesis.extends != first.hypothesis.id]
+    return Accepted(first, tuple(rivals), number)
 
 
 def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
     """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
 
     Noise moves the joints as well and is in the columns. What explains less than half of all that
-    is left may be the answer of the feedback to it, and so may all beside an effect that is known.
+    is left may be the answer of the feedback to it, and so may all beside an effect that is known,
+    or a payload.
     """
     rows, q = moments.rows, moments.fit(None).q
     if rows.pairs.nnz:
         return dict.fromkeys([None, *range(rows.n)], 0.0)
     left = [float(((rows.white_y[i] - moments.white_X[i] @ q) ** 2).sum()) for i in range(rows.n)]
     taken = {k.hypothesis.axis for k in known}
+    taken |= {None for load in rows.made.loads if load.bit is not None}
     least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
     return {None: sum(left) / 4, **dict(enumerate(least))}
 
@@ -227,7 +171,7 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
         same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
         name = max(same, key=lambda name: (count[name], name == first.id))
         rivals = tuple(score for score in own.values() if score is not own[name])
-        found.append(Accepted(own[name], rivals))
+        found.append(Accepted(own[name], rivals, each.round))
     return found
 
 
@@ -236,30 +180,3 @@ def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
     the form of either."""
     error = max(form_error(score, criteria), form_error(best, criteria))
     return best.gain - score.gain < log(criteria.odds) + error**2 * best.gain
-
-
-def with_accepted(
-    moments: Moments, hypotheses: Hypotheses, score: Score, criteria: Criteria
-) -> Moments:
-    """The model with a hypothesis accepted."""
-    hypothesis = score.hypothesis
-    if isinstance(hypothesis, ChangedParameter):
-        return moments.loosened(hypothesis.places, criteria.loose**-2.0)
-    return moments.extended(effect_term(moments, hypotheses, score))
-
-
-def rest_of(moments: Moments) -> tuple[Rest, ...]:
-    """What passes have in common of each axis in the fit to all folds, and nothing explains: it
-    repeats, or comes again with the opposite sign, as an oscillation of its own may."""
-    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
-    weight = float(pairs.sum()) or np.inf
-    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
-    found = []
-    for i in range(rows.n):
-        left = rows.level(rows.y[i] - moments.X[i] @ q)
-        white = rows.level(rows.white_y[i] - moments.white_X[i] @ q)
-        size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
-        # whitened noise has a variance of one
-        sure = abs(float(white @ (pairs @ white))) / chance
-        found.append(Rest(float(size), sure))
-    return tuple(found)

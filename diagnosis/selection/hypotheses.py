@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.orders import promising_orders
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 Axis = int | None
@@ -131,7 +133,20 @@ class ChangedParameter:
         return len(self.places) - 1
 
 
-Hypothesis = EffectHypothesis | ChangedParameter
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A payload that some runs carried; bench: of the base model with its columns; choices: ways to
+    part the runs."""
+
+    bench: Bench
+    freedom: int
+    choices: int
+    id: str = "payload"
+    axis: Axis = None
+    extends: str = ""
+
+
+Hypothesis = EffectHypothesis | ChangedParameter | Payload
 
 
 class Hypotheses:
@@ -140,6 +155,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
@@ -163,10 +179,9 @@ class Hypotheses:
         """The same effect with one shape alone."""
         return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
 
-    def searched(self, effect: EffectHypothesis) -> list[tuple[str, float, float]]:
-        """Shapes that may take any value: name and bounds."""
-        found = self.bench.searched(effect.id, effect.axis or 0)
-        return [(s.name, s.low, s.high) for s in found]
+    def searched(self, effect: EffectHypothesis) -> list[Shape]:
+        """Shapes that may take any value between bounds."""
+        return self.bench.searched(effect.id, effect.axis or 0)
 
     def _loaded(self, name: str) -> bool:
         """Whether an effect goes with the torque."""
@@ -207,7 +222,7 @@ class Hypotheses:
         """Base parameters that have a tolerance, and all of a body or of a group together."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
-            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay"):
+            if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
                 single.append(ChangedParameter(known.name, (place,), known.axis))
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
@@ -220,17 +235,16 @@ class Hypotheses:
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""
         return [
-            nameless(axis, f.argument, f.raw, f.white, f.ways) for f in generic(self.rows, axis)
+            nameless(axis, f.argument, Columns({axis: f.raw}, {axis: f.white}), f.ways)
+            for f in generic(self.rows, axis)
         ]
 
 
 def nameless(
-    axis: int, argument: str, raw: Array, white: Array, ways: tuple[Array, ...]
+    axis: Axis, argument: str, made: Columns, ways: tuple[Array, ...]
 ) -> NamelessHypothesis:
-    """Something without a name from its columns raw, white (R, k) on an axis."""
-    made, count = Columns({axis: raw}, {axis: white}), raw.shape[1]
+    """Something without a name from its columns (R, k) on an axis or on several."""
+    felt, count = tuple(made.raw), next(iter(made.raw.values())).shape[1]
     low = np.full(count, -np.inf)
-    columns = EffectHypothesis(
-        argument, axis, ({},), lambda: made, (axis,), low, count, "", False, 1
-    )
+    columns = EffectHypothesis(argument, axis, ({},), lambda: made, felt, low, count, "", False, 1)
     return NamelessHypothesis(columns, ways)

@@ -87,6 +87,15 @@ class Moments:
             longer._grams[fold] = whole, right
         return longer
 
+    def without(self, term: Term) -> Moments:
+        """Without one of its terms; products that are known already are kept."""
+        place = next(k for k, t in enumerate(self.terms) if t is term)
+        start = self.rows.nb + sum(len(t.prior) for t in self.terms[:place])
+        kept = np.delete(np.arange(self.m), np.s_[start : start + len(term.prior)])
+        shorter = Moments(self.rows, [t for t in self.terms if t is not term], self.freed)
+        shorter._grams = {f: (G[np.ix_(kept, kept)], b[kept]) for f, (G, b) in self._grams.items()}
+        return shorter
+
     def loosened(self, places: Sequence[int], prior: float) -> Moments:
         """With another inverse variance of base parameters."""
         freed = {**self.freed, **dict.fromkeys(places, prior)}

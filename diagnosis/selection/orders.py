@@ -20,6 +20,17 @@ FINER, BINS = 4, 4
 shortest period."""
 TRIED = 120
 """Orders that are tried in full."""
+HARMONIC = 0.05
+"""Distance from a whole multiple of another order within which one is its harmonic."""
+
+
+def fundamentals(orders: Sequence[float]) -> list[float]:
+    """Orders of which the others are harmonics, the lowest first."""
+    found = list[float]()
+    for order in sorted(orders):
+        if not any(abs(order / f - round(order / f)) < HARMONIC for f in found):
+            found.append(order)
+    return found
 
 
 def promising_orders(

@@ -21,10 +21,11 @@ Index = NDArray[np.int64]
 class Rows:
     """y[i] (R,) = B[i] (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    order (R,): places of the rows among those of the runs, fold after fold. fold (R,): trajectory,
-    or stretch of an only one. twins (R, R): the mean of the same instant's other passes, symmetric
-    and within a fold; a row that has none is its own. prior (nb,): inverse variance of q;
-    torque_rms (n,) [N m].
+    moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. order (R,):
+    places of the rows among those of the runs, fold after fold. fold (R,): trajectory, or stretch
+    of an only one. twins (R, R): the mean of the same instant's other passes, symmetric and within
+    a fold; a row that has none is its own. prior (nb,): inverse variance of q; torque_rms (n,)
+    [N m].
     """
 
     made: Calibrated
@@ -32,6 +33,7 @@ class Rows:
     B: tuple[Array, ...]
     white_y: tuple[Array, ...]
     white_B: tuple[Array, ...]
+    moving: tuple[Array, ...]
     order: Index
     fold: Index
     twins: csr_array
@@ -48,12 +50,14 @@ class Rows:
         to = csr_array((np.ones(count), (np.arange(count), partner)))
         prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in made.known])
         y, B = ([[v[:, i] for v in listed] for i in range(n)] for listed in (made.y, made.B))
+        moving = [[v[:, i].astype(float) for v in made.moving] for i in range(n)]
         return Rows(
             made,
             tuple(kept(made, v)[order] for v in y),
             tuple(kept(made, v)[order] for v in B),
             tuple(made.white(i, v)[order, 0] for i, v in enumerate(y)),
             tuple(made.white(i, v)[order] for i, v in enumerate(B)),
+            tuple(kept(made, v)[order] for v in moving),
             order,
             layout.fold[:count][order],
             csr_array((to + to.T) / 2)[order][:, order],

@@ -49,6 +49,13 @@ class Score:
     still: tuple[int, ...] = ()
 
     @property
+    def order(self) -> float | None:
+        """Of a wave over the angle [1/rad]; None of anything else."""
+        if not isinstance(self.hypothesis, EffectHypothesis):
+            return None
+        return dict(self.hypothesis.shapes[self.shape]).get("order")
+
+    @property
     def by_fold(self) -> Array:
         """What it adds to the log predictive density of each left-out fold (folds,) [nats]."""
         return self.whole - self.without
@@ -82,6 +89,8 @@ def effect_score(
     """An effect with its best shape, on left-out folds."""
     if hypotheses.searched(effect):
         effect, fits = refined(moments, hypotheses, effect, fits)
+        if ended(moments, hypotheses, effect, fits):
+            return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
     columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
@@ -102,16 +111,28 @@ def refined(
     best = hypotheses.shaped(effect, start)
     found = tried(moments, best)
     for level in range(1, HALVINGS + 1):
-        for name, low, high in hypotheses.searched(effect):
-            now = best.shapes[0]
+        for shape in hypotheses.searched(effect):
+            now, name = best.shapes[0], shape.name
             below, above = _way(effect, start, name)
             for value in (now[name] - below / 2**level, now[name] + above / 2**level):
-                if low <= value <= high:
-                    other = hypotheses.shaped(effect, {**now, name: value})
-                    trial = tried(moments, other)
-                    if trial[None].evidence[0] > found[None].evidence[0]:
-                        best, found = other, trial
+                value = float(np.clip(value, shape.low, shape.high))
+                other = hypotheses.shaped(effect, {**now, name: value})
+                trial = tried(moments, other)
+                if trial[None].evidence[0] > found[None].evidence[0]:
+                    best, found = other, trial
     return best, found
+
+
+def ended(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> bool:
+    """Whether a shape that cannot lie beyond its range would: then this is another effect."""
+    for shape in hypotheses.searched(effect):
+        if shape.closed:
+            other = hypotheses.shaped(effect, {**effect.shapes[0], shape.name: shape.high})
+            if tried(moments, other)[None].evidence[0] >= fits[None].evidence[0]:
+                return True
+    return False
 
 
 def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tuple[float, float]:
@@ -141,10 +162,12 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
     return max(found)
 
 
-def generic_score(moments: Moments, listed: Sequence[NamelessHypothesis]) -> Score:
+def generic_score(
+    moments: Moments, listed: Sequence[NamelessHypothesis], sizes: Sequence[float] = SIZES
+) -> Score:
     """Something without a name, of any of these kinds and sizes, on left-out folds."""
     rows, total = moments.rows, dict[Left, float]()
-    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in SIZES]
+    best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
     for left in [None, *rows.folds]:
         evidence = list[float]()
         for kind in listed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 from math import log
 
@@ -11,15 +11,17 @@ import numpy as np
 from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.changed import changed_of
-from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.changed import changed_of, payload_changes
+from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.selection.choose import Accepted, Selection, select, shown
+from flexhex.diagnosis.selection.choose import Accepted, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.search import Selection, select
 from flexhex.diagnosis.verdict import Candidate, Changed, Named
 
 Say = Callable[[str], None]
@@ -31,7 +33,8 @@ SHOWN = 8
 class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
-    first: the fit beside what was found first alone.
+    accepted: fits beside what the search accepted first, and beside all that it accepted, whether
+    it is named or not.
     """
 
     held: Joint
@@ -41,7 +44,7 @@ class Side:
     remains: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
-    first: Joint | None = None
+    accepted: tuple[Joint, ...] = ()
 
     @property
     def matters(self) -> bool:
@@ -60,24 +63,25 @@ def selected(
 
     judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
     """
-    made, notes = bench.made, list[str]()
     selection = select(bench, criteria, say)
-    kept = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
-    others = None
+    bench, notes = selection.bench, list[str]()
+    made = bench.made
+    effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
+    kept, others = effects, None
     if judged:
-        others = Elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
+        others = elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
         kept = validated(bench, kept, others, criteria)
         if not kept:
             text = "would fit, but one trajectory cannot show it: record another one"
             notes.append(f"{listed} {text}")
-    remains = nameless(selection, criteria)
+    remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
         unit = bench.scales.kinds[axis].unit("N m")
         torque = f"{left.size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
-        if left.size > tolerated(own, criteria):
+        if left.size > tolerated(own, selection.explained[axis], criteria):
             kept = [a for a in kept if a not in own]
             notes.append(f"{torque} and is explained by no effect of the library{left.what}")
         else:
@@ -94,31 +98,38 @@ def selected(
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
         held = joint(bench, grouped(bench, kept), freed)
         notes.append(sentence(poor))
+    payloads = payload_changes(held)
+    if payloads and not selection.arbitrated:
+        notes.append("the payload shows on one trajectory only: record it on another one")
     named = {a.score.hypothesis.axis for a in kept}
     return Side(
         held,
         others,
         tuple(named_of(held)),
-        tuple(changed_of(held, bodies)),
+        (*payloads, *changed_of(held, bodies)),
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
-        joint(bench, grouped(bench, kept[:1])),
+        tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
     )
 
 
 def validated(
-    bench: Bench, kept: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
+    bench: Bench, accepted: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
 ) -> list[Accepted]:
-    """Effects of an only trajectory on those axes whose torque they predict on held-out runs."""
+    """Effects of an only trajectory, of which each predicts torque on held-out runs, beside those
+    that were accepted before it."""
     if others is None:
         return []
-    held, plain = joint(bench, grouped(bench, kept)), bench.made.regression.q
-    before = axis_rms(others.blocks, others.residual((), (), plain))
-    after = axis_rms(others.blocks, others.residual(held.parts, held.beta, held.q))
-    least = criteria.smallest_effect * bench.made.torque_rms
-    better = set(np.flatnonzero(before**2 - after**2 > least**2))
-    return [a for a in kept if a.score.hypothesis.axis in (*better, None)]
+    least, kept = criteria.smallest_effect * bench.made.torque_rms, list[Accepted]()
+    left = axis_rms(others.blocks, others.beside((), ()))
+    for each in accepted:
+        held, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
+        now = axis_rms(others.blocks, others.beside(held.parts, held.beta))
+        better = left**2 - now**2 > least**2
+        if better.any() if axis is None else better[axis]:
+            kept, left = [*kept, each], now
+    return kept
 
 
 @dataclass(frozen=True)
@@ -130,30 +141,39 @@ class Nameless:
     what: str = ""
 
 
-def nameless(selection: Selection, criteria: Criteria) -> dict[int, Nameless]:
+def nameless(
+    selection: Selection, criteria: Criteria, named: Container[int | None] = ()
+) -> dict[int, Nameless]:
     """Axes on which something without a name is left: smooth in the motion, or of any other form as
-    long as it repeats. On one trajectory alone only what repeats counts."""
-    rest = selection.rest if selection.arbitrated else selection.before
+    long as it repeats. On one trajectory alone only what repeats counts, and what was found there
+    explains nothing unless it is among the axes that are `named`."""
+    after = [selection.arbitrated or axis in named for axis in range(len(selection.rest))]
+    pairs = zip(selection.rest, selection.before, after, strict=True)
+    rest = [one if there else other for one, other, there in pairs]
     chance = log(len(rest) / criteria.false_alarms)
     found = dict[int, Nameless]()
     for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
         own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
-        least = min(criteria.smallest_rest, tolerated(own, criteria) or np.inf)
-        if left.deviations > criteria.deviations and left.size > least:
-            found[axis] = Nameless(left.size)
-        nats = max(chance, selection.unsure[axis])
-        if selection.arbitrated and beside.gain > nats and shown(beside, criteria):
-            size = max(beside.size, left.size if axis in found else 0.0)
-            if size > least:
-                found[axis] = Nameless(size, f": it goes with {beside.hypothesis.id}")
+        least = min(
+            criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
+        )
+        # what repeats is the size of what goes with the motion, too, where it is well known
+        sure, nats = left.deviations > criteria.deviations, max(chance, selection.unsure[axis])
+        goes = selection.arbitrated and beside.gain > nats and shown(beside, criteria)
+        size = left.size if sure else beside.size if goes else 0.0
+        if size > least:
+            what = f": it goes with {beside.hypothesis.id}" if goes else ""
+            found[axis] = Nameless(size, what)
     return found
 
 
-def tolerated(accepted: Sequence[Accepted], criteria: Criteria) -> float:
-    """Relative RMS of a rest on an axis that leaves its effects their names: less for several, as
-    together they can imitate more."""
-    size = float(np.linalg.norm([a.score.size for a in accepted]))
-    return criteria.largest_rest * size / max(len(accepted), 1)
+def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> float:
+    """Relative RMS of a rest on an axis that leaves its effects their names, by what they explain
+    together: less for several, as together they can imitate more; harmonics of one wave count
+    once."""
+    orders = [a.score.order for a in accepted if a.score.order is not None]
+    count = len(accepted) - len(orders) + len(fundamentals(orders))
+    return criteria.largest_rest * explained / count if count else 0.0
 
 
 def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
@@ -176,7 +196,7 @@ def _candidates(selection: Selection) -> list[Candidate]:
     """The best hypotheses of every round, and which of them was accepted."""
     found = []
     for number, scores in enumerate(selection.rounds, start=1):
-        chosen = selection.accepted[number - 1] if number <= len(selection.accepted) else None
+        chosen = next((a for a in selection.accepted if a.round == number), None)
         same = () if chosen is None else (chosen.score, *chosen.rivals)
         for score in [*same, *(s for s in scores if s not in same)][:SHOWN]:
             first = chosen is not None and score is chosen.score

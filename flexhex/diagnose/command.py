@@ -174,16 +174,17 @@ class Session:
 
     def agree(self, found: Diagnosis) -> bool:
         """Whether what was found is to be added: as told by --apply, else by the user."""
-        from flexhex.diagnose.next import APPLICABLE
+        from flexhex.diagnose.next import applicable
         from flexhex.diagnose.view import best_of, print_diagnosis
         from flexhex.diagnose.words import listed
 
-        if found.verdict not in APPLICABLE or self.base != "hexapod":
+        if not applicable(found) or self.base != "hexapod":
             return False
         if self.apply or self.json or not interactive():
             return self.apply
         what = [best_of(effect) for effect in found.effects]
-        what += [f"the new value of {change.parameter}" for change in found.changed]
+        lasting = [change for change in found.changed if not change.runs]
+        what += [f"the new value of {change.parameter}" for change in lasting]
         text = f"\nAdd {listed(what)} to a copy of the machine file and build it?"
         with self.progress.paused():
             print_diagnosis(found, self.asked)

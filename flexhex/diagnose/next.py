@@ -27,15 +27,23 @@ class Asked:
         return shlex.join([*self.words[:at], *runs, *self.words[at:], *more])
 
 
+def applicable(found: Diagnosis) -> bool:
+    """Whether something was found that a machine file can hold; a payload on some runs is none."""
+    kept = found.effects or [change for change in found.changed if not change.runs]
+    return found.verdict in APPLICABLE and bool(kept)
+
+
 def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     """What to do next: a sentence and the command for it, "" where there is none."""
     steps = [step for e in found.effects for step in _separate(e, asked)]
     something = bool(found.effects or found.changed)
     if found.machine:
         steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
-    elif found.verdict in APPLICABLE and asked.base == "hexapod":
+    elif applicable(found) and asked.base == "hexapod":
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
+    if any(change.runs for change in found.changed):
+        steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
     if something and not found.locked:
         text = "Validate it on held-out runs of another trajectory:"
         steps.append((text, asked.again("--held-out", "OTHER_RUN")))

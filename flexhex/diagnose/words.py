@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -138,8 +139,8 @@ def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
 
 
 def verdict(found: Diagnosis) -> str:
-    """The answer in one or two plain sentences."""
-    return SENTENCES[found.verdict](found)
+    """The answer in one or two plain sentences, and what runs carried."""
+    return " ".join([SENTENCES[found.verdict](found), *_carriers(found)])
 
 
 def _named(found: Diagnosis) -> str:
@@ -156,7 +157,7 @@ def _named(found: Diagnosis) -> str:
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
         text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
-    return text + "." + (f" {_other_values(found)}" if found.changed else "")
+    return " ".join([f"{text}.", *_other_values(found)])
 
 
 def _set(found: Diagnosis) -> str:
@@ -170,24 +171,33 @@ def _set(found: Diagnosis) -> str:
     sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
-    if found.changed:
-        sentences.append(_other_values(found))
-    return " ".join(sentences)
+    return " ".join([*sentences, *_other_values(found)])
 
 
 def _changed(found: Diagnosis) -> str:
-    return f"No effect is missing. {_other_values(found)}"
+    return " ".join(["No effect is missing.", *_other_values(found)])
 
 
-def _other_values(found: Diagnosis) -> str:
-    parts = []
-    for c in found.changed[:SEVERAL]:
+def _other_values(found: Diagnosis) -> list[str]:
+    parts, everywhere = [], [c for c in found.changed if not c.runs]
+    for c in everywhere[:SEVERAL]:
         unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
         parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
-    more = len(found.changed) - SEVERAL
+    more = len(everywhere) - SEVERAL
     if more > 0:
         parts.append(f"{more} more")
-    return f"Parameters that deviate from the machine file: {'; '.join(parts)}."
+    return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
+
+
+def _carriers(found: Diagnosis) -> list[str]:
+    """A sentence for each payload that no log announces: what it is, and on which runs."""
+    sets = dict.fromkeys(c.runs for c in found.changed if c.runs)
+    sentences = []
+    for runs in sets:
+        own = [f"{c.parameter} {measured(c.estimate)}" for c in found.changed if c.runs == runs]
+        names = listed([Path(run).name for run in runs])
+        sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
+    return sentences
 
 
 def _unknown(found: Diagnosis) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,30 @@ import h5py
 import numpy as np
 
 from studies.generator.base import Columns
-from studies.generator.draw import Case
+from studies.generator.draw import INSIDE, Case
 from studies.generator.drives import Drive
 from studies.generator.inverse import Clean, Scaled
 from studies.generator.logger import UNITS, Run, logged
 from studies.generator.trajectories import RATE, WARM
 from tests.oracles.calculus import Array
+
+FAMILY = "generator"
+STARTS = {
+    "payload": ("end_effector", "payload"),
+    "stiffness": ("flexure", "k_u", "k_s", "stiffness"),
+    "offset": ("o[", "actuator.o", "offset"),
+    "damping": ("d[", "actuator.d", "damping"),
+}
+"""How a right name of a changed parameter may begin, by what was changed."""
+GAINS = {
+    "cubic_stiffness": "k_3",
+    "drive_lag": "T_lag",
+    "flexible_mode": "J_2",
+    "time_delay": "T_delay",
+}
+"""Gains that mean the same in nature and in the library; other forms differ by some percent."""
+COGS = 36.0
+"""Cogging periods of a turn that the machine has already: the unit of a cogging's order."""
 
 
 @dataclass(frozen=True)
@@ -84,16 +103,22 @@ def told(case: Case, clean: Clean) -> dict[str, Any]:
         rms = np.sqrt(np.mean(gap[:, :open_runs, skip:] ** 2, axis=(1, 2)))
         hidden.append(_effect(scaled, rms, _seen(scaled, gap[:, first], columns), clean.rms))
     return {
+        "family": FAMILY,
         "seed": case.seed,
+        "machine": "hexapod",
         "category": case.category,
         "closed": case.closed,
         "hidden": hidden,
-        "changed": [asdict(change) for change in case.changes],
+        "changed": [
+            {**asdict(change), "accept": list(STARTS[change.kind]), "announced": False}
+            for change in case.changes
+        ],
         "torque_rms": clean.rms.tolist(),
         "sigma": case.truth.actuator.sigma,
         "noise": asdict(case.noise),
         "log": asdict(case.log),
         "trajectories": [kind for kind, _ in case.trajectories],
+        "passes": case.passes,
         "tracking_rms": float(np.sqrt(np.mean((clean.q - clean.r)[..., skip:] ** 2))),
     }
 
@@ -116,6 +141,8 @@ def _effect(scaled: Scaled, rms: Array, seen: Array, torque: Array) -> dict[str,
     }
     return {
         "id": scaled.hidden.id,
+        "accept": [scaled.hidden.id] if scaled.hidden.id in INSIDE else [],
+        "inside": scaled.hidden.id in INSIDE,
         "axes": [k + 1 for k in axes],
         "wanted": scaled.hidden.size,
         "size": float(np.linalg.norm(rms[axes]) / whole),
@@ -124,4 +151,20 @@ def _effect(scaled: Scaled, rms: Array, seen: Array, torque: Array) -> dict[str,
         "gain": scaled.gain[axes].tolist(),
         "unit": scaled.effect.unit,
         "told": {**told, **scaled.effect.told},
+        "parameters": _parameters(scaled, told),
     }
+
+
+def _parameters(scaled: Scaled, told: Mapping[str, float]) -> dict[str, Any]:
+    """True values of parameters that the library has too, by its names."""
+    id, found = scaled.hidden.id, dict[str, Any]()
+    if id in GAINS:
+        gain = scaled.gain[list(scaled.hidden.axes)].tolist()
+        found[GAINS[id]] = {"value": gain, "unit": scaled.effect.unit}
+    if id == "cogging_harmonic":
+        found["order"] = {"value": COGS * scaled.effect.told["order"], "unit": "1/rad"}
+    if id == "torque_ripple":
+        found["order"] = {"value": told["w"], "unit": "1/rad"}
+    if id == "flexible_mode":
+        found["f"] = {"value": scaled.effect.told["frequency"], "unit": "Hz"}
+    return found

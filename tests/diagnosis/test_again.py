@@ -17,7 +17,7 @@ from flexhex.diagnosis.extend import extended_file
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.machine_file import load_machine, truth_file
-from studies.hidden_effects import case_of, generate
+from studies.families import FAMILIES
 from tests.conftest import MACHINE_FILE
 from tests.studies.test_hidden import seed_of
 
@@ -56,13 +56,13 @@ class Twice:
 def twice() -> Twice:
     """A cogging of 3 % of torque RMS hidden by the foreign generator."""
     folder = Path(mkdtemp())
-    case = case_of(("seed", seed_of("single", EFFECT, 0.03)))
-    made = generate(case, folder / "logs", folder / "sealed")
+    seed = seed_of("single", EFFECT, 0.03)
+    made = FAMILIES["generator"](seed, folder / "logs", folder / "sealed", None)
     Sealed.shut = True
     try:
-        first = diagnose(made.paths, made.locked, MACHINE_FILE, OPTIONS)
+        first = diagnose(made.paths, made.test_paths, MACHINE_FILE, OPTIONS)
         extended = extended_file(MACHINE_FILE, first, folder / "extended.toml")
-        return Twice(first, diagnose(made.paths, made.locked, extended, OPTIONS), extended)
+        return Twice(first, diagnose(made.paths, made.test_paths, extended, OPTIONS), extended)
     finally:
         Sealed.shut = False
 

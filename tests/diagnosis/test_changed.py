@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint
 from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.calibrate import LOOSE
 from flexhex.diagnosis.changed import changed_of
 from flexhex.diagnosis.layout import Layout
+from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection.choose import passes
 from flexhex.diagnosis.selection.criteria import USUAL

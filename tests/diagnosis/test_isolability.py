@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -79,12 +80,17 @@ def test_smallest_effect_is_what_least_squares_tells(one: Isolability) -> None:
     assert one.smallest[place(one, "quadratic_drag")] == pytest.approx(wanted, rel=0.1)
 
 
-def test_what_the_base_takes_up_is_never_found(one: Isolability) -> None:
-    """A torque that is too large throughout is another inertia."""
-    at = place(one, "drive_gain")
-    assert np.isnan(one.smallest[at])
-    assert one.rivals(at) == []
-    assert one.data()["smallest"]["values"][at] is None
+def test_what_the_base_takes_up_has_no_row(one: Isolability) -> None:
+    """A torque that is too large throughout is another inertia of an axis."""
+    assert "drive_gain" not in one.effects
+
+
+def test_what_is_never_found_is_null_in_data(one: Isolability) -> None:
+    at = place(one, "coulomb_friction")
+    smallest = one.smallest.copy()
+    smallest[at] = np.nan
+    blind = replace(one, smallest=smallest)
+    assert blind.data()["smallest"]["values"][at] is None
 
 
 def test_lag_and_delay_of_an_only_axis_are_the_loggers(one: Isolability) -> None:
@@ -121,7 +127,7 @@ def test_more_of_the_same_motion_finds_less(one: Isolability, tmp_path: Path) ->
 
 def test_all_effects_of_the_library_have_a_row(one: Isolability) -> None:
     known = {name for name, e in library().items() if e.acts_on != "mechanism"}
-    assert set(one.effects) == known - {"cross_coupling", "viscous_friction"}
+    assert set(one.effects) == known - {"cross_coupling", "viscous_friction", "drive_gain"}
 
 
 def test_plan_that_is_too_short_is_refused(tmp_path: Path) -> None:

@@ -65,6 +65,10 @@ def test_contradicting_metadata_are_found() -> None:
 def test_other_payload_is_no_repeat() -> None:
     logs = [run(1, 0.0, "a1", payload="0 kg"), run(1, 0.0, "a2", payload="0.5")]
     assert [len(group.logs) for group in group_runs(logs)] == [1, 1]
+    light, heavy = group_runs([logs[0], replace(run(1, 0.0123, "a3"), meta=logs[1].meta)])
+    # the same motion all the same, on one clock
+    assert light.motion == heavy.motion == light.trajectory != heavy.trajectory
+    assert heavy.logs[0].shift == pytest.approx(0.0123, abs=2e-6)
     same = [run(1, 0.0, "a1", payload="0.50 kg"), run(1, 0.0, "a2", payload="0.5")]
     assert [len(group.logs) for group in group_runs(same)] == [2]
 

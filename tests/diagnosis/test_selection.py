@@ -16,12 +16,12 @@ from scipy.stats import multivariate_normal
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.selection.choose import Selection, select
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Columns, EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.search import Selection, select
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
@@ -37,7 +37,8 @@ def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
     made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)))
     places, alone = np.arange(len(y)), csr_array(np.eye(len(y)))
-    return Rows(made, (y,), (B,), (y,), (B,), places, fold, alone, prior, np.array([2.0]))
+    moves = (np.ones(len(y)),)
+    return Rows(made, (y,), (B,), (y,), (B,), moves, places, fold, alone, prior, np.array([2.0]))
 
 
 def effect_of(columns: Array) -> EffectHypothesis:
@@ -140,7 +141,7 @@ def test_two_effects_on_one_axis_are_both_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "strange",
     [
-        lambda q, v, a: 0.03 * RMS * np.exp(-(((q - 0.1) / 0.05) ** 2)),
+        lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.05) ** 2)),
         lambda q, v, a: 0.03 * RMS * np.tanh(v) * np.sin(5.0 * q),
     ],
     ids=["bump", "rate times angle"],
@@ -149,7 +150,7 @@ def test_what_the_library_has_not_is_left_without_a_name(strange: Torque, tmp_pa
     """Names that fit a part of it are imitations: a smooth function predicts better than they."""
     selection = chosen(tmp_path, strange)
     found = nameless(selection, USUAL)[0]
-    assert found.size > tolerated(selection.accepted, USUAL)
+    assert found.size > tolerated(selection.accepted, selection.explained[0], USUAL)
 
 
 def test_one_trajectory_names_nothing(tmp_path: Path) -> None:

@@ -26,8 +26,8 @@ def searched(
 
     def side(bench: Any, *more: Any) -> Any:
         asked.append(bench.made)
-        held = SimpleNamespace(parts=["part"] if named else [], bench=bench)
-        return SimpleNamespace(held=held, first=None)
+        held = SimpleNamespace(bench=bench)
+        return SimpleNamespace(held=held, accepted=[held] if named else [])
 
     bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)

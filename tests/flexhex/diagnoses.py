@@ -132,6 +132,13 @@ SET = replace(
     ),
 )
 CHANGED = replace(BASIC, verdict="changed", effects=(), changed=(PAYLOAD,), maps=())
+CARRIED = replace(
+    CHANGED,
+    changed=(
+        Changed("payload", 0.0, estimate(0.255, 0.001, "kg"), ("out/run1.csv", "run2.csv")),
+        Changed("payload.c_z", 0.0, estimate(0.0231, 0.0012, "m"), ("out/run1.csv", "run2.csv")),
+    ),
+)
 UNKNOWN = replace(BASIC, verdict="unknown", effects=(), gap=gap(4, 0.031, 0.029), maps=maps((4,)))
 NONE = replace(BASIC, verdict="none", effects=(), gap=gap(size=0.0), candidates=(), maps=())
 CANNOT = Diagnosis(
@@ -149,6 +156,7 @@ EXAMPLES = {
     "pair": PAIR,
     "set": SET,
     "changed": CHANGED,
+    "payload": CARRIED,
     "unknown": UNKNOWN,
     "none": NONE,
     "cannot tell": CANNOT,

@@ -20,6 +20,7 @@ from flexhex.diagnosis.verdict import Diagnosis
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,
+    CARRIED,
     CHANGED,
     EXAMPLES,
     NAMED,
@@ -103,3 +104,7 @@ def test_page_says_how_large_a_candidate_is_and_what_its_nats_are(tmp_path: Path
     assert "3 nats are odds of 20" in text
     (hover, *_) = [bar["hovertext"][0] for bar in figures["round1"]["data"]]
     assert hover == "1.9 % of the torque"
+
+
+def test_payload_of_some_runs_goes_into_their_heads_not_into_a_machine_file() -> None:
+    assert [words for _, words in next_steps(CARRIED, ASKED)] == [""]

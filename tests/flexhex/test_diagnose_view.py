@@ -47,6 +47,8 @@ SENTENCES = {
     " 0.0290 N m RMS, 1.3 % of the torque.",
     "none": "No effect is missing: the model explains these runs down to the non-repeatable"
     " residual (0.00900 N m RMS, of which 0.00900 N m is non-repeatable).",
+    "payload": "No effect is missing. A payload that no log announces was on run1.csv and run2.csv:"
+    " payload 0.2550 ± 0.0010 kg, payload.c_z 0.0231 ± 0.0012 m.",
     "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"
     " run twice, so what repeats is not known.",
 }

@@ -12,12 +12,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/diagnose.md": {
         "95 %": "level of the intervals",
         "12 s": "length of a logged run",
-        "0.3": "size of a hidden effect",
         "1 %": "error of masses in the generator",
         "3 %": "error of stiffness in the generator",
         "5 %": "error of actuators in the generator",
         "15 %": "error of the Dahl width in the generator",
-        "10 %": "error of masses that was not tried",
+        "10 %": "largest error of masses of the machines in MuJoCo",
         "0.05": "default of a tolerance",
         "0.005": "default of a tolerance",
         "0.1": "default of a tolerance",
@@ -45,6 +44,10 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/machines.md": {
         "12 s": "length of a logged run",
         "10 µrad": "limit below which machines are counted",
+    },
+    "docs/method.md": {
+        "1.96": "standard deviations of a 95 % interval",
+        "3.5": "section of a book",
     },
     "docs/performance.md": {
         "2 ms": "length of a burst",

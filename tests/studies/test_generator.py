@@ -13,9 +13,8 @@ import pytest
 from studies.generator.base import Base, Columns
 from studies.generator.draw import INSIDE, ROUND, Case, Hidden, assemble, draw, slots
 from studies.generator.drives import Drive, Teeth
-from studies.generator.inverse import Clean, disturbance, make, simulate
+from studies.generator.inverse import Clean, disturbance, simulate
 from studies.generator.logger import logged
-from studies.generator.machines import COUNT, machine
 from studies.generator.masses import linear, units
 from studies.generator.mechanism import Mechanism
 from studies.generator.outside import OUTSIDE
@@ -197,14 +196,3 @@ def test_changed_parameter_changes_the_torque() -> None:
     assert payload.changes[0].after > payload.nominal.end_effector.m + 0.4
     base = Base(payload.truth)
     assert base.p.platform[0] == payload.truth.end_effector.m
-
-
-def test_twenty_machines_have_their_own_effects() -> None:
-    cases = [machine(k) for k in range(1, COUNT + 1)]
-    assert all(1 <= len(c.hidden) <= 3 for c in cases)
-    strange = [c.seed for c in cases if any(h.id in OUTSIDE for h in c.hidden)]
-    assert len(strange) == 2
-    assert len({c.hidden for c in cases}) == COUNT
-    for c in cases:
-        for h in c.hidden:
-            make(h, Base(c.truth))

@@ -1,25 +1,22 @@
-"""The honest scorer: every outcome, coverage, calibration, tables; and the runner's store."""
+"""The scorer: every outcome, intervals, what is true of plain axes, the table."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from studies import honest_tables as tables
 from studies.honest import Outcome, score
-from studies.mujoco import study
 
 Found = dict[str, Any]
 
 
 def effect(id: str, axes: Sequence[int], *rivals: str, **intervals: tuple[float, float]) -> Found:
     """An effect of an answer."""
-    rows = {name: {"value": 0.0, "ci95": list(ends)} for name, ends in intervals.items()}
+    rows = {name: {"value": sum(ends) / 2, "ci95": list(ends)} for name, ends in intervals.items()}
     return {"id": id, "axes": list(axes), "rivals": list(rivals), "parameters": rows}
 
 
@@ -45,7 +42,8 @@ def hides(id: str, axes: Sequence[int], observable: float = 0.02, inside: bool =
 def truth(category: str, *hidden: Found, changed: Sequence[Found] = ()) -> Found:
     """A sealed truth."""
     head = {"seed": 1, "family": "mujoco", "machine": "arm", "category": category}
-    return {**head, "hidden": list(hidden), "changed": list(changed)}
+    runs = {"passes": 2, "trajectories": ["move"] * 3}
+    return {**head, **runs, "hidden": list(hidden), "changed": list(changed)}
 
 
 DRAG, FAINT = truth("single", hides("drag", [2])), truth("single", hides("drag", [2], 0.003))
@@ -88,12 +86,12 @@ NONE, GAP, DUMB = said("none"), said("unknown"), said("cannot tell")
         (DENT, DUMB, "cannot_tell"),
         (DENT, said("named", effect("drag", [1])), "wrong"),
         (SMALL_DENT, NONE, "silent"),
-        (TWO, said("named", effect("drag", [2]), effect("bend", [4])), "both"),
-        (TWO, said("set", effect("drag", [2], "x"), effect("bend", [4])), "both"),
-        (TWO, said("named", effect("bend", [4])), "one"),
-        (TWO, said("named", effect("bend", [4]), effect("x", [1])), "one+wrong"),
+        (TWO, said("named", effect("drag", [2]), effect("bend", [4])), "all"),
+        (TWO, said("set", effect("drag", [2], "x"), effect("bend", [4])), "all"),
+        (TWO, said("named", effect("bend", [4])), "some"),
+        (TWO, said("named", effect("bend", [4]), effect("x", [1])), "some+wrong"),
         (TWO, said("named", effect("x", [1])), "none+wrong"),
-        (TWO, said("named", effect("drag", [2]), effect("bend", [3, 4])), "one"),
+        (TWO, said("named", effect("drag", [2]), effect("bend", [3, 4])), "some"),
         (TWO, NONE, "none"),
         (TWO, GAP, "unknown"),
         (HEAVY, said("changed", changed=["link[2].m"]), "right"),
@@ -127,71 +125,63 @@ def test_an_answer_of_another_form_is_refused(answer: Found) -> None:
         score(answer, DRAG)
 
 
+def rows(outcomes: Sequence[Outcome]) -> dict[tuple[str, str], tuple[int, int]]:
+    """Claims by what is hidden and what is said."""
+    return {(c.kind, c.ending): (c.hits, c.n) for c in tables.claims(outcomes)}
+
+
 def test_intervals_are_compared_with_the_true_values() -> None:
     narrow = score(said("named", effect("drag", [2], F=(0.4, 0.6))), DRAG)
     wide = score(said("named", effect("drag", [2], F=(0.6, 0.7))), DRAG)
     other = score(said("named", effect("bend", [2], F=(0.4, 0.6))), DRAG)
     assert narrow.covered == {"drag.F[2]": True}
     assert wide.covered == {"drag.F[2]": False}
+    assert wide.errors["drag.F[2]"] == pytest.approx(0.15 / (0.1 / 2 / 1.959964))
     assert other.covered == {}
-    assert tables.coverage([narrow, wide, other]) == (1, 2)
+    assert rows([narrow, wide, other])["95 % intervals", "hold the true value"] == (1, 2)
 
 
 def test_calibration_sets_the_confidence_beside_what_was_right() -> None:
     right = score(said("named", effect("drag", [2])), DRAG)
     wrong = score(said("named", effect("bend", [2])), DRAG)
     sure = [replace(right, confidence=0.95), replace(wrong, confidence=0.95)]
-    rows = tables.calibration([*sure, replace(wrong, confidence=0.3), right])
-    assert rows == [(0.3, 0, 1), (0.95, 1, 2)]
-    assert tables.calibration([replace(right, confidence=1.0)]) == [(1.0, 1, 1)]
+    found = rows([*sure, replace(wrong, confidence=0.3), replace(right, confidence=1.0), right])
+    assert found["confidence", "right where 20 to 40 % is printed"] == (0, 1)
+    assert found["confidence", "right where 80 to 100 % is printed"] == (2, 3)
+    assert found["confidence", "right where 0 to 20 % is printed"] == (0, 0)
 
 
-def test_tables_count_by_category_and_size() -> None:
-    outcomes = [score(NONE, DRAG), score(GAP, DRAG), score(NONE, FAINT), score(NONE, SMALL_DENT)]
-    found = {(r.category, r.size, r.outcome): (r.hits, r.n) for r in tables.rows(outcomes)}
-    assert found["single", "observable", "missed"] == (1, 2)
-    assert found["single", "fainter", "silent"] == (1, 1)
-    assert found["outside", "fainter", "silent"] == (1, 1)
-    assert "1 of 2 (95 % interval 9 to 91 %)" in tables.text(outcomes)
+SEEN = "one effect, at least 0.4% of torque RMS observable"
+CLEAR = "outside the library, at least 1% observable"
+BOTH = "two effects, both at least 1%"
 
 
-ENGINE = """
-def right(paths, test_paths, machine_file):
-    return {"verdict": "none", "effects": [], "changed": [], "shown": {"large": 1}}
-
-def faulty(paths, test_paths, machine_file):
-    raise RuntimeError("no idea")
-"""
-
-
-def test_a_study_goes_on_where_it_stopped(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "toy_engine.py").write_text(ENGINE)
-    monkeypatch.setenv("PYTHONPATH", f"{Path.cwd()}:{tmp_path}")
-    monkeypatch.setattr("studies.mujoco.draw.MOST_STEPS", 3000)
-    store = tmp_path / "store.jsonl"
-    common = ["--store", str(store), "--category", "nothing"]
-    assert study.main(["--seeds", "8:9", "--engine", "toy_engine:right", *common]) == 0
-    first = store.read_text()
-    with store.open("a") as file:
-        file.write('{"seed": 9, "outc')
-    assert study.main(["--seeds", "8:9", "--engine", "toy_engine:right", *common]) == 0
-    assert store.read_text() == first
-    assert "silent" in capsys.readouterr().out
-    (row,) = study.read(store)
-    assert row["answer"] == {"verdict": "none", "effects": [], "changed": []}
-    assert row["peak_bytes"] > 1e6
-    assert isinstance(study.outcome_of(row), Outcome)
-    assert study.main(["--seeds", "8:9", "--engine", "toy_engine:faulty", *common]) == 1
-    assert study.read(store)[1]["outcome"]["outcome"] == "failed"
-    assert "no idea" in study.read(store)[1]["error"]
+def test_table_counts_by_what_is_hidden_and_by_size() -> None:
+    named = said("named", effect("drag", [2]))
+    elsewhere = said("named", effect("drag", [3]))
+    wrong = said("named", effect("bend", [2]))
+    outcomes = [score(a, DRAG) for a in (named, elsewhere, wrong, NONE, GAP, DUMB)]
+    outcomes += [score(NONE, FAINT), score(wrong, FAINT), score(NONE, SMALL_DENT)]
+    outcomes += [score(GAP, DENT), score(wrong, DENT), score(None, DENT, "failed")]
+    outcomes += [score(named, TWO), score(NONE, HEAVY), score(NONE, LOAD), score(wrong, LOAD)]
+    found = rows(outcomes)
+    assert found[SEEN, "right, alone"] == (1, 6)
+    assert found[SEEN, "wrong"] == (1, 6)
+    assert found[SEEN, "missed"] == (2, 6)
+    assert found[SEEN, "of the right names, right axes"] == (1, 2)
+    assert found["one effect, fainter", "wrong"] == (1, 2)
+    assert found[CLEAR, "`unknown`"] == (1, 3)
+    assert found[CLEAR, "a name"] == (1, 3)
+    assert found[BOTH, "both"] == (0, 1)
+    assert found[BOTH, "one of them"] == (1, 1)
+    assert found["changed parameters, payload between runs", "right"] == (0, 1)
+    assert found["nothing hidden", "silent"] == (1, 2)
+    assert found["nothing hidden", "an effect named"] == (1, 2)
+    assert "1 of 6 (95 % interval 3 to 56 %)" in tables.text(outcomes)
 
 
-def test_a_store_of_another_study_and_test_seeds_are_refused(tmp_path: Path) -> None:
-    store = tmp_path / "store.jsonl"
-    store.write_text(json.dumps({"task": ["seed", 1]}) + "\n")
-    with pytest.raises(ValueError, match=":1: no case of this study"):
-        study.read(store)
-    with pytest.raises(SystemExit):
-        study.main(["--seeds", "9999:10001", "--store", str(tmp_path / "new.jsonl")])
+def test_families_stand_side_by_side() -> None:
+    one = score(NONE, DRAG)
+    head, *_, last = tables.text([one, replace(one, family="other")]).splitlines()
+    assert head == "| hidden | said | wanted | mujoco | other |"
+    assert last.startswith("| physics |")

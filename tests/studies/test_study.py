@@ -2,95 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import json
 from pathlib import Path
 
-import h5py
-import numpy as np
 import pytest
 
-from studies import hidden_effects
-from studies.generator.draw import slots
-from studies.hidden_effects import judge
-from studies.score import Score
-from studies.store import Store
-from tests.oracles.calculus import Array
-from tests.studies.test_scoring import Found, draw_of, effect, judged, said
+from studies import hidden_effects as study
+from studies.families import FAMILIES
+from studies.hidden_effects import Task
+
+ENGINE = """
+def right(paths, test_paths, machine_file):
+    return {"verdict": "none", "effects": [], "changed": [], "shown": {"large": 1}}
+
+def faulty(paths, test_paths, machine_file):
+    raise RuntimeError("no idea")
+
+def curious(paths, test_paths, machine_file):
+    near = sorted({p.suffix for path in paths for p in path.parent.rglob("*")})
+    return {"verdict": "none", "effects": [], "changed": [], "notes": [*near, len(test_paths)]}
+"""
 
 
-def test_store_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    path = tmp_path / "study.jsonl"
-    one = judged("single", "alone", ("quadratic_drag",))
-    Store(path).add(("seed", 4), one)
-    with path.open("a") as file:
-        file.write('{"task": ["seed", 5], "see')
-    again = Store(path)
-    assert again.done == {("seed", 4): replace(one, notes={})}
-    again.add(("machine", 1), one)
-    assert set(Store(path).done) == {("seed", 4), ("machine", 1)}
-    path.write_text('{"foreign": 1}\n')
-    with pytest.raises(ValueError, match="jsonl:1"):
-        Store(path)
+@pytest.fixture
+def toy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A store beside toy engines, and short runs."""
+    (tmp_path / "toy_engine.py").write_text(ENGINE)
+    monkeypatch.setenv("PYTHONPATH", f"{Path.cwd()}:{tmp_path}")
+    monkeypatch.setattr("studies.mujoco.draw.MOST_STEPS", 3000)
+    return tmp_path / "store.jsonl"
 
 
-def quick(monkeypatch: pytest.MonkeyPatch, seconds: float = 1.0) -> None:
-    """Runs of 1 s instead of 12."""
-    monkeypatch.setattr(hidden_effects, "draw", lambda seed: draw_of(seed, seconds))
+def test_a_study_goes_on_where_it_stopped(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    common = ["--mujoco", "8:9", "--store", str(toy), "--category", "nothing"]
+    assert study.main([*common, "--engine", "toy_engine:right"]) == 0
+    first = toy.read_text()
+    with toy.open("a") as file:
+        file.write('{"seed": 9, "outc')
+    assert study.main([*common, "--engine", "toy_engine:right"]) == 0
+    assert toy.read_text() == first
+    assert "| nothing hidden | silent |" in capsys.readouterr().out
+    (row,) = study.read(toy)
+    assert row["answer"] == {"verdict": "none", "effects": [], "changed": []}
+    assert row["peak_bytes"] > 1e6
+    assert study.main([*common, "--engine", "toy_engine:faulty"]) == 1
+    assert study.read(toy)[1]["outcome"]["outcome"] == "failed"
+    assert "no idea" in study.read(toy)[1]["error"]
 
 
-def test_study_hands_over_logs_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A stand-in for the diagnosis looks around: it gets logs of all passes, the last trajectory
-    apart, and no truth near them; what it says is judged."""
-    quick(monkeypatch)
-    seen: list[Path] = []
-
-    def blind(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
-        assert len(paths) == 4
-        assert len(locked) == 2
-        near = [p for path in paths for p in path.parent.rglob("*")]
-        assert {p.suffix for p in near} <= {".h5", ".csv"}
-        seen.extend(paths)
-        return said("none")
-
-    listed = [row[0] for row in slots()]
-    expected = {"nothing": "silent", "single": "missed", "outside": "unnoticed"}
-    expected["changed"] = "missed"
-    for category, outcome in expected.items():
-        found = judge(("seed", listed.index(category)), blind, keep=tmp_path)
-        assert (found.category, found.outcome) == (category, outcome)
-    assert not any(path.exists() for path in seen)
-    assert len(list((tmp_path / "sealed").iterdir())) == 4
+def test_stored_answers_are_judged_by_the_scorer_of_today(toy: Path) -> None:
+    row = study.case(Task("mujoco", 8, "nothing", "toy_engine:right"))
+    assert study.outcome_of(row).outcome == "silent"
+    row["answer"]["effects"] = [{"id": "drag", "axes": [1]}]
+    assert study.outcome_of(row).outcome == "false_alarm"
+    failed = study.case(Task("mujoco", 8, "nothing", "toy_engine:faulty"))
+    assert study.outcome_of(failed).outcome == "failed"
 
 
-def test_effect_that_is_named_is_held_against_the_same_runs_without_it(
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_study_prints_json_for_the_results(toy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    common = ["--store", str(toy), "--category", "nothing", "--engine", "toy_engine:right"]
+    assert study.main(["--mujoco", "8:9", *common, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (case,) = found["cases"]
+    assert (case["seed"], case["outcome"], case["named_axes"]) == (8, "silent", [])
+    (silent,) = (c for c in found["families"]["mujoco"] if c["ending"] == "silent")
+    assert (silent["hits"], silent["n"]) == (1, 1)
+
+
+@pytest.mark.parametrize("family", ["generator", "axes"])
+def test_an_engine_sees_no_truth(family: str, toy: Path) -> None:
+    row = study.case(Task(family, 2, engine="toy_engine:curious"))
+    assert row["answer"]["notes"] in ([".h5", 2], [".h5", ".toml", 2])
+    assert row["outcome"]["family"] == family
+
+
+def test_a_store_of_another_study_and_test_seeds_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A stand-in that names the effect is given a second case: the same motion and noise, and the
-    torques differ by what is hidden alone."""
-    quick(monkeypatch, 3.0)
-    given: list[Array] = []
-
-    def knowing(paths: Sequence[Path], locked: Sequence[Path], machine: Path) -> Found:
-        with h5py.File(sorted(paths)[0]) as file:
-            given.append(np.asarray(file["tau_meas"]))
-        gap = {"before": 0.05 / len(given), "after": 0.014, "floor": 0.01}
-        return said("named", effect("cogging_harmonic", range(1, 7))) | {"gap": gap}
-
-    number = slots().index(("single", "cogging_harmonic", 0.03, False))
-    found = judge(("seed", number), knowing)
-    hidden, bare = given
-    (axis,) = (k for h in hidden_effects.case_of(("seed", number)).hidden for k in h.axes)
-    shares = np.std(hidden - bare, axis=0) / np.std(bare, axis=0)
-    assert shares[axis] > 0.05
-    assert np.delete(shares, axis).max() < 0.02, "quantisation alone"
-    assert found.truth == ("cogging_harmonic",)
-    assert found.closed_effect == pytest.approx((0.05 - 0.014) / 0.025)
+    store = tmp_path / "store.jsonl"
+    store.write_text(json.dumps({"task": ["seed", 1]}) + "\n")
+    with pytest.raises(ValueError, match=":1: no case of this study"):
+        study.read(store)
+    for family in FAMILIES:
+        with pytest.raises(SystemExit):
+            study.main([f"--{family}", "9999:10001", "--store", str(tmp_path / "new.jsonl")])
+        assert "seed 10000: from 10000 on for tests only, say --test" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        study.main(["--mujoco", "1", "--store", str(store)])
+    assert "no case of this study" in capsys.readouterr().err
 
 
-def test_study_goes_on_after_a_failed_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(task: object) -> Score:
-        raise RuntimeError("no such thing")
-
-    monkeypatch.setattr(hidden_effects, "judge", broken)
-    assert "no such thing" in str(hidden_effects.attempt(("seed", 1)))
+def test_a_case_that_cannot_be_made_is_told_and_the_study_goes_on(
+    toy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = ["--category", "nothing", "--engine", "toy_engine:right", "--store", str(toy)]
+    assert study.main(["--axes", "1", "--mujoco", "8", *common]) == 1
+    shown = capsys.readouterr()
+    assert "axes 1: FAILED" in shown.err
+    assert "draws its own" in shown.err
+    assert "| nothing hidden | silent |  | 1 of 1" in shown.out

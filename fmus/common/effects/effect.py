@@ -42,7 +42,8 @@ class Gain:
 class Shape:
     """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
 
-    start: first guess; grid: values to try; whole: only whole numbers make sense.
+    start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
+    seems to lie at `high` or beyond is something else.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Shape:
     grid: tuple[float, ...] = ()
     description: str = ""
     whole: bool = False
+    closed: bool = False
 
 
 @dataclass(frozen=True)

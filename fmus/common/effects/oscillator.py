@@ -21,6 +21,10 @@ FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(47))
 """A mode is as wide as twice its damping; finer steps are the search's."""
 
 
+STRONG = 0.3
+"""Damping ratio at which a mode hardly swings any more: then it is a lag."""
+
+
 class FlexibleMode(Effect):
     """J_2 (q'' - thetadd) with q'' = w^2 (theta - q) + 2 zeta w (thetad - q'), w = 2 pi f.
 
@@ -32,7 +36,7 @@ class FlexibleMode(Effect):
     gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1e4, "inertia that swings"),)
     shapes = (
         Shape("f", "Hz", 1.0, 500.0, 20.0, FREQUENCIES, "mode"),
-        Shape("zeta", "1", 1e-3, 0.9, 0.03, (0.02, 0.06, 0.2), "damping ratio"),
+        Shape("zeta", "1", 1e-3, STRONG, 0.03, (0.02, 0.06, 0.2), "damping ratio", closed=True),
     )
     states = (State("q", "rad"), State("qd", "rad/s"))
     most = 3

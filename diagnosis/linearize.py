@@ -1,0 +1,103 @@
+"""Columns and torque of the base model about given nonlinear values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Base, Known
+from flexhex.diagnosis.blocks import Block, torque_at, torque_rate
+from flexhex.diagnosis.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.noise import Noise
+from flexhex.diagnosis.payloads import carried, columns_of, loads_of
+
+Array = NDArray[np.float64]
+LOOSE = 2.0
+"""Beside candidates a parameter may differ from its nominal value by this many tolerances."""
+HISTORY = 0.3
+"""One standard deviation of a hysteresis' state at the start of a trajectory."""
+
+
+def about(
+    base: Base,
+    blocks: Sequence[Block],
+    fitted: Fitted,
+    noise: Noise,
+    ours: Sequence[Block] = (),
+    given: Sequence[Array] = (),
+) -> Calibrated:
+    """Columns and torque about given nonlinear values.
+
+    given: torque (m, n) [N m] of each block that known effects explain already.
+    ours: blocks of the fit, when these are others: the parameters are those of the fit, and its
+    runs' history is not these's.
+    """
+    loads = loads_of(base, ours or blocks)
+    listed = list(dict.fromkeys(block.run.trajectory for block in ours or blocks))
+    histories = [
+        Known(f"z_0[{i + 1}] of {name}", "1", 0.0, HISTORY, "history", i)
+        for name in listed
+        for i in range(len(base.curved))
+    ]
+    delay = Known("delay", "s", 0.0, fitted.late, "delay")
+    errors = base.geometry.known if base.geometry else ()
+    payloads = [known for load in loads for known in load.known]
+    known = (*base.linear, *base.curved, *base.widths, delay, *errors, *histories, *payloads)
+    scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
+    p0 = np.array([k.nominal for k in base.linear])
+    c0 = np.array([k.nominal for k in base.curved])
+    offset = fitted.widths - np.array([k.nominal for k in base.widths])
+    ys: list[Array] = []
+    Bs: list[Array] = []
+    raws: list[Array] = []
+    for block in blocks:
+        motion = block.run.motion
+        p = carried(base, loads, fitted.loads, block.run, fitted.p)
+        raw = base.torque(motion, p)
+        curve, tangent = np.zeros((len(block.at), base.n, 0)), None
+        if len(base.curved):
+            z, by_width = base.bend(motion, fitted.widths)
+            raw = raw + z * fitted.gains
+            curve = _diagonal(block.smooth(z))
+            tangent = _diagonal(block.smooth(by_width * fitted.gains))
+        # of the torque as reported: that of the model would be full of the encoders' noise
+        rate = -torque_rate(block, base.window, fitted.delay)
+        parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
+        if base.geometry:
+            parts.append(base.geometry.columns(motion, block.weights, p))
+        for name in listed if len(base.curved) else ():
+            own = not ours and name == block.run.trajectory
+            parts.append(_history(block, fitted) if own else np.zeros_like(curve))
+        parts += columns_of(base, loads, block)
+        y = torque_at(block, base.window, fitted.delay) - block.linear @ base.loaded(
+            p0, block.run.payload
+        )
+        y = y + rate * fitted.delay
+        if tangent is not None:
+            y = y - curve @ c0 + tangent @ offset
+        if given:
+            y = y - given[len(ys)]
+        Bs.append(np.concatenate(parts, axis=2) * scale)
+        ys.append(y)
+        raws.append(raw)
+    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
+    made = Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+    return replace(made, loads=loads)
+
+
+def _history(block: Block, fitted: Fitted) -> Array:
+    """What the unknown state before the run leaves behind, forgotten on the way (m, n, n)."""
+    theta = block.run.motion.theta
+    travel = np.cumsum(np.abs(np.diff(theta, axis=0, prepend=theta[:1])), axis=0)
+    return _diagonal(block.smooth(fitted.gains * np.exp(-travel / fitted.widths)))
+
+
+def _diagonal(values: Array) -> Array:
+    """(m, n) -> (m, n, n) with the values of axis i in its own column."""
+    m, n = values.shape
+    out = np.zeros((m, n, n))
+    out[:, np.arange(n), np.arange(n)] = values
+    return out

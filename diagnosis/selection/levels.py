@@ -1,0 +1,223 @@
+"""Whether runs fall into levels of payload, as far as each of them shows it by itself.
+
+Runs are sorted by the amount of payload that each shows beside the model, and cut into levels.
+Errors of a run go together, so levels must stand apart by more than the runs of one level do: an F
+test over runs, for as many partitions as there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import comb, factorial, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f as f_distribution
+
+from flexhex.diagnosis.noise import Noise, calmed, measured, settled, whiten
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.moments import Moments
+
+Array = NDArray[np.float64]
+Levels = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+SHARE = 0.01
+"""Weight of the mean run in the amount of payload of a run, which may excite too little of it."""
+FAINT = 1e-4
+"""Least curvature of a direction of the payload's columns, each of unit length: less is excited by
+no run."""
+MOST_LEVELS = 3
+"""Levels that are told apart at once; what one of them still holds is asked in the next round."""
+
+
+def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
+    """How much each run carries, as the place of its level (runs,) in their order, if runs of one
+    load surely fall into several levels: as few as will do, of the load whose runs show it best."""
+    blocks = moments.rows.made.blocks
+    if not moments.rows.made.base.payload:
+        return None
+    shown, loads = _shown(moments), np.array([block.run.loads for block in blocks])
+    which = np.unique([block.run.trajectory for block in blocks], return_inverse=True)[1]
+    for count in range(2, MOST_LEVELS + 1):
+        cuts = list[tuple[float, Levels]]()
+        for load in np.unique(loads):
+            alike = loads == load
+            if alike.sum() > count:
+                chance, levels = _levels(shown.of(alike), which[alike], count)
+                found = np.zeros(len(loads), dtype=np.int64)
+                found[alike] = levels
+                cuts.append((chance + log(partitions(int(alike.sum()), count)), found))
+        chance, found = min(cuts, key=lambda cut: cut[0], default=(0.0, loads))
+        if chance < log(criteria.false_alarms):
+            return found
+    return None
+
+
+def partitions(runs: int, parts: int) -> int:
+    """Ways to part runs into so many non-empty sets: the number of Stirling; at least one."""
+    signed: list[int] = [
+        comb(parts, i) * i**runs * (-1 if (parts - i) % 2 else 1) for i in range(parts + 1)
+    ]
+    return max(sum(signed) // factorial(parts), 1)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What each run shows along the payload's columns beside the model, in directions of equal
+    torque: S (runs, k, k), r (runs, k) of its own least squares, S delta = r."""
+
+    S: Array
+    r: Array
+
+    def of(self, runs: Mask) -> Shown:
+        """Of some of the runs."""
+        return Shown(self.S[runs], self.r[runs])
+
+    @property
+    def amounts(self) -> Array:
+        """Of each run (runs, k)."""
+        return np.array(
+            [Shown(S[None], r[None]).together for S, r in zip(self.S, self.r, strict=True)]
+        )
+
+    @property
+    def together(self) -> Array:
+        """Of all runs together (k,)."""
+        firm = SHARE * len(self.r) * np.eye(self.r.shape[1])
+        return np.asarray(np.linalg.solve(self.S.sum(axis=0) + firm, self.r.sum(axis=0)))
+
+    def along(self, delta: Array) -> Array:
+        """Of each run (runs,), as a share of an amount (k,)."""
+        return np.asarray(self.r @ delta / np.einsum("k,jkl,l->j", delta, self.S, delta))
+
+
+def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
+    """log p-value of the best cut of runs whose trajectories are `which`, and its levels (runs,).
+
+    Along the direction that varies most, then by shares of what the ends of that cut differ in: of
+    passes about their trajectory's mean, for trajectories differ in what the model lacks, or of all
+    runs, as a trajectory may have one load alone: whichever sorts both better.
+    """
+    found = list[tuple[tuple[float, ...], Levels]]()
+    for group in (which, np.zeros_like(which)):
+        spread = _centred(shown.amounts, group)
+        direction = np.linalg.svd(spread, full_matrices=False)[2][0]
+        rough = _cut(spread @ direction, count)
+        ends = [shown.of(rough == level).together for level in (0, count - 1)]
+        share = shown.along(ends[1] - ends[0])
+        levels = _cut(_centred(share, group), count)
+        found.append((_chances(shown.amounts, levels, which), levels))
+    chances, levels = min(found, key=lambda each: sum(each[0]))
+    return min(chances), levels
+
+
+def _centred(values: Array, group: Levels) -> Array:
+    """Values (runs, ...) about the mean of their group."""
+    return np.asarray(values - np.array([values[group == g].mean(axis=0) for g in group]))
+
+
+def _shown(moments: Moments) -> Shown:
+    """What each run shows.
+
+    Passes that differ in load are no noise: the noise is that of what each run leaves beside
+    columns of its own.
+    """
+    made, places = moments.rows.made, list(moments.rows.made.base.payload)
+    left = _left(moments)
+    columns = [block.linear[:, :, places] for block in made.blocks]
+    plain = replace(Noise.even(made.base.n, 1.0), scale=made.torque_rms)
+    turn, found = _fitted(moments, columns, left, plain)
+    each = zip(left, columns, found.amounts, strict=True)
+    own = [rest - C @ (turn @ one) for rest, C, one in each]
+    listed = [replace(b, usable=good) for b, good in zip(made.blocks, made.kept, strict=True)]
+    return _fitted(moments, columns, left, measured(listed, own))[1]
+
+
+def _left(moments: Moments) -> list[Array]:
+    """What the model leaves (m, n) [N m] of each block, zero in rows that do not count."""
+    rows, q = moments.rows, moments.fit(None).q
+    sorted_back = np.empty((rows.count, rows.n))
+    for i in range(rows.n):
+        sorted_back[rows.order, i] = rows.y[i] - moments.X[i] @ q
+    kept = rows.made.kept
+    parts = np.split(sorted_back, np.cumsum([good.sum() for good in kept])[:-1])
+    found = [np.zeros((len(good), rows.n)) for good in kept]
+    for full, good, part in zip(found, kept, parts, strict=True):
+        full[good] = part
+    return found
+
+
+def _fitted(
+    moments: Moments, columns: Sequence[Array], left: Sequence[Array], noise: Noise
+) -> tuple[Array, Shown]:
+    """Columns of each run (m, n, k) for what is left (m, n): directions (k, k') of equal torque,
+    and what runs show in them."""
+    n, k = columns[0].shape[1:]
+    made = moments.rows.made
+    S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
+    listed = zip(columns, left, made.kept, made.moving, strict=True)
+    for j, (C, y, kept, moving) in enumerate(listed):
+        good = settled(kept)
+        for i in range(n):
+            both = np.column_stack([C[:, i], y[:, i]])
+            white = whiten(both, noise.a[i], float(noise.scale[i]))[good]
+            white = calmed(white, noise.slow[i]) * moving[good, i, None]
+            S[j] += white[:, :k].T @ white[:, :k]
+            r[j] += white[:, :k].T @ white[:, k]
+    mean = S.mean(axis=0)
+    size = np.sqrt(np.maximum(np.diag(mean), 1e-300))
+    values, vectors = np.linalg.eigh(mean / np.outer(size, size))
+    kept_ones = values > FAINT
+    turn = vectors[:, kept_ones] / np.sqrt(values[kept_ones]) / size[:, None]
+    return turn, Shown(turn.T @ S @ turn, r @ turn)
+
+
+def _cut(amount: Array, count: int) -> Levels:
+    """Levels (runs,), ascending, where these spread least about their means."""
+    order, best, edges = np.argsort(amount), np.inf, tuple[int, ...]()
+    for cut in combinations(range(1, len(order)), count - 1):
+        parts = np.split(amount[order], cut)
+        squares = sum(len(part) * float(part.var()) for part in parts)
+        if squares < best:
+            best, edges = squares, cut
+    levels = np.zeros(len(amount), dtype=np.int64)
+    for edge in edges:
+        levels[order[edge:]] += 1
+    return levels
+
+
+def _chances(amounts: Array, levels: Levels, which: Levels) -> tuple[float, ...]:
+    """log p-values of the differences of levels between amounts (runs, k), `which` their
+    trajectories.
+
+    Where the cut passes through trajectories: of all runs, and of passes about their trajectory's
+    mean; else passes of a trajectory are one run.
+    """
+    named = which[:, None] == np.unique(which)
+    if any(np.ptp(levels[own]) for own in named.T):
+        abouts = (np.ones((len(amounts), 1)), named.astype(float))
+        return tuple(_f_test(amounts, levels, about) for about in abouts)
+    means = np.array([amounts[own].mean(axis=0) for own in named.T])
+    each = np.array([levels[own][0] for own in named.T])
+    return (_f_test(means, each, np.ones((len(means), 1))),)
+
+
+def _f_test(amounts: Array, levels: Levels, about: Array) -> float:
+    """log p-value of other means (k,) for every level, beside columns (runs, j).
+
+    Of sums of squares over all k directions, as none was chosen beforehand; errors that go along
+    few of them count as as many (Satterthwaite).
+    """
+    both = np.column_stack([about, levels[:, None] == np.unique(levels)[1:]])
+    rank, plain = (int(np.linalg.matrix_rank(X)) for X in (both, about))
+    free, more = len(amounts) - rank, rank - plain
+    if free < 1 or more < 1:
+        return 0.0
+    before, after = (amounts - X @ np.linalg.lstsq(X, amounts)[0] for X in (about, both))
+    errors = after.T @ after
+    left = max(float(np.trace(errors)), 1e-300)
+    ways = left**2 / max(float((errors**2).sum()), 1e-300)
+    ratio = (float((before**2).sum()) - left) / more / (left / free)
+    return float(f_distribution.logsf(ratio, more * ways, free * ways))

@@ -1,0 +1,117 @@
+"""A payload that came or went between runs: which runs had it, and what it predicts.
+
+Which runs: `levels_of` says it, before anything is scored; in how many ways they could have been
+parted counts against it.
+
+Passes with and without the payload are no repeats of one another: products between them would take
+the payload for noise. It is scored in another likelihood of the same runs, the one that they have
+once it is accepted: the base model fitted anew, passes paired with passes of the same load alone,
+the noise measured between those. What the payload adds to the log density of a left-out trajectory
+is the difference between this likelihood with its columns and without them. Where no pass has
+another one of its load the products are those within passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.payloads import GROUP
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.hypotheses import (
+    ChangedParameter,
+    Columns,
+    Hypotheses,
+    Payload,
+    nameless,
+)
+from flexhex.diagnosis.selection.levels import Levels, levels_of, partitions
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+
+MASSIVE = ("kg", "kg m2")
+"""Units of parameters that no payload makes smaller: the first one that the base model has."""
+
+
+def payload_score(
+    moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
+) -> Score | None:
+    """A payload on some of the runs, on left-out folds; None where runs do not fall into
+    levels."""
+    levels = levels_of(moments, criteria)
+    if levels is None:
+        return None
+    bench = _loaded(hypotheses, levels)
+    found = bench.made.loads[-int(levels.max()) :]
+    count = len(found) * len(bench.made.base.payload)
+    without, columns = _apart(Rows.of(bench.made), count)
+    plain = _with_known(Moments(without), Hypotheses(bench, without), known, criteria)
+    # a coefficient of one is the tolerance of a payload's parameter
+    score = generic_score(plain, [nameless(None, GROUP, columns, (np.eye(count),))], (1.0,))
+    choices = partitions(len(levels), len(found) + 1)
+    return replace(score, hypothesis=Payload(bench, count, choices))
+
+
+def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
+    """The base model fitted to runs of several levels, each but the lightest a payload; the last
+    one is kept."""
+    bench, found = hypotheses.bench, hypotheses.loaded
+    key = tuple(int(level) for level in levels)
+    if key not in found:
+        made = _calibrated(bench.made, levels)
+        load = made.loads[-1]
+        deltas = zip(load.known, made.fitted.loads[load.name], strict=True)
+        sized = [(k.unit, delta / k.tolerance) for k, delta in deltas if k.tolerance]
+        unit = next(unit for unit in MASSIVE if any(unit == own for own, _ in sized))
+        if sum(size for own, size in sized if own == unit) < 0:
+            made = _calibrated(bench.made, _turned(levels, made))
+        made.forget()
+        found.clear()
+        found[key] = bench.beside(made)
+    return found[key]
+
+
+def _turned(levels: Levels, made: Calibrated) -> Levels:
+    """The heaviest as the lightest, among runs that carried the same before."""
+    bits = len({load.bit for load in made.loads} - {None}) - int(levels.max())
+    before = np.array([block.run.loads & (1 << bits) - 1 for block in made.blocks])
+    return np.where(before == before[levels > 0][0], levels.max() - levels, levels)
+
+
+def _calibrated(made: Calibrated, levels: Levels) -> Calibrated:
+    bit = max(block.run.loads for block in made.blocks).bit_length()
+    blocks = [
+        replace(b, run=replace(b.run, loads=b.run.loads | (1 << bit + level - 1 if level else 0)))
+        for b, level in zip(made.blocks, levels.tolist(), strict=True)
+    ]
+    return calibrate(made.base, blocks)
+
+
+def _apart(rows: Rows, count: int) -> tuple[Rows, Columns]:
+    """Rows without the last `count` columns of the base model, and these."""
+    without = replace(
+        rows,
+        B=tuple(B[:, :-count] for B in rows.B),
+        white_B=tuple(B[:, :-count] for B in rows.white_B),
+        prior=rows.prior[:-count],
+    )
+    raw, white = (dict(enumerate(B[:, -count:] for B in v)) for v in (rows.B, rows.white_B))
+    return without, Columns(raw, white)
+
+
+def _with_known(
+    moments: Moments, hypotheses: Hypotheses, known: Sequence[Score], criteria: Criteria
+) -> Moments:
+    """The model with what was accepted, in these rows."""
+    for score in known:
+        if isinstance(score.hypothesis, ChangedParameter):
+            moments = moments.loosened(score.hypothesis.places, criteria.loose**-2.0)
+        else:
+            moments = moments.extended(effect_term(moments, hypotheses, score))
+    return moments

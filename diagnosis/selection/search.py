@@ -1,0 +1,206 @@
+"""The search: the simplest hypothesis that predicts best is accepted, until nothing gains.
+
+    y = B q + accepted terms + what is asked for + noise
+
+Every hypothesis answers the same question: how much better does it predict trajectories that it was
+not fitted to, and how large is it?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.choose import (
+    Accepted,
+    chosen,
+    enough,
+    one_cause,
+    one_round,
+    passes,
+    unrepeated,
+)
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.hypotheses import ChangedParameter, Hypotheses, Payload
+from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.payload import payload_score
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
+    standard errors it stands above zero."""
+
+    size: float
+    deviations: float
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was chosen, in its order; what is left on each axis, before and after; all scores of
+    every round.
+
+    explained: relative RMS, on each axis, of the torque of all effects together beyond what the
+    base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
+    something without a name beside all that was accepted; unsure: nats below which it may be noise,
+    by axis. bench: of the base model with the payloads that were found.
+    """
+
+    accepted: tuple[Accepted, ...]
+    explained: tuple[float, ...]
+    arbitrated: bool
+    beside: tuple[Score, ...]
+    unsure: Mapping[int | None, float]
+    before: tuple[Rest, ...]
+    rest: tuple[Rest, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    bench: Bench
+
+
+def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
+    """Accept hypotheses until none gains enough on left-out trajectories.
+
+    With a payload all begins anew: what was accepted without it may have taken its place.
+    """
+    while True:
+        found = _selected(bench, criteria, say)
+        if isinstance(found, Selection):
+            return found
+        bench = found
+
+
+def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
+    """The same beside a base model, or the base model with a payload that was found on the way."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    search = Search(hypotheses, criteria)
+    before = rest_of(search.moments)
+    rounds = list[tuple[Score, ...]]()
+    while len(search.accepted) < criteria.most:
+        say(f"effects, round {len(rounds) + 1}")
+        scores = one_round(search.moments, hypotheses, search.known(), criteria)
+        payload = payload_score(search.moments, hypotheses, search.known(), criteria)
+        scores = sorted([payload, *scores], key=lambda s: -s.gain) if payload else scores
+        rounds.append(tuple(scores))
+        found = search.chosen(search.moments, search.known(), scores, len(rounds))
+        if found is None or len(rounds) > 2 * criteria.most:
+            break
+        if isinstance(found.score.hypothesis, Payload):
+            return found.score.hypothesis.bench
+        search.accept(found)
+        search.revise(found.score.hypothesis.axis)
+    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
+    moments, axes = search.moments, range(bench.n)
+    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
+    return Selection(
+        tuple(one_cause(search.accepted)),
+        explained(hypotheses.moments, moments, criteria),
+        arbitrated,
+        tuple(beside),
+        unrepeated(moments, search.known()),
+        before,
+        rest_of(moments),
+        tuple(rounds),
+        bench,
+    )
+
+
+def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
+    """The same beside a payload, if the runs show one before any effect is known."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    score = payload_score(hypotheses.moments, hypotheses, (), criteria)
+    if score is None or not passes(score, (), enough(hypotheses, criteria), criteria):
+        return bench
+    assert isinstance(score.hypothesis, Payload)
+    return score.hypothesis.bench
+
+
+@dataclass
+class Search:
+    """The model as far as it was found. terms: of each accepted effect, None of a parameter."""
+
+    hypotheses: Hypotheses
+    criteria: Criteria
+    accepted: list[Accepted] = field(default_factory=list)
+    terms: list[Term | None] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.moments = self.hypotheses.moments
+        self.least = enough(self.hypotheses, self.criteria)
+
+    def known(self, but: int | None = None) -> list[Score]:
+        """Scores of what was accepted, but for one."""
+        return [each.score for k, each in enumerate(self.accepted) if k != but]
+
+    def chosen(
+        self, moments: Moments, known: list[Score], scores: list[Score], number: int
+    ) -> Accepted | None:
+        """See `choose.chosen`."""
+        return chosen(moments, known, scores, self.least, number, self.criteria)
+
+    def accept(self, found: Accepted, place: int | None = None) -> None:
+        """Put a hypothesis into the model, at a place of the list or at its end."""
+        hypothesis, term = found.score.hypothesis, None
+        if isinstance(hypothesis, ChangedParameter):
+            self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
+        else:
+            term = effect_term(self.moments, self.hypotheses, found.score)
+            self.moments = self.moments.extended(term)
+        place = len(self.accepted) if place is None else place
+        self.accepted.insert(place, found)
+        self.terms.insert(place, term)
+
+    def revise(self, axis: int | None) -> None:
+        """Choose the earlier effects of an axis anew beside the later ones: the first may have
+        stood in for two, and then be another one or none."""
+        for _ in range(len(self.accepted)):
+            names = [score.hypothesis.id for score in self.known()]
+            for k in reversed(range(len(self.accepted) - 1)):
+                term = self.terms[k]
+                if term is not None and self.accepted[k].score.hypothesis.axis == axis:
+                    self._anew(k, term)
+            if names == [score.hypothesis.id for score in self.known()]:
+                break
+
+    def _anew(self, place: int, term: Term) -> None:
+        before, known = self.accepted.pop(place), self.known()
+        self.terms.pop(place)
+        self.moments = self.moments.without(term)
+        axes = [before.score.hypothesis.axis]
+        scores = one_round(self.moments, self.hypotheses, known, self.criteria, axes)
+        found = self.chosen(self.moments, known, scores, before.round)
+        if found is not None:
+            self.accept(found, place)
+
+
+def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[float, ...]:
+    """Relative RMS of what the terms of a model add to each axis' torque, beside the same
+    parameters of the base model, which plain has without terms."""
+    alone = plain.loosened(list(moments.freed), criteria.loose**-2.0)
+    pairs = zip(moments.X, alone.X, strict=True)
+    more = [X @ moments.fit(None).q - B @ alone.fit(None).q for X, B in pairs]
+    return tuple(np.sqrt([(v**2).mean() for v in more]) / moments.rows.torque_rms)
+
+
+def rest_of(moments: Moments) -> tuple[Rest, ...]:
+    """What passes have in common of each axis in the fit to all folds, and nothing explains: it
+    repeats, or comes again with the opposite sign, as an oscillation of its own may."""
+    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
+    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
+    found = []
+    for i in range(rows.n):
+        there = rows.moving[i]
+        left = rows.level(rows.y[i] - moments.X[i] @ q) * there
+        white = rows.level(rows.white_y[i] - moments.white_X[i] @ q)
+        weight = float(there @ (pairs @ there)) or np.inf
+        size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
+        # whitened noise has a variance of one
+        sure = abs(float(white @ (pairs @ white))) / chance
+        found.append(Rest(float(size), sure))
+    return tuple(found)

@@ -1,0 +1,58 @@
+"""Results of the diagnosis that are the same whatever its criteria are, kept between answers about
+the same logs in one process."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+Function = Callable[..., Any]
+
+
+@contextmanager
+def remembered() -> Iterator[None]:
+    """The base model's fit, and the scores of a round beside what was accepted before, are computed
+    once."""
+    workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
+    choose: Any = importlib.import_module("flexhex.diagnosis.selection.choose")
+    before = workflow.asked_of, workflow.fitted, workflow.beside, choose.one_round
+    workflow.asked_of = kept(workflow.asked_of, lambda *given: ())
+    workflow.fitted = kept(workflow.fitted, lambda *given: ())
+    workflow.beside = kept(workflow.beside, lambda held: (id(held.bench.made), *_held(held)))
+    choose.one_round = kept(choose.one_round, _round)
+    try:
+        yield
+    finally:
+        workflow.asked_of, workflow.fitted, workflow.beside, choose.one_round = before
+
+
+def kept(function: Function, key: Callable[..., Hashable]) -> Function:
+    """A function whose results are kept by a key of its arguments; these are kept too, so that
+    none of them can have another one's `id`."""
+    known: dict[Hashable, tuple[Any, Any]] = {}
+
+    def found(*given: Any) -> Any:
+        name = key(*given)
+        if name not in known:
+            known[name] = given, function(*given)
+        return known[name][1]
+
+    return found
+
+
+def _held(held: Any) -> tuple[Hashable, ...]:
+    """What a joint fit is of: effects with their shapes, parameters that were freed."""
+    parts = [(part.id, part.axis, tuple(sorted(part.shape.items()))) for part in held.parts]
+    return (*parts, *sorted(held.freed.items()))
+
+
+def _round(moments: Any, hypotheses: Any, known: Sequence[Any], criteria: Any) -> Hashable:
+    accepted = []
+    for score in known:
+        h = score.hypothesis
+        shape = tuple(sorted(h.shapes[score.shape].items())) if hasattr(h, "shapes") else h.places
+        accepted.append((h.id, h.axis, shape))
+    made = id(hypotheses.bench.made)
+    return made, tuple(accepted), criteria.shortlist, criteria.loose

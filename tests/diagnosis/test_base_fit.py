@@ -1,0 +1,148 @@
+"""The fit of the base model: clocks, noise and rests, where the model lacks something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.blocks import torque_at
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.noise import INEXACT, line, measured
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.rests import moving
+from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+
+Array = NDArray[np.float64]
+CLOCK = np.arange(round(SECONDS / TS)) * TS
+RMS = float(wanted(CLOCK, 1).std())
+RUNS = ((1, 1), (1, 2), (2, 1), (2, 2))
+Torque = Callable[[Array, Array, Array], Array]
+"""Of angle, rate, acceleration."""
+
+
+def made_of(
+    folder: Path, torque: Torque, late: int = 0, offsets: Sequence[float] = (), **more: float
+) -> Calibrated:
+    """Base model of an axis that feels a further torque [N m]; late: samples by which the torques
+    are logged too late; offsets [N m]: of each run."""
+    paths = []
+    for k, (motion, number) in enumerate(RUNS):
+        whole = wanted(CLOCK, motion)
+        own = torque(*moved(CLOCK, motion)) + (offsets[k] if offsets else 0.0)
+        extra = np.roll(whole + own, late) - whole
+        path = folder / f"{k}.csv"
+        paths.append(write(path, motion, number, 0.0, extra=extra, **more))  # type: ignore[arg-type]
+    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    assert not trouble
+    return fitted(base, asked.runs)[0]
+
+
+def nothing(q: Array, v: Array, a: Array) -> Array:
+    return np.zeros_like(q)
+
+
+def test_noise_of_the_angles_is_no_delay(tmp_path: Path) -> None:
+    """A slow motion over many poles says little of a delay, the noise of its acceleration,
+    differentiated once more, nothing at all: less than a sample."""
+    t, paths = np.arange(10000) * 2e-3, []
+    for k, motion in enumerate((1, 1, 2, 2)):
+        w = 2 * np.pi * np.array([0.05, 0.1, 0.17]) * (1 + 0.1 * motion)
+        size, phase = np.array([6.0, 3.0, 1.0]), motion * np.array([0.3, 1.0, 2.0])
+        q = np.sin(w * t[:, None] + phase) @ size
+        tau = -0.27 * np.sin(w * t[:, None] + phase) @ (size * w**2) + 0.02 * np.sin(60 * q)
+        rng = np.random.default_rng(k)
+        columns = q + 1e-5 * rng.standard_normal(len(t)), tau + 2e-3 * rng.standard_normal(len(t))
+        head = f"# trajectory: {motion}\n# pass: {k % 2 + 1}\ntime,theta[1],tau_meas[1]\ns,rad,N m"
+        path = tmp_path / f"{k}.csv"
+        np.savetxt(path, np.column_stack([t, *columns]), "%.8f", ",", header=head, comments="")
+        paths.append(path)
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    assert abs(fitted(base, asked.runs)[0].fitted.delay) < 2e-3
+
+
+@pytest.mark.parametrize("late", [0, 6])
+def test_dry_friction_is_no_delay(late: int, tmp_path: Path) -> None:
+    made = made_of(tmp_path, lambda q, v, a: 0.1 * RMS * np.tanh(v / 0.01), late)
+    assert made.fitted.delay == pytest.approx(late * TS, abs=0.3 * TS)
+
+
+def test_machine_file_is_compared_once_the_clocks_are_brought_together(tmp_path: Path) -> None:
+    """The file of a plain axis says that nothing is known: all torque is left, as late as it is."""
+    made = made_of(tmp_path, nothing, 7)
+    assert made.fitted.delay == pytest.approx(7 * TS, abs=0.1 * TS)
+    assert np.count_nonzero(made.nominal) == 1
+    for block, left in zip(made.blocks, made.residual(made.nominal), strict=True):
+        torque = torque_at(block, made.base.window, made.fitted.delay)
+        np.testing.assert_allclose(left, torque, atol=1e-9)
+
+
+def test_no_noise_is_quieter_than_the_model_is_good() -> None:
+    """Slow noise of a thousandth: its whitening would trust what is fast a hundred times more."""
+    rng = np.random.default_rng(5)
+    slow = 1e-3 * np.cumsum(rng.standard_normal((2000, 1)), axis=0) / 40
+    signal = SimpleNamespace(values=rng.standard_normal((2000, 1)), valid=np.ones(2000, bool))
+    run = SimpleNamespace(trajectory="a", tau=signal, repeated=False)
+    block: Any = SimpleNamespace(run=run, usable=np.ones(2000, dtype=bool))
+    noise = measured([block], [slow])
+    assert noise.scale[0] > INEXACT
+    assert abs(noise.a[0].sum()) < 0.3
+
+
+def test_offsets_of_runs_are_noise_of_runs_alone(tmp_path: Path) -> None:
+    """Rows are about as sure as without them, a run's own mean is not."""
+    ways = (0.003, -0.003, -0.003, 0.003)
+    kinds = {"none": (), "own": ways}
+    made = {k: made_of(tmp_path, nothing, offsets=v, noise=0.02) for k, v in kinds.items()}
+    slow = {k: m.noise.slow[0, 0] for k, m in made.items()}
+    assert slow["own"] > 3 * slow["none"]
+    rows = {k: [np.ones((len(b.at), 1)) for b in m.blocks] for k, m in made.items()}
+    sure = {k: np.linalg.norm(m.white(0, rows[k])) for k, m in made.items()}
+    assert sure["own"] < 0.3 * sure["none"]
+
+
+def test_line_is_orthonormal() -> None:
+    base = line(50)
+    np.testing.assert_allclose(base.T @ base, np.eye(2), atol=1e-12)
+    assert np.ptp(base[:, 0]) == 0
+
+
+def resting(angle: Array, rate: Array, spacing: float) -> NDArray[np.bool_]:
+    """Rows (m,) in which one axis moves."""
+    faster = np.gradient(rate, spacing)
+    columns = {"theta": angle, "thetad": rate, "thetadd": faster}
+    motion = SimpleNamespace(**{k: v[:, None] for k, v in columns.items()})
+    usable = np.ones(len(angle), dtype=bool)
+    block: Any = SimpleNamespace(
+        run=SimpleNamespace(motion=motion), usable=usable, smooth=lambda values: values
+    )
+    return moving([block], 4 * spacing, spacing)[0][:, 0]
+
+
+def test_axis_that_stands_says_nothing_nor_do_rows_next_to_it() -> None:
+    t = np.arange(400) * 0.01
+    rate = np.where((t > 1) & (t < 2), 0.0, np.sin(5 * t) + 2.0)
+    there = resting(np.cumsum(rate) * 0.01, rate, 0.01)
+    still = np.flatnonzero(~there)
+    assert still[0] == pytest.approx(100, abs=4)
+    assert still[-1] == pytest.approx(200, abs=4)
+    assert still[0] < 101
+    assert still[-1] > 199
+
+
+def test_axis_that_creeps_on_purpose_moves() -> None:
+    t = np.arange(1000) * 0.01
+    rate = np.where(t > 5, 0.02, np.cos(t))
+    assert resting(np.cumsum(rate) * 0.01, rate, 0.01).all()
+
+
+@pytest.mark.parametrize("pace", [0.3, 9.0])
+def test_oscillation_does_not_rest(pace: float) -> None:
+    """However slowly it turns."""
+    t = np.arange(6000) * 0.01
+    assert resting(-np.cos(pace * t) / pace, np.sin(pace * t), 0.01).all()

@@ -1,0 +1,244 @@
+"""Payloads that come and go between runs, announced or not: on an axis and on a planar arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis import bases
+from flexhex.diagnosis.arm import RigidArmBase
+from flexhex.diagnosis.axis import AxisBase
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.kinds import LINEAR, ROTARY
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection.choose import unrepeated
+from flexhex.diagnosis.selection.levels import partitions
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.search import carrying
+from flexhex.diagnosis.serial import Arm, Link
+from flexhex.diagnosis.verdict import Changed, Diagnosis
+from flexhex.diagnosis.workflow import diagnose
+from tests.diagnosis import two_links
+from tests.diagnosis.made import plain_csv
+from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+
+Array = NDArray[np.float64]
+CLOCK = np.arange(round(SECONDS / TS)) * TS
+RMS = float(wanted(CLOCK, 1).std())
+MASS, ARM = 0.4, 0.15
+"""A payload on the axis [kg], and its distance [m]."""
+LOAD, PLACE = 0.8, (0.31, 0.07)
+"""A payload on the planar arm [kg], and where it is on the second link [m]."""
+Torque = Callable[[int, int], Array | float]
+"""Further torque of a motion and a pass."""
+
+
+def carried(motion: int, mass: float = MASS) -> Array:
+    """Torque (samples,) [N m] of a payload on the axis."""
+    theta, _, acceleration = moved(CLOCK, motion)
+    return np.asarray(mass * ARM**2 * acceleration + mass * 9.81 * ARM * np.sin(theta))
+
+
+def on_axis(
+    folder: Path, extra: Torque, heads: Mapping[int, str] | None = None, motions: int = 3
+) -> list[Path]:
+    """Four passes of each motion; heads: payload that the logs of a pass announce."""
+    paths = []
+    for motion in range(1, motions + 1):
+        for number in range(1, 5):
+            path = folder / f"{motion}{number}.csv"
+            write(path, motion, number, 0.0, extra=extra(motion, number))
+            payload = (heads or {}).get(number)
+            if payload:
+                path.write_text(f"# payload: {payload}\n{path.read_text()}")
+            paths.append(path)
+    return paths
+
+
+def answer(paths: list[Path], judged: list[Path] | None = None, base: str = "axis") -> Diagnosis:
+    return diagnose(paths, judged or [], None, Options(base=base))
+
+
+def within(change: Changed, value: float) -> bool:
+    low, high = change.estimate.ci95
+    return low <= value <= high
+
+
+@pytest.mark.parametrize("heavy", [(2, 4), (1, 3), (1, 2, 4)], ids=str)
+def test_payload_on_some_passes_is_found_with_its_runs(
+    heavy: tuple[int, ...], tmp_path: Path
+) -> None:
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k in heavy))
+    found = answer(paths)
+    assert found.verdict == "changed"
+    assert not found.effects
+    changed = {change.parameter: change for change in found.changed}
+    inertia, weight = changed["payload.J[1]"], changed["payload.g_s[1]"]
+    assert within(inertia, MASS * ARM**2)
+    assert within(weight, MASS * 9.81 * ARM)
+    # twice two percent: nobody would call a wide interval an answer
+    assert np.ptp(inertia.estimate.ci95) < 0.04 * MASS * ARM**2
+    assert sorted(inertia.runs) == [str(p) for p in paths if int(p.stem[1]) in heavy]
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+def test_payload_that_keeps_the_base_model_from_fitting_is_sought_alone(
+    heavy: bool, tmp_path: Path
+) -> None:
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (heavy and k > 2))
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    bench = Bench(fitted(base, asked.runs)[0], ())
+    assert bool(carrying(bench).made.loads) == heavy
+
+
+def test_weight_of_what_slides_is_an_offset() -> None:
+    base = AxisBase(2, TS, (ROTARY, LINEAR))
+    names = [base.linear[place].name for place in base.payload]
+    assert names == ["J[1]", "g_s[1]", "g_c[1]", "o[2]", "m[2]"]
+
+
+def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
+    def both(motion: int, number: int) -> Array:
+        cogging = 0.01 * RMS * np.sin(53.0 * moved(CLOCK, motion)[0] + 0.4)
+        return np.asarray(cogging + carried(motion) * (number > 2))
+
+    found = answer(on_axis(tmp_path, both))
+    assert [effect.id for effect in found.effects] == ["cogging_harmonic"]
+    assert found.effects[0].parameters["order"].value == pytest.approx(53.0, abs=0.3)
+    assert within(found.changed[0], MASS * ARM**2)
+
+
+def test_trajectories_of_one_load_alone_are_sorted_too(tmp_path: Path) -> None:
+    """About their own mean all of their passes are alike."""
+    paths = on_axis(tmp_path, lambda m, k: carried(m) * (m == 2 or (m == 3 and k > 2)))
+    heavy = ["21", "22", "23", "24", "33", "34"]
+    (runs,) = {change.runs for change in answer(paths).changed}
+    assert [Path(run).stem for run in runs] == heavy
+
+
+def test_two_payloads_are_two(tmp_path: Path) -> None:
+    """The second one stands on the first one."""
+    sizes = {1: 0.0, 2: 0.0, 3: 1.0, 4: 1.6}
+    found = answer(on_axis(tmp_path, lambda motion, k: sizes[k] * carried(motion)))
+    first, second = (c for c in found.changed if c.parameter.endswith(".J[1]"))
+    assert (len(first.runs), len(second.runs)) == (6, 3)
+    assert set(second.runs) < set(first.runs)
+    assert within(first, MASS * ARM**2)
+    assert within(second, 0.6 * MASS * ARM**2)
+
+
+def test_three_levels_at_even_distances_are_told_apart(tmp_path: Path) -> None:
+    """No cut in two stands out among them."""
+    sizes = {1: 0.0, 2: 1.0, 3: 1.0, 4: 2.0}
+    found = answer(on_axis(tmp_path, lambda motion, k: sizes[k] * carried(motion)))
+    first, second = (c for c in found.changed if c.parameter.endswith(".J[1]"))
+    assert (len(first.runs), len(second.runs)) == (6, 3)
+    assert within(first, MASS * ARM**2)
+    assert within(second, 2 * MASS * ARM**2)
+
+
+def test_partitions_are_counted() -> None:
+    """Five runs: 15 ways into two, 25 into three; as listed by Stirling."""
+    assert [partitions(5, parts) for parts in (1, 2, 3, 4, 5)] == [1, 15, 25, 10, 1]
+
+
+def test_announced_payload_is_no_effect(tmp_path: Path) -> None:
+    """An axis knows nothing of it, whatever the head says."""
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), {3: "0.4", 4: "0.4"})
+    found = answer(paths)
+    assert found.verdict == "none"
+    assert not found.changed
+
+
+def test_amounts_that_differ_from_run_to_run_are_no_payload(tmp_path: Path) -> None:
+    """Every run has an amount of its own: they do not fall into two."""
+    rng = np.random.default_rng(7)
+    amount = {(m, k): rng.standard_normal() for m in range(1, 4) for k in range(1, 5)}
+    paths = on_axis(tmp_path, lambda motion, k: 0.1 * amount[motion, k] * carried(motion))
+    assert not answer(paths).changed
+
+
+@pytest.mark.parametrize("light", ["0", ""], ids=["announced", "head says nothing"])
+def test_groups_that_differ_in_payload_are_one_trajectory(light: str, tmp_path: Path) -> None:
+    """Left out together; passes of one load are each other's partners."""
+    heads = {1: light, 2: light, 3: "0.4", 4: "0.4"}
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), heads, 2)
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    made, _, _ = fitted(base, asked.runs)
+    assert len(made.layout.folds) == 2
+    loads = np.concatenate(
+        [np.full(kept.sum(), b.run.payload) for b, kept in zip(made.blocks, made.kept, strict=True)]
+    )
+    assert set(loads) == {0.0, 0.4}
+    np.testing.assert_array_equal(loads[made.layout.partner], loads)
+    assert (made.layout.partner != np.arange(len(loads))).mean() > 0.99
+
+
+@pytest.mark.parametrize("heavy", [False, True])
+def test_nothing_is_named_beside_a_payload_that_leaves_no_repeats(
+    heavy: bool, tmp_path: Path
+) -> None:
+    """Noise that moves the joints would be."""
+    paths = [p for p in on_axis(tmp_path, lambda motion, k: 0.0) if p.stem[1] in "12"]
+    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(asked.runs)]
+    made, _, _ = fitted(base, runs)
+    least = unrepeated(Moments(Rows.of(made)), ())
+    assert least[0] == (np.inf if heavy else 0.0)
+
+
+def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
+    paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), motions=3)
+    found = answer(paths[:8], paths[8:])
+    gap = found.gap.locked
+    assert gap["after"][0] == pytest.approx(gap["floor"][0], rel=0.05)
+    assert gap["nominal"][0] > 10 * gap["after"][0]
+
+
+def arm_logs(folder: Path, said: str = "") -> list[Path]:
+    """Two motions, four passes each, a payload on every other one; said: in those logs' heads."""
+    paths = []
+    for motion in (1, 2):
+        for number in range(1, 5):
+            heavy = number % 2 == 0
+            run = two_links.run(motion, number, LOAD * heavy, PLACE)
+            head = {"payload": said} if said and heavy else {}
+            more = {"trajectory": str(motion), "pass": str(number), **head}
+            paths.append(plain_csv(folder / f"{motion}{number}.csv", run, **more))
+    return paths
+
+
+@pytest.fixture
+def planar(monkeypatch: pytest.MonkeyPatch) -> str:
+    """Name of a base model whose masses are some percent off."""
+    links = (
+        Link((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.1, (0.175, 0.0, 0.0)),
+        Link((two_links.L1, 0.0, 0.0), (0.0, 0.0, 0.0), 1.93, (0.153, 0.0, 0.0)),
+    )
+    arm = Arm(links, (0.0, -two_links.G, 0.0), 0.1)
+    made = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
+    monkeypatch.setattr(bases, "BASES", made)
+    return "planar"
+
+
+def test_payload_of_an_arm_has_mass_and_centre(planar: str, tmp_path: Path) -> None:
+    found = answer(arm_logs(tmp_path), base=planar)
+    assert not found.effects
+    changed = {c.parameter: c for c in found.changed if c.parameter.startswith("payload")}
+    assert within(changed["payload"], LOAD)
+    assert within(changed["payload.c_x"], PLACE[0])
+    assert within(changed["payload.c_y"], PLACE[1])
+    assert [Path(run).stem for run in changed["payload"].runs] == ["12", "14", "22", "24"]
+
+
+@pytest.mark.parametrize("said", ["0.8", "0.824"], ids=["right", "3 % off"])
+def test_announced_payload_of_an_arm_is_no_effect(said: str, planar: str, tmp_path: Path) -> None:
+    found = answer(arm_logs(tmp_path, said), base=planar)
+    assert not found.effects
+    assert not [c for c in found.changed if c.parameter.startswith("payload")]

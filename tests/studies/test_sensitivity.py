@@ -1,0 +1,80 @@
+"""Criteria halved and doubled: only the one that is meant, and nothing stays changed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from flexhex.diagnosis import guard
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from results.tables import sensitivity as table
+from studies import sensitivity
+from studies.families import FAMILIES
+from studies.mujoco import engines
+from studies.remembered import remembered
+from studies.sensitivity import Variation, changed, summary, variations
+
+
+def test_every_criterion_is_varied_and_put_back() -> None:
+    listed = variations()
+    assert {v.name for v in listed} == set(vars(USUAL))
+    for variation in (*listed, *variations(True)):
+        before = sensitivity.value_of(variation.module, variation.name)
+        with changed(variation):
+            other = sensitivity.value_of(variation.module, variation.name)
+            whole = round(before * variation.factor) if isinstance(before, int) else None
+            assert other == (whole or before * variation.factor)
+        assert sensitivity.value_of(variation.module, variation.name) == before
+    assert Criteria() == USUAL
+
+
+def test_engine_is_asked_with_each_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    def asked(*files: object) -> dict[str, Any]:
+        verdict = f"{USUAL.odds:g} {guard.POOR:g}"
+        return {"verdict": verdict, "effects": [], "changed": [], "findings": [], "gap": {}}
+
+    monkeypatch.setattr(engines, "today", asked)
+    found = sensitivity.varied((), (), Path())
+    said = {name: answer["verdict"] for name, answer in found.items()}
+    assert (said["odds x 0.5"], said["odds x 2"]) == ("10 0.5", "40 0.5")
+    assert {said[name] for name in said if "odds" not in name} == {"20 0.5"}
+    further = sensitivity.varied_elsewhere((), (), Path())
+    assert further["guard.POOR x 2"]["verdict"] == "20 1"
+
+
+def test_what_is_remembered_does_not_change_the_answer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A cogging is found in two searches; with a higher bar it is not, from the same memory."""
+    monkeypatch.setattr("studies.mujoco.draw.MOST_STEPS", 12_000)
+    made = FAMILIES["mujoco"](256, tmp_path / "logs", tmp_path / "truth", None)
+    files = made.paths, made.test_paths, made.machine_file
+    variation = Variation("", "smallest_effect", 1000.0)
+    plain = engines.today(*files)
+    with changed(variation):
+        strict = engines.today(*files)
+    assert plain["effects"]
+    assert not strict["effects"]
+    with remembered():
+        for _ in range(2):
+            assert engines.today(*files) == plain
+            with changed(variation):
+                assert engines.today(*files) == strict
+    assert engines.today(*files) == plain
+
+
+def test_summary_says_how_many_cases_moved() -> None:
+    usual = {"outcome": "right"}
+    outcomes = {"as it is": usual, "odds x 0.5": {"outcome": "wrong"}, "odds x 2": usual}
+    case = {"family": "axes", "seed": 3, "outcomes": outcomes}
+    found = summary([case, {"family": "axes", "seed": 4, "outcomes": {}}])
+    assert found["variations"]["odds x 0.5"] == {
+        "n": 1,
+        "good": 0,
+        "wrong": 1,
+        "moved": ["axes 3: right -> wrong"],
+    }
+    assert found["variations"]["odds x 2"]["moved"] == []
+    assert "| `odds` | 20 | 0 / 1 / 1 | 1 / 0 / 0 |" in table(found)
