@@ -33,6 +33,8 @@ LEFT, WIDTH, RIGHT = 78, 440, 152
 """Dots: of the scale, of a panel, of the names of its lines."""
 PANEL, GAP, TOP, BOTTOM = 84, 18, 10, 40
 """Dots: height of a panel, between two, above the first, below the last."""
+INSET = 5
+"""Dots: from the frame to the smallest and the largest value, which stand beside that height."""
 POINTS = 220
 """Points of a line: every second dot of a panel, the smallest and largest of each stretch kept."""
 
@@ -138,14 +140,14 @@ def panel(array: str, lines: Sequence[Line], top: float, end: float) -> list[str
     parts = [
         f'<rect x="{LEFT}" y="{top}" width="{WIDTH}" height="{PANEL}" fill="none" stroke="#bbb"/>',
         text(LEFT - 5, top + PANEL / 2 + 4, f"{array} [{lines[0].unit}]", "end", turned=True),
-        text(LEFT - 5, top + 9, f"{high:.3g}", "end"),
-        text(LEFT - 5, top + PANEL, f"{low:.3g}", "end"),
+        text(LEFT - 5, top + INSET + 4, f"{high:.3g}", "end"),
+        text(LEFT - 5, top + PANEL - INSET + 4, f"{low:.3g}", "end"),
     ]
     for k, line in enumerate(lines):
         colour = COLOURS[k % len(COLOURS)]
         at = thinned(line.values)
         x = LEFT + WIDTH * line.t[at] / end
-        y = top + 3 + (PANEL - 6) * (high - line.values[at]) / (high - low)
+        y = top + INSET + (PANEL - 2 * INSET) * (high - line.values[at]) / (high - low)
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
         parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}"/>')
         name = text(LEFT + WIDTH + 8, top + 10 + 13 * k, line.label, "start", colour=colour)
