@@ -84,11 +84,12 @@ bench: $(DEV)
 RECORD := $(BIN)/python -m results.record
 DAY    := $(shell date +%y%m%d)
 
-results: $(DEV)
+results: build $(DEV)
 	$(RECORD) paper python -m flexhex run --only table --json
 	$(RECORD) missing python -m flexhex run --only missing --json
 	$(RECORD) speed python -m benchmarks --json
 	$(BIN)/python -m results.render
+	$(BIN)/python -m results.plots
 
 results-studies: build gateway $(DEV)
 	$(RECORD) schunk python examples/schunk/diagnose.py --json

@@ -13,7 +13,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import adapter, growth, kalman, loop, mechanism, plant, tables
+from benchmarks import adapter, growth, kalman, loop, mechanism, plant, quick, tables
 from benchmarks.clock import Row, pin
 from benchmarks.rooms import operations
 from flexhex.fmus.common.errors import FlexhexError
@@ -30,6 +30,7 @@ ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "plant": plant.plant_row,
     "adapter": adapter.adapter_row,
     "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
+    "quick": lambda machine, rounds: quick.quick_row(MACHINE_FILE, rounds),
 }
 MORE = ("growth", "profile")
 

@@ -23,8 +23,10 @@ def show(found: dict[str, Any], console: Console) -> None:
 
 
 def quantity(value: float, faster: bool) -> str:
-    """Time in microseconds, or a factor of real time."""
-    return f"{value:.3g} x" if faster else f"{value / 1e3:.3g} us"
+    """Time in microseconds, in seconds from one on, or a factor of real time."""
+    if faster:
+        return f"{value:.3g} x"
+    return f"{value / 1e9:.3g} s" if value >= 1e9 else f"{value / 1e3:.3g} us"
 
 
 def _rows(rows: list[Row], console: Console) -> None:

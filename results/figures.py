@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from flexhex.simulation.metrics import KEYS
 from results import tables, times
 from results.tables import Found
 
@@ -48,7 +49,15 @@ def _below(limit: float) -> Callable[[Found], str]:
     return text
 
 
+def _deviation(found: Any) -> str:
+    """The largest deviation of the feedback-only row from what is published [%]."""
+    simulated, wanted = found["cases"]["feedback"], found["paper"]["feedback"]
+    pairs = zip((simulated[key] for key in KEYS), wanted, strict=True)
+    return f"{max(abs(value / paper - 1.0) for value, paper in pairs):.0%}".replace("%", " %")
+
+
 FIGURES: dict[str, Source] = {
+    "feedback deviation": Source("paper", _deviation),
     "schunk verdict": Source("schunk", number("", "verdict")),
     "missing before": _missing("before"),
     "missing after": _missing("after"),

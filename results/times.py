@@ -33,7 +33,7 @@ def _mark(met: bool | None) -> int:
 
 
 def _micro(ns: float) -> str:
-    return f"{ns / 1e3:.3g} µs"
+    return f"{ns / 1e9:.3g} s" if ns >= 1e9 else f"{ns / 1e3:.3g} µs"
 
 
 def _factor(value: float) -> str:

@@ -118,9 +118,14 @@ def _importing(interface: Interface) -> str:
 
 
 def markdown(text: str) -> Iterator[str]:
-    """HTML of the Markdown that READMEs here use: headings, paragraphs, tables, code, bold."""
+    """HTML of the Markdown that READMEs here use: headings, paragraphs, tables, code, bold.
+
+    Pictures are left out: they are not in the FMU.
+    """
     for block in re.split(r"\n\s*\n", text.strip()):
         lines = block.splitlines()
+        if lines[0].startswith("!["):
+            continue
         if lines[0].startswith("#"):
             head = lines.pop(0)
             yield f"<h3>{_inline(head.lstrip('# '))}</h3>\n"

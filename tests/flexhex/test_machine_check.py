@@ -31,7 +31,7 @@ def chain(*edits: Edit) -> Edit:
 
 CASES: dict[str, tuple[Edit, str]] = {
     "amplitude beyond the stroke": (
-        replace("amplitude = { value = 0.19", "amplitude = { value = 0.6"),
+        replace("amplitude = { value = 0.233", "amplitude = { value = 0.6"),
         r"reference\.amplitude is 0\.6 rad, must be within geometry\.stroke, 0\.523599 rad",
     ),
     "duration not whole": (

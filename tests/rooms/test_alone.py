@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ from fmpy import read_model_description, simulate_fmu
 
 from flexhex.fmugen.rooms import ROOMS
 from flexhex.fmus.common.interface import array_of
+from results.plots import DRAWN, plot
 from tests.conftest import ROOT
 from tests.test_documents import blocks
 
@@ -26,6 +28,36 @@ def test_lines_of_the_readme_print_what_they_say(fmu_dir: Path, name: str) -> No
     done = subprocess.run([sys.executable, "-c", here], capture_output=True, text=True, check=False)
     said = [line for line in done.stdout.splitlines() if "missing input" not in line]
     assert said == wanted.splitlines(), done.stderr[-2000:]
+
+
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
+DOT = 0.15
+"""How far a point may stand elsewhere [dots], which are rounded to a tenth: other compilers round
+other last bits."""
+
+
+def assert_same_picture(one: str, other: str) -> None:
+    """The same text, numbers within a dot's rounding."""
+    assert NUMBER.sub("0", one) == NUMBER.sub("0", other)
+    numbers = [np.array([float(n) for n in NUMBER.findall(text)]) for text in (one, other)]
+    assert np.allclose(*numbers, rtol=0, atol=DOT)
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_plot_of_the_readme_is_what_its_lines_return(fmu_dir: Path, name: str) -> None:
+    """Else: `flexhex build`, then `python -m results.plots`."""
+    kept = (ROOT / "fmus" / name / "plot.svg").read_text(encoding="utf-8")
+    assert_same_picture(plot(name, fmu_dir), kept)
+    readme = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
+    assert readme.count("](plot.svg)") == 1
+
+
+def test_other_pictures_differ() -> None:
+    kept = (ROOT / "fmus" / "plant" / "plot.svg").read_text(encoding="utf-8")
+    assert_same_picture(kept, kept)
+    for old, new in (("tau = 0", "tau = 1"), ("x_E.z [m]", "x_E.z [mm]"), ('y="19"', 'y="20"')):
+        with pytest.raises(AssertionError):
+            assert_same_picture(kept, kept.replace(old, new, 1))
 
 
 def starts(fmu: Path, array: str) -> list[float]:
