@@ -45,7 +45,7 @@ def test_table_groups_bodies_and_counts_what_is_not_determined(
     print_fit(machine, replace(found, undetermined=("k[1]", "b[4,2]")))
     text = capsys.readouterr().out
     (row,) = [line for line in text.splitlines() if line.strip().startswith("o[1]")]
-    assert row.split() == ["o[1]", "-1.59970", "±", "0.00010", "-1.6", "+3.0", "N", "m"]
+    assert row.split() == ["o[1]", "-1.49970", "±", "0.00010", "-1.5", "+3.0", "N", "m"]
     assert "most: a[2,3]" in text
     assert "-7.0" in text
     assert "k[1] *" in text
@@ -131,7 +131,7 @@ def test_table_file_holds_every_value(machine: Machine, fit: Fit, tmp_path: Path
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["value"]) for row in rows] == fit.p.tolist()
-    assert rows[0] == {"name": "o[1]", "unit": "N m", "value": "-1.6", "std": "0.0001"}
+    assert rows[0] == {"name": "o[1]", "unit": "N m", "value": "-1.5", "std": "0.0001"}
 
 
 @pytest.mark.parametrize(
