@@ -55,11 +55,11 @@ CASES: dict[str, tuple[Edit, str]] = {
         r"bodies\.upper\.m: -0\.5 kg, must be above 0",
     ),
     "inertia not positive definite": (
-        replace("value = [0.058, 0.059,", "value = [-0.058, 0.059,"),
+        replace("value = [0.12, 0.168,", "value = [-0.12, 0.168,"),
         r"bodies\.end_effector: Ic is not positive definite",
     ),
     "impossible inertia": (
-        replace("value = [0.058, 0.059, 0.106", "value = [0.058, 0.059, 0.306"),
+        replace("value = [0.12, 0.168, 0.12", "value = [0.12, 0.168, 0.306"),
         r"bodies\.end_effector: Ic breaks the triangle inequality",
     ),
     "does not close": (
@@ -91,7 +91,7 @@ CASES: dict[str, tuple[Edit, str]] = {
         r"flexures\.k_u: wants 2 entries, has 1",
     ),
     "five arms of actuator": (
-        replace("o = { value = [-1.6, ", "o = { value = ["),
+        replace("o = { value = [-1.5, ", "o = { value = ["),
         r"actuator\.o has 5 entries for 6 arms",
     ),
     "sample time not whole": (
@@ -183,7 +183,7 @@ def test_missing_machine_file_is_named(tmp_path: Path) -> None:
 def test_wrong_truth_file_is_one_clear_message(tmp_path: Path) -> None:
     text = MACHINE_FILE.with_name("tflex-truth.toml").read_text(encoding="utf-8")
     path = tmp_path / "truth.toml"
-    edit = replace("rms = { value = 0.004", "rms = { value = -1.0")
+    edit = replace("rms = { value = 0.0055", "rms = { value = -1.0")
     path.write_text(edit(text), encoding="utf-8")
     with pytest.raises(MachineError, match=r"cogging\.rms: -1\.0 N m, must be at least 0"):
         load_truth(path)
@@ -192,7 +192,7 @@ def test_wrong_truth_file_is_one_clear_message(tmp_path: Path) -> None:
 def test_several_mistakes_are_named_at_once(tmp_path: Path) -> None:
     """A misspelt key is one line: that the right one is missing says nothing new."""
     text = MACHINE_FILE.read_text(encoding="utf-8")
-    for old, new in (("value = 2.2", "value = -2.2"), ("sigma =", "sigme =")):
+    for old, new in (("value = 1.25", "value = -1.25"), ("sigma =", "sigme =")):
         assert old in text
         text = text.replace(old, new, 1)
     path = tmp_path / "machine.toml"
@@ -200,5 +200,5 @@ def test_several_mistakes_are_named_at_once(tmp_path: Path) -> None:
     with pytest.raises(MachineError) as caught:
         load_machine(path)
     first, second = str(caught.value).splitlines()
-    assert first.endswith("bodies.end_effector.m: -2.2 kg, must be above 0 kg")
+    assert first.endswith("bodies.end_effector.m: -1.25 kg, must be above 0 kg")
     assert second.endswith("actuator.sigme: is not a known key, did you mean sigma?")

@@ -97,11 +97,11 @@ def test_changed_parameters_reach_their_sections(tmp_path: Path) -> None:
 
 
 def test_changed_mass_alone_is_a_payload(tmp_path: Path) -> None:
-    changes = (changed("end_effector.m", 2.2, 2.7, "kg"),)
+    changes = (changed("end_effector.m", 1.25, 1.75, "kg"),)
     before = load_machine(MACHINE_FILE).platform.end_effector
     after = load_machine(extended_file(MACHINE_FILE, diagnosis((), changes), tmp_path / "new.toml"))
     body = after.platform.end_effector
-    assert body.m == 2.7
+    assert body.m == 1.75
     wanted = inertia(before) + np.array(point_mass(0.5, before.c_payload)).ravel()
     # twice through Huygens-Steiner: rounding only
     np.testing.assert_allclose(inertia(body), wanted, rtol=0, atol=1e-16)
@@ -109,13 +109,13 @@ def test_changed_mass_alone_is_a_payload(tmp_path: Path) -> None:
 
 def test_changed_mass_and_centre_hold_as_given(tmp_path: Path) -> None:
     changes = (
-        changed("end_effector.m", 2.2, 2.3, "kg"),
-        changed("end_effector.mc_x", 0.0044, 0.005, "kg m"),
-        changed("end_effector.J_zz", 0.106, 0.11, "kg m2"),
+        changed("end_effector.m", 1.25, 1.35, "kg"),
+        changed("end_effector.mc_x", 0.0025, 0.003, "kg m"),
+        changed("end_effector.J_zz", 0.12, 0.125, "kg m2"),
     )
     after = load_machine(extended_file(MACHINE_FILE, diagnosis((), changes), tmp_path / "new.toml"))
     ten = inertia(after.platform.end_effector)
-    np.testing.assert_allclose(ten[[0, 1, 6]], [2.3, 0.005, 0.11], rtol=1e-14)
+    np.testing.assert_allclose(ten[[0, 1, 6]], [1.35, 0.003, 0.125], rtol=1e-14)
 
 
 def test_what_a_file_cannot_hold_is_returned_and_noted(tmp_path: Path) -> None:

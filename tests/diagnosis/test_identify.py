@@ -63,7 +63,7 @@ WRONG: dict[str, tuple[Callable[[Log], Log], str]] = {
     "torque turned": (lambda g: changed(g, tau=-g.tau), "negative upper.* sign of the torque"),
     "angle turned": (lambda g: changed(g, theta=-g.theta), "negative"),
     "joints swapped": (
-        lambda g: changed(g, theta=g.theta[:, [1, 0, 2, 3, 4, 5]]),
+        lambda g: changed(g, theta=g.theta[:, [3, 1, 2, 0, 4, 5]]),
         "explains only|negative",
     ),
     "one torque turned": (
@@ -148,7 +148,7 @@ def test_invalid_samples_do_not_touch_the_fit(machine: Machine, log: Log) -> Non
     theta, tau = log["theta"], log["tau_meas"]
     bad, worse = theta.values.copy(), tau.values.copy()
     bad[9000:9020] = np.linspace(bad[9000], bad[9020], 20)
-    worse[15000:15030] = 9.0
+    worse[15000:15030] = machine.drive.tau_max
     good = np.ones(len(bad), dtype=bool)
     broken, clipped = good.copy(), good.copy()
     broken[9000:9020] = clipped[15000:15030] = False

@@ -84,13 +84,13 @@ CASES: dict[str, tuple[Edit, str]] = {
         r"drive\.K_t = 3 N m/A, drive\.I_peak = 9e\+09 A: tau_max is 2\.7e\+10 N m, .* of them$",
     ),
     "cogging": (
-        replace("[0.01383, 0.01674", "[1383.0, 0.01674"),
-        r"actuator\.a\[1,1\] = 1383 N m: must be -100 to 100 N m \(range of actuator\[1\]"
+        replace("[0.01537, 0.0186", "[1537.0, 0.0186"),
+        r"actuator\.a\[1,1\] = 1537 N m: must be -100 to 100 N m \(range of actuator\[1\]"
         r"\.a\[1\] in plant",
     ),
     "mass in grams": (
-        replace("m = { value = 2.2,", "m = { value = 2200.0,"),
-        r"bodies\.end_effector\.m = 2200 kg: must be -100 to 100 kg .* meant in another unit\?$",
+        replace("m = { value = 1.25,", "m = { value = 1250.0,"),
+        r"bodies\.end_effector\.m = 1250 kg: must be -100 to 100 kg .* meant in another unit\?$",
     ),
     "first moment": (
         replace('m = { value = 0.5, unit = "kg"', 'm = { value = 2200.0, unit = "kg"'),
@@ -99,7 +99,7 @@ CASES: dict[str, tuple[Edit, str]] = {
     ),
     "hysteresis too sharp for the plant's step": (
         replace("sigma = { value = 0.015", "sigma = { value = 1e-9"),
-        r"actuator\.sigma is 1e-09 rad, at least 0\.000228 rad are needed",
+        r"actuator\.sigma is 1e-09 rad, at least 0\.000279 rad are needed",
     ),
     "whole number with a point": (
         replace("hann_points = 101", "hann_points = 101.0"),
@@ -186,7 +186,7 @@ def test_check_of_a_truth_file_looks_at_its_machine_too(tmp_path: Path) -> None:
     written(tmp_path, lambda t: t)
     paired.write_text(text, encoding="utf-8")
     assert check_file(paired) == []
-    paired.write_text(replace("rms = { value = 0.004", "rms = { value = -1")(text))
+    paired.write_text(replace("rms = { value = 0.0055", "rms = { value = -1")(text))
     assert check_file(paired) == [f"{paired}: cogging.rms: -1.0 N m, must be at least 0 N m"]
     assert check_file(tmp_path / "mine.toml") == check_file(paired), "a machine's truth counts"
 

@@ -110,7 +110,7 @@ def test_reference_passes_are_the_same_to_the_last_bit() -> None:
 
 
 def test_reference_shows_the_instant_of_its_time_and_zero_before() -> None:
-    room = started(t_start=0.01, seed=1, period=0.1, move=0.1, duration=1)
+    room = started(t_start=0.01, seed=1, amplitude=0.19, period=0.1, move=0.1, duration=1)
     assert not any(load("reference").start()[name].any() for name in ("r", "rd", "rdd"))
     y = run(room, 100)
     begin = round(0.01 / TS)
@@ -209,7 +209,7 @@ def test_reference_state_is_all_there_is() -> None:
         ({"duration": 1.5}, "duration = 1.5 s, must be a whole number of period = 1 s"),
         ({"period": 1.0001, "duration": 10.001}, "period = 1.0001 s, must be a whole number of Ts"),
         ({"move": 1.2}, "move = 1.2 s, longer than period = 1 s: shorten the move"),
-        ({"kind": TRIANGLE, "speed": 1.0}, "amplitude[1] = 0.19 rad, the corners of the triangle"),
+        ({"kind": TRIANGLE, "speed": 1.0}, "amplitude[1] = 0.233 rad, the corners of the triangle"),
         ({"kind": TRIANGLE, "duration": 2}, "duration = 2 s, too short for one cycle"),
         ({"kind": CHIRP, "fade": 26}, "fade = 26 s, longer than half of duration = 50 s"),
         ({"kind": MULTISINE, "fade": 26}, "fade = 26 s, longer than half of duration = 50 s"),
