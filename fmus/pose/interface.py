@@ -1,0 +1,30 @@
+"""Variables and sample time of the pose FMU, the inverse kinematics."""
+
+from __future__ import annotations
+
+from flexhex.fmus.common.interface import Interface, Variable, parameter
+from flexhex.fmus.common.machine.machine import Machine
+from flexhex.fmus.common.model.geometry import pose_variables
+
+
+def interface(machine: Machine) -> Interface:
+    """Wanted pose of E in, reference angles out; MachineError without a platform."""
+    n, stroke = machine.n_arms, machine.geometry.stroke
+    variables = (
+        parameter("stroke", "rad", "largest |r| of each joint", stroke, 0.01, 1.5),
+        *pose_variables(machine, "input"),
+        Variable("r", "output", "rad", "reference angles", size=n),
+        Variable("rd", "output", "rad/s", "their rates", size=n),
+        Variable("rdd", "output", "rad/s2", "their accelerations", size=n),
+        Variable(
+            "reachable", "output", "1", "1: the arm reaches the pose", n, start=1, min=0, max=1
+        ),
+    )
+    return Interface(
+        "pose",
+        "Inverse kinematics of the hexapod: a wanted pose of the end-effector to reference angles",
+        machine.timing.base,
+        variables,
+        {"N": n},
+        ("pose out of reach, the angles of the last pose within reach are shown",),
+    )
