@@ -20,9 +20,6 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model import quaternion as qn
 from flexhex.fmus.common.model.geometry import ArmFrame, Frames
 
-SMALLEST = 1e-300
-"""In the place of a square that is not positive, so that no root of it is NaN."""
-
 
 def reach(arm: ArmFrame, x_E: ca.SX, lam_E: ca.SX) -> ca.SX:
     """v (3,) [m]: from the motor of an arm to P_i; lam_E (4,) of any length but zero."""
@@ -41,17 +38,17 @@ def assembly(arm: ArmFrame) -> float:
 
 
 def angle(arm: ArmFrame, v: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """theta [rad] of an arm and its lever, 1 - c^2 / (a^2 + b^2), negative where v is out of reach.
+    """theta [rad] of an arm and its margin [rad]: from the dead point, 0 where v is out of reach.
 
-    The lever is the squared sine of the angle between u and the part of v in the plane: 1 where
-    the motor moves P_i best, 0 at the dead point.
+    The margin is the angle between the upper arm and the line of v in its plane, at most a right
+    angle.
     """
     u, side = plane(arm)
     a, b = ca.dot(v, u), ca.dot(v, side)
     c = (ca.dot(v, v) + arm.L**2 - arm.l**2) / (2 * arm.L)
-    square = a**2 + b**2
-    w = assembly(arm) * ca.sqrt(ca.fmax(square - c**2, SMALLEST))
-    return ca.atan2(b * c - a * w, a * c + b * w), 1 - c**2 / square
+    size = ca.sqrt(ca.fmax(a**2 + b**2 - c**2, 0))
+    w = assembly(arm) * size
+    return ca.atan2(b * c - a * w, a * c + b * w), ca.atan2(size, ca.fabs(c))
 
 
 def rates(arm: ArmFrame, theta: ca.SX, v: ca.SX, vd: ca.SX, vdd: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -72,8 +69,8 @@ def rates(arm: ArmFrame, theta: ca.SX, v: ca.SX, vd: ca.SX, vdd: ca.SX) -> tuple
 def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
-    pose_solve(x_E, lam_E, xd_E, lamd_E, xdd_E, lamdd_E) -> r [rad], rd, rdd, lever (6,): no finite
-    numbers where the lever is not positive, or lam_E zero
+    pose_solve(x_E, lam_E, xd_E, lamd_E, xdd_E, lamdd_E) -> r, rd, rdd, margin (6,): no finite rates
+    where a margin is zero, nothing finite where lam_E is
     """
     sizes = {"x_E": 3, "lam_E": 4, "xd_E": 3, "lamd_E": 4, "xdd_E": 3, "lamdd_E": 4}
     s = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
@@ -84,8 +81,8 @@ def functions(machine: Machine) -> list[ca.Function]:
         v = reach(arm, s["x_E"], s["lam_E"])
         vd = ca.jtimes(v, at, rate)
         vdd = ca.jtimes(vd, ca.vertcat(at, rate), ca.vertcat(rate, rate2))
-        theta, lever = angle(arm, v)
-        parts.append((theta, *rates(arm, theta, v, vd, vdd), lever))
+        theta, margin = angle(arm, v)
+        parts.append((theta, *rates(arm, theta, v, vd, vdd), margin))
     solved = ca.cse([ca.vertcat(*column) for column in zip(*parts, strict=True)])
-    names = ["r", "rd", "rdd", "lever"]
+    names = ["r", "rd", "rdd", "margin"]
     return [ca.Function("pose_solve", list(s.values()), solved, list(s), names)]

@@ -5,9 +5,6 @@
 #include <string.h>
 
 static const double FAULT_UNREACHABLE = 2.0;
-/* Least squared sine of the angle between an upper arm and the line to P_i: within 0.01 rad of the
-   dead point a motor has to turn some hundred times as far as E moves. */
-static const double LEAST_LEVER = 1e-4;
 
 /* the last angles stand in the outputs, which stay until they are written */
 typedef struct {
@@ -26,14 +23,14 @@ static bool start(const pose_parameters *p, void *memory, pose_outputs *y, char 
 }
 
 static void tick(const pose_parameters *p, const pose_inputs *u, void *memory, pose_outputs *y) {
-  double r[POSE_N], rd[POSE_N], rdd[POSE_N], lever[POSE_N];
+  double r[POSE_N], rd[POSE_N], rdd[POSE_N], margin[POSE_N];
   bool all = true;
   (void)memory;
-  pose_solve(u->x_E, u->lam_E, u->xd_E, u->lamd_E, u->xdd_E, u->lamdd_E, r, rd, rdd, lever);
+  pose_solve(u->x_E, u->lam_E, u->xd_E, u->lamd_E, u->xdd_E, u->lamdd_E, r, rd, rdd, margin);
   for (int i = 0; i < POSE_N; ++i) {
     /* each comparison is false for NaN */
     const bool reached =
-        lever[i] >= LEAST_LEVER && fabs(r[i]) <= p->stroke && isfinite(rd[i]) && isfinite(rdd[i]);
+        margin[i] >= p->margin && fabs(r[i]) <= p->stroke && isfinite(rd[i]) && isfinite(rdd[i]);
     y->reachable[i] = reached ? 1.0 : 0.0;
     all = all && reached;
   }
