@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.closure import Closure
 from flexhex.fmugen.codegen import SYMBOLIC
+from flexhex.fmus.common.errors import TrajectoryError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.quaternion import of_rotation_vector
@@ -162,16 +163,17 @@ class Limits:
     def _check(self, at: Instants) -> None:
         stroke = self.machine.geometry.stroke
         for k, joint in _first(~(np.abs(at.r) <= stroke)):
-            text = (
-                f"r[{joint + 1}] = {at.r[k, joint]:.6g} rad, allowed -{stroke:.6g} to {stroke:.6g}"
+            raise self._error(
+                at.time[k],
+                f"joint {joint + 1} leaves its stroke: {at.r[k, joint]:.6g} rad, allowed"
+                f" {-stroke:.6g} to {stroke:.6g} rad",
             )
-            raise self._error(at.time[k], f"beyond the stroke of a joint: {text} rad")
         control, drive = self.machine.control, self.machine.drive
         most = drive.tau_max / control.J_design
         for k, joint in _first(~(np.abs(at.rdd) <= most)):
             raise self._error(
                 at.time[k],
-                f"a jump, or too fast: joint {joint + 1} would accelerate by"
+                f"a jump, or too fast: joint {joint + 1} accelerates by"
                 f" {at.rdd[k, joint]:.4g} rad/s2, its motor reaches about {most:.4g}",
             )
         if self.closure is not None:
@@ -181,11 +183,14 @@ class Limits:
             for k, _ in _first(~(np.abs(back - at.r) <= REST)):
                 raise self._error(at.time[k], "no pose of the end-effector has these six angles")
 
-    def _error(self, time: float, text: str) -> Exception:
-        """Named by the row at or before that time."""
-        k = int(np.searchsorted(self.table.time, time, side="right")) - 1
-        when = time + self.rows.time[0]
-        return self.rows.error(min(k, len(self.table.time) - 1), f"at {when:.6g} s {text}")
+    def _error(self, time: float, text: str) -> TrajectoryError:
+        """An error about an instant, which names the lines around it."""
+        lines, at = self.rows.lines, self.table.time
+        k = min(int(np.searchsorted(at, time, side="right")) - 1, len(at) - 2)
+        when = f"t = {time + self.rows.time[0]:.9g} s"
+        return TrajectoryError(
+            f"{self.rows.path}: lines {lines[k]} to {lines[k + 1]}, {when}: {text}"
+        )
 
 
 def _compiled(function: ca.Function) -> RowFunction:
