@@ -12,7 +12,7 @@ from flexhex.fmugen import cache as store
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmugen.container_parts import Part
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmugen.rooms import Source, room_interface, step_file
+from flexhex.fmugen.rooms import Source, room_interface, step_file, with_starts
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
@@ -35,11 +35,17 @@ class Variant:
 
 
 def with_trajectory(
-    ssp: Path, trajectory: Path, machine_file: Path, out: Path, platforms: Sequence[str] = ()
+    ssp: Path,
+    trajectory: Path,
+    machine_file: Path,
+    out: Path,
+    platforms: Sequence[str] = (),
+    begin: float = SETTLE,
 ) -> Variant:
     """`out/<ssp>-<trajectory>.ssp`, the loop of `ssp` along the motion of a file; `out/player.fmu`.
 
     The other FMUs are taken as they are. platforms: for which computers the new ones are built.
+    begin [s]: rest before the motion.
     Raises TrajectoryError (the file, or what the machine cannot do) and InterfaceError (no
     hexapod.ssp, or one of another machine).
     """
@@ -49,12 +55,12 @@ def with_trajectory(
     table = read_motion(trajectory, machine)
     interfaces = {name: made for name, made in parts.items() if name not in (PLAYER, "reference")}
     sources = {i.name: Path(i.source).name for i in package.instances if i.name in interfaces}
-    path, end = out / f"{ssp.stem}-{trajectory.stem}.ssp", SETTLE + table.end
+    path, end = out / f"{ssp.stem}-{trajectory.stem}.ssp", begin + table.end
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for instance in package.instances:
             (folder / Path(instance.source).name).write_bytes(package.fmus[instance.source])
-        player = build_player(table, machine, out, platforms)
+        player = build_player(table, machine, out, platforms, begin)
         shutil.copyfile(out / "player.fmu", folder / "player.fmu")
         if table.kind == "joints":
             interfaces["reference"] = player
@@ -67,11 +73,15 @@ def with_trajectory(
 
 
 def build_player(
-    table: Table, machine: Machine, out: Path, platforms: Sequence[str] = ()
+    table: Table,
+    machine: Machine,
+    out: Path,
+    platforms: Sequence[str] = (),
+    begin: float = SETTLE,
 ) -> Interface:
-    """`out/player.fmu`, which holds the motion; returns its interface."""
+    """`out/player.fmu`, which holds the motion and rests for `begin` [s]; returns its interface."""
     with SYMBOLIC:
-        made = interface.interface(machine, table.kind)
+        made = with_starts(interface.interface(machine, table.kind), {"t_start": begin})
         functions = equations.functions(machine, table.kind)
         build_fmu(
             made,
