@@ -68,6 +68,8 @@ def export_command(
     if platform is not None and not container and trajectory is None:
         text = "--platform is for --container and --trajectory: the other files fit every computer"
         raise UsageError(text)
+    if machine != DEFAULT_MACHINE and trajectory is None:
+        raise UsageError("--machine is for --trajectory: a .ssp holds its machine")
     platforms = wanted(platform) if platform else ()
     written: list[Path] = []
     if trajectory is not None:

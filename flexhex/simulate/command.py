@@ -15,6 +15,7 @@ from flexhex.arguments import (
     command_line,
     found_machine,
 )
+from flexhex.fmus.common.errors import UsageError
 
 DURATION = 10.0
 """Simulated time [s] where neither the user nor a trajectory says one."""
@@ -54,13 +55,16 @@ def simulate_command(
     from flexhex.ssp.signals import DEFAULT
 
     check_target(result)
+    if machine != DEFAULT_MACHINE and trajectory is None:
+        raise UsageError("--machine is for --trajectory: a .ssp holds its machine")
     with tempfile.TemporaryDirectory() as folder, live() as progress:
         seconds = DURATION if duration is None else duration
         if trajectory is not None:
             from flexhex.trajectory.variant import with_trajectory
 
             variant = with_trajectory(description, trajectory, found_machine(machine), Path(folder))
-            description, seconds = variant.path, duration or variant.end
+            description = variant.path
+            seconds = variant.end if duration is None else duration
         advance = progress.line(description.name, seconds)
         found = execute(description, seconds, signals=[DEFAULT, *(also or [])], progress=advance)
     path = save(found, result, provenance(command=command_line()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ from flexhex.trajectory.motion import read_motion
 
 @dataclass(frozen=True)
 class Variant:
-    """A written .ssp; end [s]: when its motion is over, counted from the start of a run."""
+    """A written .ssp; end [s]: the first base step of a run after its motion."""
 
     path: Path
     end: float
@@ -55,7 +56,8 @@ def with_trajectory(
     table = read_motion(trajectory, machine)
     interfaces = {name: made for name, made in parts.items() if name not in (PLAYER, "reference")}
     sources = {i.name: Path(i.source).name for i in package.instances if i.name in interfaces}
-    path, end = out / f"{ssp.stem}-{trajectory.stem}.ssp", begin + table.end
+    path = out / f"{ssp.stem}-{trajectory.stem}.ssp"
+    end = math.ceil((begin + table.end) / package.base - 1e-6) * package.base
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for instance in package.instances:

@@ -10,7 +10,7 @@ import pytest
 from flexhex.fmus.common.errors import TrajectoryError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.trajectory.file import read_rows
-from flexhex.trajectory.motion import read_motion
+from flexhex.trajectory.motion import CHUNK, read_motion
 from tests.compare import assert_close
 
 NAMES = ",".join(["time", *(f"r[{k}]" for k in range(1, 7))])
@@ -185,6 +185,15 @@ IMPOSSIBLE = {
         [NAMES, UNITS, *joints(0.1, step=0.01)],
         r"lines 3 to 4, t = 0.00\d* s: a jump, or too fast: joint 1 accelerates by .* its motor",
     ),
+    "jump between ticks": (
+        [
+            ",".join([NAMES, *(f"{d}[{k}]" for d in ("rd", "rdd") for k in range(1, 7))]),
+            UNITS + ",rad/s" * 6 + ",rad/s2" * 6,
+            *(f"{t},{value}" + ",0" * 17 for t, value in (("0", 0), ("0.50001", 0))),
+            *(f"{t},{value}" + ",0" * 17 for t, value in (("0.50002", 0.1), ("1", 0))),
+        ],
+        r"lines \d to \d, t = 0.5\d* s: a jump, or too fast: joint 1 accelerates by",
+    ),
     "out of reach": (
         [POSE, POSE_UNITS, "0,0,0,300,0,0,0", "9,0,0,900,0,0,0", "18,0,0,300,0,0,0"],
         r"lines 3 to 4, t = \d\.\d* s: the pose is out of reach of arm",
@@ -221,3 +230,12 @@ def test_payload_and_times_count_from_the_first_row(tmp_path: Path, machine: Mac
     table = read_motion(written(tmp_path, NAMES + ",payload", UNITS + ",kg", *moved), machine)
     assert_close(table.time, [0, 0.5, 1], atol=1e-15)
     assert_close(table.payload, [0, 1, 2])
+
+
+def test_a_long_motion_may_be_fast_at_any_time(tmp_path: Path, machine: Machine) -> None:
+    """Over 50 s, which are looked at in parts: 1 rad/s where two of them meet."""
+    values = ((0, 0.0), (20, 0.0), (24.5, 0.3), (25.5, -0.3), (30, 0.0), (50, 0.0))
+    rows = [",".join(map(str, (t, *[value] * 6))) for t, value in values]
+    table = read_motion(written(tmp_path, NAMES, UNITS, *rows), machine)
+    assert CHUNK * machine.timing.base == 25
+    assert table.end == 50
