@@ -1,9 +1,9 @@
 """Rates and accelerations at the rows of a motion that gives values only, or values and rates.
 
-Between rows a player interpolates by quintics. Where all is given these are Hermite's. Else the
-missing derivatives are those that make the motion smoothest: a quintic spline through values (four
-continuous derivatives), quintics of three continuous derivatives through values and rates. Both
-begin and end at rest.
+Between rows a player interpolates by quintics, whose accelerations are continuous in any case. The
+missing derivatives are those of a cubic spline through values, and those that make the third
+derivative continuous, too, where rates are given. Both begin and end at rest. A quintic spline
+would be smoother, but swings far out where rows are spaced unevenly.
 """
 
 from __future__ import annotations
@@ -28,9 +28,11 @@ def completed(time: Array, given: Sequence[Array]) -> list[Array]:
 
 
 def _spline(time: Array, values: Array) -> list[Array]:
-    at_rest = [(order, np.zeros(values.shape[1])) for order in (1, 2)]
-    spline = make_interp_spline(time, values, k=5, bc_type=(at_rest, at_rest))
-    return [values, spline(time, 1), spline(time, 2)]
+    at_rest = [(1, np.zeros(values.shape[1]))]
+    spline = make_interp_spline(time, values, k=3, bc_type=(at_rest, at_rest))
+    accelerations = spline(time, 2)
+    accelerations[[0, -1]] = 0.0
+    return [values, spline(time, 1), accelerations]
 
 
 def _accelerations(time: Array, values: Array, rates: Array) -> Array:

@@ -10,7 +10,8 @@ import pytest
 from flexhex.fmus.common.errors import TrajectoryError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.trajectory.file import read_rows
-from flexhex.trajectory.motion import CHUNK, read_motion
+from flexhex.trajectory.limits import CHUNK
+from flexhex.trajectory.motion import read_motion
 from tests.compare import assert_close
 
 NAMES = ",".join(["time", *(f"r[{k}]" for k in range(1, 7))])
@@ -185,6 +186,10 @@ IMPOSSIBLE = {
         [NAMES, UNITS, *joints(0.1, step=0.01)],
         r"lines 3 to 4, t = 0.00\d* s: a jump, or too fast: joint 1 accelerates by .* its motor",
     ),
+    "swing": (
+        [NAMES, UNITS, *(f"{t},{v}" + ",0" * 5 for t, v in ((0, 0), (5, 0), (6, 0.1), (7, 0.1)))],
+        r"lines 3 to 4, t = 2.5 s: r\[1\] swings by 0.0\d* beyond its rows: .* add rows, or",
+    ),
     "jump between ticks": (
         [
             ",".join([NAMES, *(f"{d}[{k}]" for d in ("rd", "rdd") for k in range(1, 7))]),
@@ -233,9 +238,10 @@ def test_payload_and_times_count_from_the_first_row(tmp_path: Path, machine: Mac
 
 
 def test_a_long_motion_may_be_fast_at_any_time(tmp_path: Path, machine: Machine) -> None:
-    """Over 50 s, which are looked at in parts: 1 rad/s where two of them meet."""
-    values = ((0, 0.0), (20, 0.0), (24.5, 0.3), (25.5, -0.3), (30, 0.0), (50, 0.0))
-    rows = [",".join(map(str, (t, *[value] * 6))) for t, value in values]
+    """Over 50 s, which are looked at in parts: 0.9 rad/s where two of them meet."""
+    time = np.linspace(0, 50, 501)
+    values = 0.3 * np.sin(np.pi * time) * np.sin(np.pi * time / 50) ** 2
+    rows = [",".join(map(str, [t, *[value] * 6])) for t, value in zip(time, values, strict=True)]
     table = read_motion(written(tmp_path, NAMES, UNITS, *rows), machine)
     assert CHUNK * machine.timing.base == 25
     assert table.end == 50
