@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         MachineError,
         Result,
         RunError,
+        TrajectoryError,
         UsageError,
         build_model,
         compare_results,
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         read_log,
         save_result,
         simulate_system,
+        with_trajectory,
     )
 
 __version__ = VERSION
@@ -62,6 +64,7 @@ __all__ = [
     "MachineError",
     "Result",
     "RunError",
+    "TrajectoryError",
     "UsageError",
     "__version__",
     "build_model",
@@ -75,6 +78,7 @@ __all__ = [
     "read_log",
     "save_result",
     "simulate_system",
+    "with_trajectory",
 ]
 
 

@@ -2,6 +2,8 @@
 
 Paths may be text or `Path`. Whatever a user can mend is a `FlexhexError` that says what is wrong,
 where, and how to mend it.
+
+Long: the whole public interface in one file.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from flexhex.fmus.common.errors import (
     LogError,
     MachineError,
     RunError,
+    TrajectoryError,
     UsageError,
 )
 from flexhex.fmus.common.machine.machine import Machine
@@ -37,14 +40,15 @@ from flexhex.ssp.executor import Parameters, run
 from flexhex.ssp.plan import Progress
 from flexhex.ssp.results import Result
 from flexhex.ssp.signals import DEFAULT
+from flexhex.trajectory import variant
 
 File = str | Path
 __all__ = [
     "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "InterfaceError",
-    "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "UsageError",
-    "build_model", "compare_results", "diagnose_runs", "identify_parameters", "load_machine",
-    "load_result", "machine_file", "parameter_names", "read_log", "save_result",
-    "simulate_system",
+    "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "TrajectoryError",
+    "UsageError", "build_model", "compare_results", "diagnose_runs", "identify_parameters",
+    "load_machine", "load_result", "machine_file", "parameter_names", "read_log", "save_result",
+    "simulate_system", "with_trajectory",
 ]  # fmt: skip
 
 
@@ -142,6 +146,21 @@ def simulate_system(
     found = run(ssp, seconds, signals=listed, parameters=parameters, progress=progress)
     made = results.provenance(command="flexhex.simulate_system")
     return Result(found.groups, found.times, found.duration, found.wall, {**made, **found.meta})
+
+
+def with_trajectory(ssp: File, trajectory: File, out: File, machine: File | None = None) -> Path:
+    """Write `out/<ssp>-<trajectory>.ssp`: a system description along the motion of a CSV file.
+
+    trajectory: angles `r` or poses `x_E`, `phi_E` (docs/motion.md). machine: the machine file that
+    the .ssp was built from; None is the T-Flex. The motion begins after 2 s of rest.
+
+    Raises TrajectoryError (what the file or the machine does not allow, with line and time),
+    InterfaceError (no hexapod.ssp, or one of another machine) and BuildError.
+
+    >>> path = flexhex.with_trajectory("out/hexapod.ssp", "motion.csv", "out")
+    """
+    file = machine_file() if machine is None else Path(machine)
+    return variant.with_trajectory(Path(ssp), Path(trajectory), file, Path(out)).path
 
 
 def save_result(result: Result, path: File) -> Path:

@@ -20,6 +20,12 @@ MachineFile = Annotated[
     Path, typer.Option("--machine", "-m", help="machine file (TOML)", show_default=True)
 ]
 OutFolder = Annotated[Path, typer.Option("--out", "-o", help="folder for everything generated")]
+Trajectory = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", help="own motion (CSV): angles r or poses x_E, phi_E; docs/motion.md"
+    ),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 
 

@@ -21,10 +21,15 @@ _LAYOUT: dict[str, tuple[str, Box]] = {
     "K": ("estimator", (280, 0, 180, 80)),
 }
 
+PLAYER = "player"
+"""Of wanted poses: a component before `reference`, which then is the inverse kinematics."""
+_PLAYER_BOX: Box = (-160, 160, -60, 240)
+
 _ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
     ("reference", "N_F"): (140,),
     ("reference", "feedback"): (230,),
     ("reference", "plant"): (120, 130, 530),
+    (PLAYER, "plant"): (-40, 130, 530),
     ("N_F", "F"): (320,),
     ("K", "F"): (160, 300, 340),
     ("F", "feedback"): (480, 282, 322),
@@ -71,24 +76,30 @@ def hexapod(
     base: float = BASE_STEP,
     sources: Mapping[str, str] | None = None,
 ) -> System:
-    """The loop of [SH, Fig. 3].
+    """The loop of [SH, Fig. 3]; with an interface `player` the one that follows wanted poses.
 
     interfaces: by room (`kinematics` serves N_F and N_E) or by instance name, which wins.
     sources: FMU file by instance name, where it is not `<interface name>.fmu`.
     Raises InterfaceError for a room that is missing and for what `System` refuses.
     """
-    components = []
+    components, connections = [], list(_CONNECTIONS)
+    if player := interfaces.get(PLAYER):
+        components.append(Component(PLAYER, player, (sources or {}).get(PLAYER, ""), _PLAYER_BOX))
+        connections.remove(("reference.payload", "plant.payload"))
+        connections.append((f"{PLAYER}.payload", "plant.payload"))
+        wanted = [v.name for v in player.outputs if v.name not in ("payload", "fault")]
+        connections += [(f"{PLAYER}.{name}", f"reference.{name}") for name in wanted]
     for instance, (room, box) in _LAYOUT.items():
         interface = interfaces.get(instance) or interfaces.get(room)
         if interface is None:
             raise InterfaceError(f"{instance}: no interface given for the room {room!r}")
         source = (sources or {}).get(instance, "")
         components.append(Component(instance, interface, source, box))
-    connected = {start for start, _ in _CONNECTIONS}
+    connected = {start for start, _ in connections}
     plots = tuple(
         f"{c.name}.{v.name}"
         for c in components
         for v in c.interface.outputs
         if f"{c.name}.{v.name}" not in connected and v.name not in _NOT_PLOTTED
     )
-    return System(name, tuple(components), _CONNECTIONS, base, plots, _PATHS, _ROUTES)
+    return System(name, tuple(components), tuple(connections), base, plots, _PATHS, _ROUTES)

@@ -32,7 +32,16 @@ from flexhex.fmus.common.machine.machine import Machine
 Starts = Mapping[str, float | Sequence[float] | NDArray[np.float64]]
 LIBRARIES = ("casadi", "numpy", "pydantic", "fmpy", "lxml")
 """Whose versions may change what is in an FMU."""
-ROOMS = ("reference", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator")
+ROOMS = (
+    "reference", "pose", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator",
+)  # fmt: skip
+_OF_PLATFORM = ("pose",)
+"""Rooms that a machine without a platform does not have."""
+
+
+def rooms(machine: Machine) -> tuple[str, ...]:
+    """The rooms of a machine."""
+    return tuple(room for room in ROOMS if machine.has_platform or room not in _OF_PLATFORM)
 
 
 @lru_cache

@@ -8,7 +8,15 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import PLATFORMS, OutFolder, listed_values
+from flexhex.arguments import (
+    DEFAULT_MACHINE,
+    PLATFORMS,
+    MachineFile,
+    OutFolder,
+    Trajectory,
+    found_machine,
+    listed_values,
+)
 from flexhex.fmus.common.errors import UsageError
 
 TOOLS = ("cofmupy", "maestro", "osp")
@@ -31,11 +39,13 @@ def export_command(
     variables: Annotated[
         bool, typer.Option("--variables", help="variables.csv, all variables of all FMUs")
     ] = False,
+    trajectory: Trajectory = None,
+    machine: MachineFile = DEFAULT_MACHINE,
     platform: Annotated[
         str | None,
         typer.Option(
             "--platform",
-            help="computers of controller.fmu, as in `build`",
+            help="computers of new FMUs, as in `build`",
             autocompletion=lambda incomplete: listed_values(incomplete, PLATFORMS),
         ),
     ] = None,
@@ -51,22 +61,34 @@ def export_command(
     from flexhex.export.variables import export_variables
     from flexhex.export.wiring import export_wiring
     from flexhex.fmugen.platforms import wanted
+    from flexhex.trajectory.variant import with_trajectory
 
     if not math.isfinite(duration):
         raise UsageError(f"--duration {duration:g}: must be a number of seconds")
-    if platform is not None and not container:
-        raise UsageError("--platform is for --container: the other files fit every computer")
+    if platform is not None and not container and trajectory is None:
+        text = "--platform is for --container and --trajectory: the other files fit every computer"
+        raise UsageError(text)
+    if machine != DEFAULT_MACHINE and trajectory is None:
+        raise UsageError("--machine is for --trajectory: a .ssp holds its machine")
+    platforms = wanted(platform) if platform else ()
     written: list[Path] = []
+    if trajectory is not None:
+        variant = with_trajectory(description, trajectory, found_machine(machine), out, platforms)
+        description = variant.path
+        written.append(description)
     if tool:
         files = export_wiring(description, out / tool, tool, duration)
         written += [path for path in files if path.suffix != ".fmu"]
     if container:
-        written += export_container(description, out, wanted(platform) if platform else ())
+        written += export_container(description, out, platforms)
     if variables:
         written.append(export_variables([description], out / "variables.csv"))
     if diagram:
         written.append(export_diagram(description, out / f"{description.stem}.svg"))
     if not written:
-        raise UsageError("nothing to export: add --for TOOL, --container, --variables or --diagram")
+        raise UsageError(
+            "nothing to export: add --trajectory FILE, --for TOOL, --container, --variables or"
+            " --diagram"
+        )
     for path in written:
         print(path)

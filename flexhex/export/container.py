@@ -11,15 +11,17 @@ from flexhex.fmugen.container import build_container
 from flexhex.fmugen.container_parts import NAME, Container, Link, Part
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable, array_of
+from flexhex.ssp.hexapod import PLAYER
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.system import Box, Component, System
 from flexhex.ssp.write import write_ssp
 
 OUTSIDE = ("reference", "plant")
-"""Components that stay FMUs of their own."""
+"""Components that stay FMUs of their own, with a player of wanted poses where there is one."""
 SHOWN = ("F.tau_ff", "K.p")
 """Outputs that the container shows although they only connect its parts."""
 _BOXES: dict[str, Box] = {
+    PLAYER: (-160, 0, -60, 80),
     "reference": (0, 0, 100, 80),
     NAME: (200, 0, 300, 80),
     "plant": (400, 0, 500, 80),
@@ -29,6 +31,7 @@ _BOXES: dict[str, Box] = {
 _ROUTES: dict[tuple[str, str], tuple[float, ...]] = {
     ("reference", NAME): (150,),
     ("reference", "plant"): (130, -30, 370),
+    (PLAYER, "plant"): (-40, -30, 370),
     (NAME, "plant"): (350,),
     ("plant", NAME): (530, 110, 170),
 }
@@ -42,14 +45,16 @@ def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> li
     holds FMUs of other makers or lacks the reference or the plant.
     """
     package = read_ssp(path)
-    container = container_of(package)
+    players = [i.name for i in package.instances if i.name == PLAYER]
+    outside = (*players, *OUTSIDE)
+    container = container_of(package, outside)
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as cache:
         built = build_container(container, out, Path(cache), platforms)
     system = system_around(package, container)
     beside = []
     for instance in package.instances:
-        if instance.name in OUTSIDE:
+        if instance.name in outside:
             beside.append(out / Path(instance.source).name)
             beside[-1].write_bytes(package.fmus[instance.source])
     return [built, *beside, write_ssp(system, out, out / f"{package.path.stem}-{NAME}.ssp")]
@@ -114,12 +119,13 @@ def system_around(package: Package, container: Container) -> System:
     rooms = {
         i.name: Part(i.name, package.fmus[i.source]).interface
         for i in package.instances
-        if i.name in OUTSIDE
+        if i.name in _BOXES
     }
     sources = {i.name: Path(i.source).name for i in package.instances}
     components = tuple(
         Component(name, rooms.get(name, container.interface), sources.get(name, ""), box)
         for name, box in _BOXES.items()
+        if name in (*rooms, NAME)
     )
     inside = {p.name for p in container.parts}
     pairs: dict[tuple[str, str], None] = {}

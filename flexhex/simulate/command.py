@@ -7,14 +7,30 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import AsJson, command_line
+from flexhex.arguments import (
+    DEFAULT_MACHINE,
+    AsJson,
+    MachineFile,
+    Trajectory,
+    command_line,
+    found_machine,
+)
+from flexhex.fmus.common.errors import UsageError
+
+DURATION = 10.0
+"""Simulated time [s] where neither the user nor a trajectory says one."""
 
 
 def simulate_command(
     description: Annotated[Path, typer.Argument(metavar="SSP", help="system description (.ssp)")],
     duration: Annotated[
-        float, typer.Option("--duration", "-d", help="simulated time in seconds")
-    ] = 10.0,
+        float | None,
+        typer.Option(
+            "--duration",
+            "-d",
+            help=f"simulated time in seconds; default {DURATION:g}, or all of the trajectory",
+        ),
+    ] = None,
     result: Annotated[
         Path,
         typer.Option(
@@ -25,9 +41,13 @@ def simulate_command(
         list[str] | None,
         typer.Option(metavar="SIGNAL", help="log a further signal, e.g. N_F.x (may be repeated)"),
     ] = None,
+    trajectory: Trajectory = None,
+    machine: MachineFile = DEFAULT_MACHINE,
     json: AsJson = False,
 ) -> None:
     """Simulate a .ssp, save its signals, show tracking error and feedback torque."""
+    import tempfile
+
     from flexhex.output.live import live
     from flexhex.simulate.view import print_simulation, simulation_json
     from flexhex.ssp.executor import run as execute
@@ -35,9 +55,18 @@ def simulate_command(
     from flexhex.ssp.signals import DEFAULT
 
     check_target(result)
-    with live() as progress:
-        advance = progress.line(description.name, duration)
-        found = execute(description, duration, signals=[DEFAULT, *(also or [])], progress=advance)
+    if machine != DEFAULT_MACHINE and trajectory is None:
+        raise UsageError("--machine is for --trajectory: a .ssp holds its machine")
+    with tempfile.TemporaryDirectory() as folder, live() as progress:
+        seconds = DURATION if duration is None else duration
+        if trajectory is not None:
+            from flexhex.trajectory.variant import with_trajectory
+
+            variant = with_trajectory(description, trajectory, found_machine(machine), Path(folder))
+            description = variant.path
+            seconds = variant.end if duration is None else duration
+        advance = progress.line(description.name, seconds)
+        found = execute(description, seconds, signals=[DEFAULT, *(also or [])], progress=advance)
     path = save(found, result, provenance(command=command_line()))
     if json:
         print(simulation_json(found, path))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 
-from flexhex.fmugen.rooms import ROOMS, Source, Starts, room_interface, with_starts
+from flexhex.fmugen.rooms import Source, Starts, room_interface, rooms, with_starts
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
@@ -49,12 +49,12 @@ class Builder:
     def check(self) -> None:
         """Make all but the C code: MachineError names file and field of what a room refuses."""
         path, truth = self.machine_file, self.truth
-        rooms = {room: partial(room_interface, room, self.machine) for room in ROOMS}
-        for room, make in rooms.items():
+        makers = {room: partial(room_interface, room, self.machine) for room in rooms(self.machine)}
+        for room, make in makers.items():
             named(path, make, room)
         named(path, partial(check_settle, self.machine))
         named(path, lambda: self.schedule, "feedback")
-        for room, make in rooms.items():
+        for room, make in makers.items():
             named(path, partial(make, starts=self._starts_of(room)), room)
         if truth.exists():
             named(truth, self._machine.interface, "machine")
@@ -83,7 +83,7 @@ class Builder:
         self.check()
         folder, truth = self.out / "fmus", self.truth
         # the largest first; compilers run side by side
-        largest_first = sorted(ROOMS, key=("plant", "estimator").count, reverse=True)
+        largest_first = sorted(rooms(self.machine), key=("plant", "estimator").count, reverse=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             jobs = [
                 pool.submit(self._room, room, folder, self._starts_of(room))
@@ -171,5 +171,5 @@ class Builder:
         return with_starts(room_interface(room, self.machine), starts)
 
     def _system(self, starts: Mapping[str, Starts]) -> System:
-        rooms = {room: room_interface(room, self.machine) for room in ROOMS}
-        return hexapod(rooms, base=self.machine.timing.base)
+        interfaces = {room: room_interface(room, self.machine) for room in set(INSTANCES.values())}
+        return hexapod(interfaces, base=self.machine.timing.base)

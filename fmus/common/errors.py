@@ -30,6 +30,12 @@ class LogError(FlexhexError):
     exit_code = 3
 
 
+class TrajectoryError(FlexhexError):
+    """A trajectory file that cannot be read, or a motion that the machine cannot make."""
+
+    exit_code = 3
+
+
 class OutputError(FlexhexError):
     """A file or folder that cannot be written."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from flexhex.fmugen.rooms import ROOMS
 from tests.conftest import MACHINE_FILE, ROOT
 
 CODE = """
@@ -52,7 +53,7 @@ def build(folder: Path, rooms: tuple[str, ...], umask: int, language: str, seed:
     [
         ("feedback",),
         pytest.param(
-            ("reference", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator"),
+            ROOMS,
             marks=pytest.mark.slow,
         ),
     ],

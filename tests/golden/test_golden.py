@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,15 @@ import pytest
 
 from flexhex.fmus.common.interface import array_of
 from flexhex.ssp.executor import run
+from flexhex.ssp.read import read_ssp
+from tests.conftest import MACHINE_FILE, ROOT
 from tests.golden.golden import FOLDER, Table, play, read, write
 
 # FMU -> instance whose inputs are recorded, first tick, number of rows, ticks that each row is
 # held (the reference moves after 2 s only, the estimator adapts after 0.3 s only)
 RECORDED = {
     "reference": ("reference", 0, 40, 300),
+    "pose": ("reference", 8800, 20, 30),
     "kinematics": ("N_E", 4400, 16, 1),
     "feedforward": ("F", 4400, 10, 1),
     "feedback": ("feedback", 8800, 40, 1),
@@ -22,6 +26,8 @@ RECORDED = {
     "filter": ("W", 4400, 24, 1),
     "estimator": ("K", 70, 6, 3),
 }
+ALONG_POSES = ("pose",)
+"""FMUs whose inputs are recorded along a trajectory of poses."""
 # Straight-line code with the same operations in the same order: what differs between compilers
 # and C libraries is the last bit of sin, cos, exp and sqrt. 1e-9 of the largest value of an array
 # is far above that and far below any change of an equation.
@@ -29,17 +35,28 @@ RTOL = 1e-9
 
 
 @pytest.fixture(scope="module")
-def inputs(request: pytest.FixtureRequest, hexapod_ssp: Path) -> dict[str, Table] | None:
+def inputs(
+    request: pytest.FixtureRequest, hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Table] | None:
     """Inputs of every FMU from the adaptive loop, only when golden results are updated."""
     if not request.config.getoption("--update"):
         return None
-    from flexhex.ssp.read import read_ssp
+    from flexhex.trajectory.variant import with_trajectory
 
-    package = read_ssp(hexapod_ssp)
+    folder = tmp_path_factory.mktemp("golden")
+    poses = with_trajectory(hexapod_ssp, ROOT / "examples/motion.csv", MACHINE_FILE, folder).path
+    others = [fmu for fmu in RECORDED if fmu not in ALONG_POSES]
+    return recorded_inputs(hexapod_ssp, others) | recorded_inputs(poses, ALONG_POSES)
+
+
+def recorded_inputs(ssp: Path, fmus: Sequence[str]) -> dict[str, Table]:
+    """Inputs of FMUs from a run of their system."""
+    package = read_ssp(ssp)
     everything = [instance.name for instance in package.instances]
-    result = run(hexapod_ssp, 2.4, signals=everything)
+    result = run(ssp, 2.4, signals=everything)
     tables = {}
-    for fmu, (instance, first, count, _) in RECORDED.items():
+    for fmu in fmus:
+        instance, first, count, _ = RECORDED[fmu]
         period = round(float(package.instance(instance).parameters["Ts"]) / package.base)
         wires = [w for w in package.wires if w.target == instance]
         columns = []

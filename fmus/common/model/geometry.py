@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmus.common.errors import MachineError
-from flexhex.fmus.common.interface import Variable
+from flexhex.fmus.common.interface import Causality, Variable
 from flexhex.fmus.common.machine.machine import Machine
 
 Array = NDArray[np.float64]
@@ -103,6 +103,40 @@ def coordinate_inputs(machine: Machine, title: str) -> tuple[Variable, ...]:
         Variable("x", "input", "1", title, size, x0, min=-10, max=10, **at),
         Variable("xd", "input", "1/s", "its rates", size, min=-1e4, max=1e4, **rate),
         Variable("xdd", "input", "1/s2", "its accelerations", size, min=-1e7, max=1e7, **rate2),
+    )
+
+
+POSE = ("x", "lam")
+"""What a pose of E consists of: its position [m], its quaternion as in x~."""
+
+
+def pose_variables(machine: Machine, causality: Causality) -> tuple[Variable, ...]:
+    """x_E (3,), lam_E (4,), then their rates, then their accelerations; they start at neutral.
+
+    lam_E of any length but zero is the orientation of lam_E / |lam_E|.
+    """
+    at_rest = {"x": machine.platform.x_E0, "lam": (1.0, 0.0, 0.0, 0.0)}
+    units = {"x": "m", "lam": "1"}
+    texts = {"x": "position of E", "lam": "quaternion of E, scalar first, body to world"}
+    derivatives = (
+        ("", "", "", 10.0),
+        ("d", "/s", ", its rate", 1e4),
+        ("dd", "/s2", ", its acceleration", 1e7),
+    )
+    return tuple(
+        Variable(
+            f"{name}{suffix}_E",
+            causality,
+            units[name] + per,
+            texts[name] + text,
+            size=len(at_rest[name]),
+            start=0.0 if suffix else at_rest[name],
+            min=-limit,
+            max=limit,
+            elements=AXES if name == "x" else (),
+        )
+        for suffix, per, text, limit in derivatives
+        for name in POSE
     )
 
 

@@ -7,7 +7,12 @@ quadratic in lam, so the constraints are polynomials and Newton steps stay exact
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
+
+TERMS = 14
+"""Of the series in the square of an angle: exact to rounding up to a whole turn."""
 
 
 def conj(lam: ca.SX) -> ca.SX:
@@ -50,3 +55,15 @@ def rotation_vector(lam: ca.SX) -> ca.SX:
     """Rotation vector (3,) [rad] of a unit quaternion, below half a turn."""
     norm = ca.sqrt(ca.dot(lam[1:4], lam[1:4]) + 1e-30)
     return 2 * ca.atan2(norm, lam[0]) / norm * lam[1:4]
+
+
+def of_rotation_vector(phi: ca.SX) -> ca.SX:
+    """Unit quaternion (4,) of a rotation vector (3,) [rad], within a turn.
+
+    cos(a / 2) and sin(a / 2) / a as series in a^2 = |phi|^2: smooth at zero, where a is not.
+    """
+    square = ca.dot(phi, phi) / 4
+    powers = [(-square) ** k for k in range(TERMS)]
+    cosine = sum(power / math.factorial(2 * k) for k, power in enumerate(powers))
+    sine = sum(power / math.factorial(2 * k + 1) for k, power in enumerate(powers))
+    return ca.vertcat(cosine, sine / 2 * phi)
