@@ -22,7 +22,8 @@ from tests.test_documents import blocks
 def test_lines_of_the_readme_print_what_they_say(fmu_dir: Path, name: str) -> None:
     text = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     (code,), (wanted,) = blocks(text, "python"), blocks(text, "text")
-    assert f"out/fmus/{name}.fmu" in code
+    # the machine's lines run plant.fmu beside it, by name
+    assert f"out/fmus/{name}.fmu" in code or "out/fmus/{name}.fmu" in code
     assert len(code.splitlines()) <= 12
     here = code.replace("out/fmus", str(fmu_dir))
     done = subprocess.run([sys.executable, "-c", here], capture_output=True, text=True, check=False)
