@@ -28,9 +28,9 @@ from flexhex.diagnosis.selection.choose import (
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import (
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
     Columns,
-    Hypotheses,
     NamelessHypothesis,
     nameless,
 )

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import evidences, tried
-from flexhex.diagnosis.selection.hypotheses import (
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     EffectHypothesis,
-    Hypotheses,
 )
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.scores import (

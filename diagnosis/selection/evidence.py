@@ -21,7 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from flexhex.diagnosis.selection.hypotheses import EffectHypothesis, Products
+from flexhex.diagnosis.selection.hypothesis import (
+    EffectHypothesis,
+    Products,
+)
 from flexhex.diagnosis.selection.moments import Left, Moments
 
 Array = NDArray[np.float64]

@@ -23,10 +23,10 @@ from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.fit import calibrate
 from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.hypotheses import (
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     Columns,
-    Hypotheses,
     Payload,
     nameless,
 )

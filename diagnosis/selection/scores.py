@@ -18,10 +18,10 @@ from flexhex.diagnosis.selection.evidence import (
     products,
     tried,
 )
-from flexhex.diagnosis.selection.hypotheses import (
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
-    Hypotheses,
     Hypothesis,
     NamelessHypothesis,
 )

@@ -26,7 +26,12 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import Axis, ChangedParameter, Hypotheses, Payload
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
+    Axis,
+    ChangedParameter,
+    Payload,
+)
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows

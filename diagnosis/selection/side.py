@@ -18,7 +18,10 @@ from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.selection.choose import Accepted, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.hypotheses import ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import (
+    ChangedParameter,
+    EffectHypothesis,
+)
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.search import Selection, select

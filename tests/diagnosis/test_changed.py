@@ -17,7 +17,9 @@ from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection.choose import passes
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.hypotheses import ChangedParameter
+from flexhex.diagnosis.selection.hypothesis import (
+    ChangedParameter,
+)
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.scores import Score, change_scores
 from tests.diagnosis.test_selection import rows_of

@@ -18,7 +18,10 @@ from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
-from flexhex.diagnosis.selection.hypotheses import Columns, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import (
+    Columns,
+    EffectHypothesis,
+)
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.search import Selection, select

@@ -31,6 +31,13 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.25 ms": BASE,
         "6.12": "version of Linux",
     },
+    "docs/motion.md": {
+        "0.25 ms": BASE,
+        "0.3 m": "height of the neutral pose, in machines/tflex.toml",
+        "2 s": "default of t_start",
+        "16 %": "property of a cubic spline through even waypoints",
+        "25 %": "limit of a swing beyond two rows",
+    },
     "docs/glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
     "docs/import.md": {
         "0.25 ms": BASE,

@@ -1,0 +1,153 @@
+"""One thing that could explain the data, with its columns and their products with the rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.rows import Rows
+
+Array = NDArray[np.float64]
+Axis = int | None
+
+
+@dataclass(frozen=True)
+class Products:
+    """Of whitened columns with the model's (m, shapes * k), with the torque (shapes * k,) and with
+    each other (shapes, k, k)."""
+
+    cross: Array
+    right: Array
+    own: Array
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of all shapes side by side on each axis that feels them, per unit of their gains: raw
+    (R, shapes * k) [N m] where there is one shape alone, white the same whitened."""
+
+    raw: Mapping[int, Array]
+    white: Mapping[int, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class EffectHypothesis:
+    """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
+    felt: axes that feel it; low, high (k,): least gains, largest ones or None for none; freedom:
+    numbers that a fit may choose; extends:
+    the simpler effect that it becomes without its further gains; choices: shapes that those of the
+    grid were picked from."""
+
+    id: str
+    axis: Axis
+    shapes: tuple[Mapping[str, float], ...]
+    columns: Callable[[], Columns]
+    felt: tuple[int, ...]
+    low: Array
+    freedom: int
+    extends: str
+    exact: bool
+    most: int
+    choices: int = 1
+    high: Array | None = None
+
+    @property
+    def width(self) -> int:
+        """Gains."""
+        return len(self.low)
+
+    @cached_property
+    def _known(self) -> dict[Term | None, dict[int, Any]]:
+        """Products with the base model, None, and with terms, of each fold."""
+        return {}
+
+    def products(self, rows: Rows, fold: int) -> Products:
+        """Products of the columns with the base model's, with the torque, and with each other;
+        these not between passes: noise in a column must not make it seem small. Kept."""
+        if None not in self._known:
+            white = self.columns().white
+            self._known[None] = {f: self._products(rows, white, p) for f, p in rows.parts.items()}
+        found: Products = self._known[None][fold]
+        return found
+
+    def _products(self, rows: Rows, white: Mapping[int, Array], part: slice) -> Products:
+        width, count = self.width, len(self.shapes)
+        cross, right = np.zeros((rows.nb, count * width)), np.zeros(count * width)
+        own = np.zeros((count, width, width))
+        for i, columns in white.items():
+            cross += rows.twin_B[i][part].T @ columns[part]
+            right += columns[part].T @ rows.twin_y[i][part]
+            single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
+            own += single @ single.transpose(0, 2, 1)
+        return Products(cross, right, own)
+
+    def beside(self, term: Term, rows: Rows, fold: int) -> Array:
+        """Products (k', shapes * k) of an accepted term's columns with these, between passes.
+        Kept."""
+        if term not in self._known:
+            common = term.white.keys() & set(self.felt)
+            white = self.columns().white if common else {}
+            empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
+            self._known[term] = {
+                f: sum((term.twin[i][p].T @ white[i][p] for i in common), empty)
+                for f, p in rows.parts.items()
+            }
+        found: Array = self._known[term][fold]
+        return found
+
+
+@dataclass(frozen=True)
+class NamelessHypothesis:
+    """Columns of something without a name, and how their coefficients go together, each (k, k')."""
+
+    columns: EffectHypothesis
+    ways: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class ChangedParameter:
+    """Base parameters, at these places, that may leave their tolerances: one, or a body's."""
+
+    id: str
+    places: tuple[int, ...]
+    axis: Axis
+    extends: str = ""
+    choices: int = 1
+
+    @property
+    def freedom(self) -> int:
+        """A parameter that is there already is simpler than any effect."""
+        return len(self.places) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A payload that some runs carried; bench: of the base model with its columns; choices: ways to
+    part the runs."""
+
+    bench: Bench
+    freedom: int
+    choices: int
+    id: str = "payload"
+    axis: Axis = None
+    extends: str = ""
+
+
+Hypothesis = EffectHypothesis | ChangedParameter | Payload
+
+
+def nameless(
+    axis: Axis, argument: str, made: Columns, ways: tuple[Array, ...]
+) -> NamelessHypothesis:
+    """Something without a name from its columns (R, k) on an axis or on several."""
+    felt, count = tuple(made.raw), next(iter(made.raw.values())).shape[1]
+    low = np.full(count, -np.inf)
+    columns = EffectHypothesis(argument, axis, ({},), lambda: made, felt, low, count, "", False, 1)
+    return NamelessHypothesis(columns, ways)
