@@ -1,0 +1,75 @@
+"""The search beside several effects of one axis: as many as there are, each with its own shape."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.search import Selection
+from flexhex.diagnosis.selection.side import nameless, selected, tolerated
+from tests.diagnosis.single import write
+from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, chosen, moved, names
+
+ORDERS = (29.0, 58.0, 87.0, 116.0, 145.0)
+
+
+def orders(selection: Selection) -> list[float]:
+    """Of the harmonics that were accepted, ascending."""
+    found = [a.score.order for a in selection.accepted]
+    return sorted(order for order in found if order is not None)
+
+
+def test_all_harmonics_of_an_axis_are_named(tmp_path: Path) -> None:
+    """With their common torque, and nothing else."""
+    selection = chosen(tmp_path, lambda q, v, a: 0.01 * RMS * sum(np.sin(n * q) for n in ORDERS))
+    assert names(selection) == ["cogging_harmonic"] * len(ORDERS)
+    np.testing.assert_allclose(orders(selection), ORDERS, atol=0.5)
+    assert not nameless(selection, USUAL)
+    whole = 0.01 * np.sqrt(len(ORDERS) / 2)
+    # the smoothing window takes more of a higher order
+    assert 0.6 * whole < selection.explained[0] < 1.05 * whole
+
+
+def test_first_of_two_waves_that_are_close_is_revised(tmp_path: Path) -> None:
+    """Alone it stands in for both, with an order between them."""
+    selection = chosen(
+        tmp_path, lambda q, v, a: 0.01 * RMS * (np.sin(18.0 * q) + np.sin(24.0 * q + 1.0))
+    )
+    np.testing.assert_allclose(orders(selection), (18.0, 24.0), atol=0.7)
+
+
+def accepted(*given: float | None) -> list[Any]:
+    """Effects with these orders."""
+    return [SimpleNamespace(score=SimpleNamespace(order=order)) for order in given]
+
+
+def test_harmonics_of_one_wave_count_once_in_what_may_remain() -> None:
+    wave = tolerated(accepted(29.0), 0.1, USUAL)
+    assert tolerated(accepted(29.0, 58.0, 87.0), 0.1, USUAL) == wave
+    assert tolerated(accepted(29.0, 41.0), 0.1, USUAL) == pytest.approx(wave / 2)
+    assert tolerated(accepted(29.0, None), 0.1, USUAL) == pytest.approx(wave / 2)
+    assert tolerated((), 0.1, USUAL) == 0.0
+
+
+@pytest.mark.parametrize("held_out", [(2, ["cogging_harmonic"]), (0, [])], ids=["there", "not"])
+def test_one_trajectory_names_what_predicts_another_one(
+    held_out: tuple[int, list[str]], tmp_path: Path
+) -> None:
+    size = {1: 0.02, 2: 0.01 * held_out[0]}
+    paths = []
+    for k, (motion, number) in enumerate(RUNS[:4]):
+        torque = size[motion] * RMS * np.sin(53.0 * moved(CLOCK, motion)[0])
+        paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=torque))
+    base, asked, _ = asked_of(paths[:2], paths[2:], None, Options(base="axis"))
+    made, _, _ = fitted(base, asked.runs)
+    bench = Bench(made, compiled(1, None, made.base.holds))
+    side = selected(bench, asked.judged, lambda text: None)
+    assert [named.id for named in side.named] == held_out[1]
