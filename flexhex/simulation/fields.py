@@ -64,8 +64,8 @@ def keys_of(error: StartValueError, room: str) -> tuple[str, ...]:
     """
     variable, element = error.name.partition("[")[0], error.element
     if variable == "Ts":
-        base = {"estimator": "adaptation", "plant": "base", "feedback": "base", "reference": "base"}
-        return (f"timing.{base.get(room, 'feedforward')}",)
+        base = dict.fromkeys(("plant", "feedback", "reference", "pose"), "base")
+        return (f"timing.{(base | {'estimator': 'adaptation'}).get(room, 'feedforward')}",)
     if variable in KEYS or not element:
         return KEYS.get(variable, ())
     owner, _, quantity = element.partition(".")

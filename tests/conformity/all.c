@@ -17,6 +17,7 @@ enum { STEPS = 1000, MOST = 2048, ARENA = 1 << 24 };
 #ifndef FMUS
 #define FMUS(X) \
   X(reference)  \
+  X(pose)       \
   X(kinematics) \
   X(feedforward) X(feedback) X(plant) X(filter) X(estimator) X(machine)
 #endif

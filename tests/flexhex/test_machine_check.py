@@ -113,7 +113,7 @@ CASES: dict[str, tuple[Edit, str]] = {
 SET_BY_NO_FILE = {
     *("kind", "seed", "t_start", "passes", "speed", "rounding", "fade", "f_base", "n_sines"),
     *("f0", "f1", "payload_count", "payload_time", "payload_mass", "corrections", "tolerance"),
-    *("basis", "play", "substeps", "ff_gain", "e_max", "adapt"),
+    *("basis", "play", "substeps", "ff_gain", "e_max", "adapt", "margin"),
 }
 """Parameters whose start values are the same for all machines."""
 

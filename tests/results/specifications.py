@@ -45,6 +45,13 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "12 s": "length of a logged run",
         "10 µrad": "limit below which machines are counted",
     },
+    "docs/motion.md": {
+        "0.25 ms": BASE,
+        "2 s": "rest before the motion",
+        "0.3 m": "neutral pose of the machine file",
+        "25 %": "limit of the swing between rows",
+        "360 rad": "torque limit over inertia of the machine file, per s2",
+    },
     "docs/method.md": {
         "1.96": "standard deviations of a 95 % interval",
         "3.5": "section of a book",
