@@ -30,6 +30,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
+    EffectHypothesis,
     Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -177,13 +178,14 @@ class Search:
         """See `choose.chosen`."""
         return chosen(moments, known, scores, self.least, number, self.criteria)
 
-    def accept(self, found: Accepted, place: int | None = None) -> None:
-        """Put a hypothesis into the model, at a place of the list or at its end."""
-        hypothesis, term = found.score.hypothesis, None
+    def accept(self, found: Accepted, place: int | None = None, term: Term | None = None) -> None:
+        """Put a hypothesis into the model, at a place of the list or at its end; term: of the same
+        effect before, whose products with others are known."""
+        hypothesis = found.score.hypothesis
         if isinstance(hypothesis, ChangedParameter):
             self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
         else:
-            term = effect_term(self.moments, self.hypotheses, found.score)
+            term = term or effect_term(self.moments, self.hypotheses, found.score)
             self.moments = self.moments.extended(term)
         self.stale = {*range(self.hypotheses.rows.n), None}
         place = len(self.accepted) if place is None else place
@@ -209,8 +211,17 @@ class Search:
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
         found = self.chosen(self.moments, known, scores, before.round)
-        if found is not None:
-            self.accept(found, place)
+        if found is None:
+            return
+        again = _shaped(found.score) == _shaped(before.score)
+        self.accept(found, place, term if again else None)
+
+
+def _shaped(score: Score) -> tuple[str, Axis, Mapping[str, float]]:
+    """What makes an effect: its name, its axis, its shape."""
+    hypothesis = score.hypothesis
+    shaped = isinstance(hypothesis, EffectHypothesis)
+    return hypothesis.id, hypothesis.axis, hypothesis.shapes[score.shape] if shaped else {}
 
 
 def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[float, ...]:

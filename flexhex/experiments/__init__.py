@@ -28,7 +28,7 @@ from flexhex.output.tables import Column, html
 class Experiment:
     """One experiment. run(builder, fit, progress, command, quick) -> its result, which `figures`
     (by the id of their place) and `rows`, shown in `columns`, turn into plots and a table.
-    on_request: it takes minutes, so it runs only when it is named. data: its part of `--json`."""
+    with_truth: of a machine that differs from its model alone. data: its part of `--json`."""
 
     name: str
     title: str
@@ -36,7 +36,7 @@ class Experiment:
     figures: Callable[[Any], dict[str, Figure]]
     rows: Callable[[Any], list[dict[str, Any]]]
     columns: tuple[Column, ...]
-    on_request: bool = False
+    with_truth: bool = False
     data: Callable[[Any], Any] | None = None
 
 
@@ -82,7 +82,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             missing.figures,
             missing.rows,
             missing.COLUMNS,
-            on_request=True,
+            with_truth=True,
             data=missing.data,
         ),
     )

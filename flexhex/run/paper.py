@@ -65,7 +65,7 @@ def paper_run(
     UsageError for another name, MachineError for a machine file that cannot be built.
     """
     began, machine = time.monotonic(), builder.machine
-    names = chosen(only, quick)
+    names = chosen(only, quick, builder.has_truth)
     with_table = TABLE in names
     builder.check()
     alone = actuators_builder(builder) if with_table else None
@@ -92,10 +92,10 @@ def paper_run(
     return PaperRun(builder, estimate, measured, table, extra, actuators, results, command, wall)
 
 
-def chosen(only: str | None, quick: bool) -> list[str]:
-    """What a run does, `table` first."""
+def chosen(only: str | None, quick: bool, with_truth: bool) -> list[str]:
+    """What a run does, `table` first; with_truth: the machine differs from its model."""
     if only is None:
-        every = [TABLE, *(e.name for e in EXPERIMENTS.values() if not e.on_request)]
+        every = [TABLE, *(e.name for e in EXPERIMENTS.values() if with_truth or not e.with_truth)]
         return every[:1] if quick else every
     if only != TABLE:
         experiment(only)

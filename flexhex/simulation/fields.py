@@ -70,8 +70,8 @@ def keys_of(error: StartValueError, room: str) -> tuple[str, ...]:
     """
     variable = array_of(error.name)
     if variable == "Ts":
-        base = {"estimator": "adaptation", "plant": "base", "feedback": "base", "reference": "base"}
-        return (f"timing.{base.get(room, 'feedforward')}",)
+        base = dict.fromkeys(("plant", "feedback", "reference", "pose"), "base")
+        return (f"timing.{(base | {'estimator': 'adaptation'}).get(room, 'feedforward')}",)
     if variable in KEYS:
         return KEYS[variable]
     if term := _TERM.search(error.name):

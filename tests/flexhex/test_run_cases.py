@@ -60,11 +60,16 @@ def test_missing_needs_a_truth(alone: Builder, nominal: Fit) -> None:
 
 def test_stages_are_counted_as_they_are_announced() -> None:
     """3 for the fit, 1 for the table, 1 for the report; the actuators have their own 4."""
-    assert stage_count(chosen(None, True), False) == 5
-    assert stage_count(chosen(None, True), True) == 9
-    assert stage_count(chosen(None, False), True) == 9 + 3
-    assert stage_count(chosen("repeatability", False), False) == 3 + 1 + 1
-    assert stage_count(chosen("missing", False), False) == 3 + 3 + 1
+    assert stage_count(chosen(None, True, True), False) == 5
+    assert stage_count(chosen(None, True, True), True) == 9
+    assert stage_count(chosen(None, False, False), True) == 9 + 3
+    assert stage_count(chosen("repeatability", False, True), False) == 3 + 1 + 1
+    assert stage_count(chosen("missing", False, True), False) == 3 + 3 + 1
+
+
+def test_what_the_model_lacks_is_asked_of_a_machine_that_differs_from_it() -> None:
+    assert chosen(None, False, True) == [*chosen(None, False, False), "missing"]
+    assert "missing" not in chosen(None, True, True), "a quick run shows the table alone"
 
 
 def test_saved_signals_are_enough_for_identify_and_compare(

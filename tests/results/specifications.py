@@ -31,13 +31,6 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.25 ms": BASE,
         "6.12": "version of Linux",
     },
-    "docs/motion.md": {
-        "0.25 ms": BASE,
-        "0.3 m": "height of the neutral pose, in machines/tflex.toml",
-        "2 s": "default of t_start",
-        "16 %": "property of a cubic spline through even waypoints",
-        "25 %": "limit of a swing beyond two rows",
-    },
     "docs/glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
     "docs/import.md": {
         "0.25 ms": BASE,
@@ -51,6 +44,12 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/machines.md": {
         "12 s": "length of a logged run",
         "10 µrad": "limit below which machines are counted",
+    },
+    "docs/motion.md": {
+        "0.25 ms": BASE,
+        "2 s": "rest before the motion",
+        "0.3 m": "neutral pose of the machine file",
+        "25 %": "limit of the swing between rows",
     },
     "docs/method.md": {
         "1.96": "standard deviations of a 95 % interval",
