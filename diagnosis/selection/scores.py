@@ -20,6 +20,7 @@ from flexhex.diagnosis.selection.evidence import (
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
+    Axis,
     ChangedParameter,
     EffectHypothesis,
     Hypothesis,
@@ -75,6 +76,13 @@ class Score:
     def elsewhere(self) -> float:
         """Evidence without the fold that shows it best: no single one decides [nats]."""
         return float(self.without.min())
+
+    @property
+    def effect(self) -> tuple[str, Axis, Mapping[str, float]]:
+        """What makes it the same one as another: name, axis, shape."""
+        own = self.hypothesis
+        shape = own.shapes[self.shape] if isinstance(own, EffectHypothesis) else {}
+        return own.id, own.axis, shape
 
     @property
     def worst(self) -> float:

@@ -30,7 +30,6 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
-    EffectHypothesis,
     Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -213,15 +212,8 @@ class Search:
         found = self.chosen(self.moments, known, scores, before.round)
         if found is None:
             return
-        again = _shaped(found.score) == _shaped(before.score)
+        again = found.score.effect == before.score.effect
         self.accept(found, place, term if again else None)
-
-
-def _shaped(score: Score) -> tuple[str, Axis, Mapping[str, float]]:
-    """What makes an effect: its name, its axis, its shape."""
-    hypothesis = score.hypothesis
-    shaped = isinstance(hypothesis, EffectHypothesis)
-    return hypothesis.id, hypothesis.axis, hypothesis.shapes[score.shape] if shaped else {}
 
 
 def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[float, ...]:
