@@ -23,6 +23,8 @@ from flexhex.diagnosis.window import smoother
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
+ONE_TRAJECTORY = "one trajectory only: no other motion can refute what is found on it"
+"""A finding in the runs of a fit."""
 SAMPLES = 240e6
 """Bytes of samples that all logs together may take: beyond it stretches are left out. What is made
 of them takes some five times as much."""
@@ -133,7 +135,7 @@ def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tupl
     listed += [finding for group in groups for finding in group.findings]
     told = [str(finding) for finding in listed]
     if len({group.motion for group in groups}) == 1:
-        told.append("one trajectory only: no other motion can refute what is found on it")
+        told.append(ONE_TRAJECTORY)
     return tuple(dict.fromkeys(told))
 
 

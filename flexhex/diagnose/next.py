@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexhex.diagnose.words import listed, title
+from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import library
 
@@ -47,7 +48,10 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     if something and not found.locked:
         text = "Validate it on held-out runs of another trajectory:"
         steps.append((text, asked.again("--held-out", "OTHER_RUN")))
-    if found.verdict == "unknown":
+    if found.verdict == "unknown" and ONE_TRAJECTORY in found.findings:
+        text = "Record another trajectory, at least twice: one alone names nothing. Then:"
+        steps.append((text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
+    elif found.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
         steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
     if found.verdict == "none":

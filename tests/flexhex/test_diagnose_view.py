@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.next import Asked
 from flexhex.diagnose.view import closed, diagnosis_json, gap_rows, print_diagnosis
 from flexhex.diagnose.words import listed, measured, number, percent, phrase, verdict
 from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
@@ -23,10 +23,6 @@ from tests.flexhex.diagnoses import (
     CHANGED,
     EXAMPLES,
     NAMED,
-    NONE,
-    PAIR,
-    SET,
-    UNKNOWN,
     coulomb,
     estimate,
     gap,
@@ -224,22 +220,6 @@ def test_terminal_holds_findings_notes_and_what_was_run() -> None:
     assert "finding 10\n" not in shown(many)
     assert "and 4 more in the report" in shown(many)
     assert shown(CANNOT).count("no trajectory was run twice") == 0, "the verdict has said it"
-
-
-def test_next_steps_are_commands_that_can_be_typed() -> None:
-    assert next_steps(NAMED, ASKED)[0][1] == f"flexhex run -m {NAMED.machine}"
-    again = "flexhex diagnose 'run 1.csv' --locked run9.csv --apply"
-    assert next_steps(BASIC, ASKED) == [
-        ("Add what was found to a copy of the machine file:", again)
-    ]
-    separate, best = next_steps(SET, ASKED)
-    assert separate[1].startswith("flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv' --locked run9")
-    assert "next-coulomb_friction.csv" in separate[0]
-    assert best[0].startswith("Or add the best of them")
-    assert [words for _, words in next_steps(PAIR, ASKED)][-1].endswith("--held-out OTHER_RUN")
-    assert next_steps(CHANGED, ASKED)[0][1] == again
-    assert "--isolability" in next_steps(NONE, ASKED)[0][1]
-    assert all("--apply" not in words for _, words in next_steps(UNKNOWN, ASKED))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
