@@ -81,6 +81,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     if len(poor_axes(made, settled.held.residual)) == n:
         return asked.cannot_tell(settled.notes[-1])
     progress("commanded against reported torque", 3, 4)
+    late = delayed(settled.held)
     sides += drives_of(made, [block.run for block in made.blocks], judged)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:
@@ -105,7 +106,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
         main.candidates,
         maps(main.held),
         tuple(notes),
-        (*asked.findings, *filter(None, [delayed(made)])),
+        (*asked.findings, *filter(None, [late])),
         *asked.names,
     )
 

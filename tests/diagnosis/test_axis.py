@@ -6,14 +6,16 @@ from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
 
+import numpy as np
 import pytest
 
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
-from tests.diagnosis.single import write
+from tests.diagnosis.single import SECONDS, TS, moved, write
 
 OPTIONS = Options(base="axis")
+CLOCK = np.arange(round(SECONDS / TS)) * TS
 DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
 """What bristles with some static friction are, seen from far and from near."""
 
@@ -60,6 +62,17 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
     (told,) = [text for text in diagnosis.findings if "lags" in text]
     assert told.startswith("the torque channel lags the angles by 2 ms; treated as logger delay")
     assert not [text for text in said(0.0, TWICE).findings if "lags" in text]
+
+
+def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
+    """The base model alone takes them for a part of one."""
+    paths = []
+    for seed, number in TWICE:
+        cogging = 0.3 * np.sin(40.0 * moved(CLOCK, seed)[0])
+        paths.append(write(tmp_path / f"{seed}_{number}.csv", seed, number, 0.3, extra=cogging))
+    diagnosis = diagnose(paths, [], options=OPTIONS)
+    assert [effect.id for effect in diagnosis.effects] == ["cogging_harmonic", "coulomb_friction"]
+    assert not [text for text in diagnosis.findings if "angles by" in text]
 
 
 def test_one_trajectory_is_told_to_be_one(tmp_path: Path) -> None:
