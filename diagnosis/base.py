@@ -69,7 +69,17 @@ class Known:
     group: str
     axis: int | None = None
 
+    @property
+    def positive(self) -> bool:
+        """Whether no machine has it at or below zero: a mass, a moment of inertia about an axis, a
+        damping. (Those of an axis by itself are of all that moves it, and free.)"""
+        kind = self.name.rpartition(".")[2].partition("[")[0]
+        turning = self.unit == "kg m2" and kind in MOMENTS
+        return self.nominal > 0 and (turning or self.unit in ("kg", "N m s/rad", "N s/m"))
 
+
+MOMENTS = ("J", "J_xx", "J_yy", "J_zz", "J_r")
+"""Names of moments of inertia about an axis; the others are products."""
 LATE = 2.5
 """Samples of the log by which all torques together may stand behind the angles, or before them:
 cycles of a controller, of a bus and of a logger. One tolerance."""

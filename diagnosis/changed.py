@@ -44,6 +44,14 @@ def changed_of(held: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
     return list(found.values())
 
 
+def impossible(held: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:
+    """Parameters (places in `known`) that left their tolerances for values that no machine has."""
+    made = held.bench.made
+    places = sorted({place for body in bodies for place in body})
+    values = {p: made.known[p].nominal + made.scale[p] * held.q[p] for p in places}
+    return [made.known[p].name for p in places if made.known[p].positive and values[p] <= 0]
+
+
 def payload_changes(held: Joint) -> list[Changed]:
     """Every payload that only the runs show: mass and centre where the runs determine them; of
     axes without a known mechanism the parameters that it adds to."""

@@ -11,7 +11,6 @@ from flexhex.diagnosis.answer import Joint, axis_rms
 from flexhex.diagnosis.blocks import torque_at
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.payloads import GROUP
-from flexhex.diagnosis.selection.criteria import USUAL
 
 Array = NDArray[np.float64]
 POOR = 0.5
@@ -49,15 +48,16 @@ def strange_axes(made: Calibrated) -> list[int]:
     return [int(i) for i in np.flatnonzero(together < TOGETHER)]
 
 
-def delayed(held: Joint) -> str:
+def delayed(held: Joint, deviations: float) -> str:
     """What is said of the torques' common delay beside all that was found, or nothing: alone, the
-    base model takes friction and cogging for a part of one."""
+    base model takes friction and cogging for a part of one. deviations: standard errors that it
+    must stand above zero."""
     made = held.bench.made
     place = next(i for i, known in enumerate(made.known) if known.group == "delay")
     late, deviation = (
         np.array([held.q[place], held.covariance[place, place] ** 0.5]) * made.scale[place]
     )
-    if abs(late) < max(DELAYED, USUAL.deviations * deviation):
+    if abs(late) < max(DELAYED, deviations * deviation):
         return ""
     where = " on all axes" if made.base.n > 1 else ""
     alone = "" if made.base.n > 1 else "; a single axis does not show whether its drive is late"

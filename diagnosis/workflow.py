@@ -21,6 +21,7 @@ from flexhex.diagnosis.gaps import Before, before_of, gap_of
 from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.search import carrying
 from flexhex.diagnosis.selection.side import Side, selected
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
@@ -81,7 +82,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     if len(poor_axes(made, settled.held.residual)) == n:
         return asked.cannot_tell(settled.notes[-1])
     progress("commanded against reported torque", 3, 4)
-    late = delayed(settled.held)
+    late = delayed(settled.held, CRITERIA.deviations)
     sides += drives_of(made, [block.run for block in made.blocks], judged)
     drifts = drifts_of(settled, judged)
     if drifts and settled.held.parts:

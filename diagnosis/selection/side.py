@@ -11,7 +11,7 @@ import numpy as np
 from flexhex.diagnosis.answer import Joint, axis_rms, joint
 from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.changed import changed_of, payload_changes
+from flexhex.diagnosis.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
@@ -108,11 +108,17 @@ def selected(
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
     named = {a.score.hypothesis.axis for a in kept}
+    odd, changed = impossible(held, bodies), changed_of(held, bodies)
+    if odd:
+        # something else is wrong, which all parameters together imitate
+        changed, poor = [], list(range(made.base.n))
+        text = "would have to be at or below zero: something else is wrong, no parameter is named"
+        notes.append(f"{', '.join(odd)} {text}")
     return Side(
         held,
         others,
         tuple(named_of(held)),
-        (*payloads, *changed_of(held, bodies)),
+        (*payloads, *changed),
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),

@@ -149,11 +149,13 @@ def test_cmake_builds_the_binary(fmu_dir: Path, tmp_path: Path, name: str, stati
 def test_fmpy_compiles_the_binary(fmu_dir: Path, tmp_path: Path, name: str) -> None:
     if not shutil.which("cmake"):
         pytest.skip("FMPy needs CMake")
-    fmu = shutil.copyfile(fmu_dir / f"{name}.fmu", tmp_path / f"{name}.fmu")
-    before = members(fmu)[f"binaries/linux64/{name}.so"]
+    original, fmu = fmu_dir / f"{name}.fmu", tmp_path / f"{name}.fmu"
+    with zipfile.ZipFile(original) as old, zipfile.ZipFile(fmu, "w") as new:
+        for member in old.namelist():
+            if not member.startswith("binaries/"):
+                new.writestr(member, old.read(member))
     run([sys.executable, "-m", "fmpy", "compile", str(fmu)], tmp_path)
-    assert members(fmu)[f"binaries/linux64/{name}.so"] != before, "FMPy compiled nothing"
-    original = fmu_dir / f"{name}.fmu"
+    assert f"binaries/linux64/{name}.so" in members(fmu), "FMPy compiled nothing"
     ours = course(plan_of(original, unpack(original, tmp_path / "ours")), 200)
     assert course(plan_of(fmu, unpack(fmu, tmp_path / "theirs")), 200) == ours
 

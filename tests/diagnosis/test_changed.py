@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint
 from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.changed import changed_of
+from flexhex.diagnosis.changed import changed_of, impossible
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
@@ -91,3 +92,16 @@ def test_interval_holds_the_value() -> None:
 def test_of_a_body_those_are_given_that_differ() -> None:
     (change,) = changed_of(held(np.array([30.0, 0.0, 0.0]), 3), [(0, 1, 2)])
     assert change.parameter == "m[1]"
+
+
+@pytest.mark.parametrize(
+    ("unit", "off", "odd"),
+    [("kg", -25.0, ["m[1]"]), ("kg", -10.0, []), ("kg m", -25.0, [])],
+    ids=["below zero", "above", "first moment"],
+)
+def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) -> None:
+    """Two kilograms, known to 0.1; a first moment may have any sign."""
+    fit = held(np.array([off, 0.0, 0.0]), 3)
+    made: Any = fit.bench.made
+    made.known[:] = [replace(known, unit=unit) for known in made.known]
+    assert impossible(fit, [(0,)]) == odd
