@@ -28,16 +28,16 @@ class Elsewhere:
         if drift is not None:
             self.there = steady(self.there, drift)
         self._bench = bench.beside(self.there)
-        self._thin: dict[int, list[Array]] = {}
+        self._thin: dict[object, list[Array]] = {}
 
     def residual(self, parts: Sequence[Part], beta: Sequence[Array], q: Array) -> list[Array]:
         """Torque that base model and effects do not explain there (m, n) [N m] of each block."""
         left = self.there.residual(q)
         for part, gains in zip(parts, beta, strict=True):
-            if id(part.columns) not in self._thin:
-                thin = self._bench.thin(part.id, part.axis or 0, part.shape)
-                self._thin[id(part.columns)] = thin
-            for k, values in enumerate(self._thin[id(part.columns)]):
+            key = (part.id, part.axis, *sorted(part.shape.items()))
+            if key not in self._thin:
+                self._thin[key] = self._bench.thin(part.id, part.axis or 0, part.shape)
+            for k, values in enumerate(self._thin[key]):
                 torque = values @ gains
                 if torque.ndim == 2:
                     left[k] = left[k] - torque

@@ -21,6 +21,8 @@ class Criteria:
     loose: tolerances that a changed parameter may be off, as a standard deviation.
     shortlist: hypotheses of an axis whose shapes are searched between the points of the grid.
     most: effects of an axis that are accepted at most.
+    predicted: least share, of the torque's squares that an effect of an only trajectory explains
+        there, that it explains on held-out runs.
     """
 
     smallest_effect: float = 0.003
@@ -34,6 +36,7 @@ class Criteria:
     loose: float = 20.0
     shortlist: int = 5
     most: int = 8
+    predicted: float = 0.5
 
 
 USUAL = Criteria()

@@ -129,18 +129,21 @@ def selected(
 def validated(
     bench: Bench, accepted: Sequence[Accepted], others: Elsewhere | None, criteria: Criteria
 ) -> list[Accepted]:
-    """Effects of an only trajectory, of which each predicts torque on held-out runs, beside those
-    that were accepted before it."""
+    """Effects of an only trajectory that explain on held-out runs, too, what they explain there,
+    each beside those that were accepted before it."""
     if others is None:
         return []
     least, kept = criteria.smallest_effect * bench.made.torque_rms, list[Accepted]()
+    own = axis_rms(bench.made.blocks, joint(bench, ()).residual)
     left = axis_rms(others.blocks, others.beside((), ()))
     for each in accepted:
         held, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
+        there = axis_rms(bench.made.blocks, held.residual)
         now = axis_rms(others.blocks, others.beside(held.parts, held.beta))
-        better = left**2 - now**2 > least**2
+        known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
+        better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
         if better.any() if axis is None else better[axis]:
-            kept, left = [*kept, each], now
+            kept, own, left = [*kept, each], there, now
     return kept
 
 

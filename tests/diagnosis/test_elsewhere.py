@@ -1,0 +1,34 @@
+"""What a fit leaves of runs that it was not made from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.elsewhere import Elsewhere
+from flexhex.diagnosis.found import Part
+from flexhex.diagnosis.regression import Columns
+
+
+@pytest.fixture
+def others() -> Elsewhere:
+    """Three samples of two axes without torque; an effect's column is its width."""
+    made: Any = object.__new__(Elsewhere)
+    made.there = SimpleNamespace(residual=lambda q: [np.zeros((3, 2))])
+    made._bench = SimpleNamespace(
+        thin=lambda id, axis, shape: [np.full((3, 1), shape["w"])],
+    )
+    made._thin = {}
+    return made
+
+
+def test_each_shape_has_columns_of_its_own(others: Elsewhere) -> None:
+    """Whatever arrays the parts hold: those of a part that is gone may come again for the next."""
+    wide = Part("bump", 1, {"w": 2.0}, Columns(1, np.zeros((4, 1))))
+    narrow = replace(wide, shape={"w": 0.5})
+    left = [others.residual([part], [np.array([3.0])], np.zeros(0)) for part in (wide, narrow)]
+    np.testing.assert_allclose([one[0][0] for one in left], [[0.0, -6.0], [0.0, -1.5]])
