@@ -69,6 +69,9 @@ def _arm(data: dict[str, Any], ts: float) -> Any:
         group = body[:1] if k % 10 == 0 else body[1:4] if k % 10 < 4 else body[4:]
         size = spread * max(abs(v) for v in group)
         linear[k] = replace(linear[k], nominal=float(value), tolerance=float(size))
+    for k, row in enumerate(rows, start=len(values)):
+        rotor = float(row["armature"])
+        linear[k] = replace(linear[k], nominal=rotor, tolerance=spread * rotor)
     base.linear = tuple(linear)
     return base
 

@@ -72,8 +72,7 @@ def runs_of(case: Case, effects: tuple[Effect, ...] | None = None) -> Simulated:
     every = any(wanted.id == "torque_saturation" for wanted in case.hidden)
     firsts = [run(quiet, t, 0) for t in case.trajectories[: None if every else 1]]
     motion = Motion(
-        firsts[0].t,
-        *(np.concatenate([getattr(r, x) for r in firsts]) for x in ("q", "v", "a", "u")),
+        *(np.concatenate([getattr(r, x) for r in firsts]) for x in ("t", "q", "v", "a", "u"))
     )
     scale = np.maximum(motion.rms(), 1e-3 * motion.rms().max())
     if effects is None:

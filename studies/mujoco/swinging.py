@@ -61,7 +61,10 @@ class Swinging(Effect):
 def _frequency(rng: Rng, place: Place) -> float:
     """Well above the motion, well below what the log shows."""
     slow = place.machine.frequency
-    return float(np.exp(rng.uniform(np.log(6 * slow), np.log(min(30 * slow, 0.15 * place.rate)))))
+    high = min(30 * slow, 0.15 * place.rate)
+    # of a fast motion in a slow log, where the log would show no more
+    low = min(6 * slow, high / 2)
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def mode(rng: Rng, place: Place) -> Effect:
