@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 PERIODS, PER_WINDOW = 1.5, 1.0
 """Least periods over the stroke: fewer look like a spring. Most periods within the smoothing window
 at a slow rate: more are averaged out."""
-SLOW = 0.25
+SLOW = 0.1
 """Share of the rows that are slower than what is called slow."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
