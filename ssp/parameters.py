@@ -7,14 +7,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import value_of
-from flexhex.ssp.fmu import Fmu, FmuVariable
+from flexhex.ssp.fmu import Fmu, FmuVariable, listed
 from flexhex.ssp.wiring import unknown
 from flexhex.ssp.xml import NAMESPACES
 
 Units = Mapping[str, Mapping[str, str]]
 """Unit by name: the attributes of its BaseUnit, exponents of SI units, `factor`, `offset`."""
+
+Value = float | bool | str
+"""Of a parameter: a number, a flag, the name of an enumeration's item."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +42,7 @@ class Setting:
         quantity's, an item that the enumeration lacks, a fraction where a whole number is due.
         """
         if self.item:
-            items = fmu.enumerations.get(variable.declared_type, {})
-            if self.item not in items:
-                raise InterfaceError(f"{self.name}: {unknown('item', self.item, items)}")
-            return float(items[self.item])
+            return _item(self.name, self.item, variable, fmu)
         if wrong := variable.objection(self.value):
             raise InterfaceError(f"{self.name} = {wrong}")
         return self.value_in(variable.unit, fmu.units)
@@ -60,6 +62,36 @@ class Setting:
             raise InterfaceError(f"{is_so}, which is another quantity")
         (factor, offset), (to_factor, to_offset) = _scale(mine), _scale(theirs)
         return (self.value * factor + offset - to_offset) / to_factor
+
+
+def number_for(name: str, value: Value, variable: FmuVariable, fmu: Fmu) -> float:
+    """A value that a user gave as an FMU's variable takes it, in its unit.
+
+    Of a Boolean also True or "true", of an Enumeration also the name of an item. InterfaceError for
+    what the variable's type does not take; name: for the message.
+    """
+    text = str(value).strip()
+    if variable.type == "Boolean" and text.lower() in ("true", "false"):
+        return float(text.lower() == "true")
+    number = math.nan if isinstance(value, (bool, np.bool_)) else _number(text)
+    if math.isnan(number) and variable.type == "Enumeration":
+        return _item(name, text, variable, fmu)
+    if not math.isfinite(number):
+        kind = "0, 1, true or false" if variable.type == "Boolean" else "a finite number"
+        raise InterfaceError(f"{name} = {text}, must be {kind}")
+    if wrong := variable.objection(number):
+        raise InterfaceError(f"{name} = {wrong}")
+    items = fmu.enumerations.get(variable.declared_type)
+    if items and number not in items.values():
+        raise InterfaceError(f"{name} = {number:.9g}, must be one of {listed(items)}")
+    return number
+
+
+def _item(name: str, item: str, variable: FmuVariable, fmu: Fmu) -> float:
+    items = fmu.enumerations.get(variable.declared_type, {})
+    if item not in items:
+        raise InterfaceError(f"{name}: {unknown('item', item, items)}")
+    return float(items[item])
 
 
 def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Setting]:
