@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import value_of
 from flexhex.ssp.fmu import Fmu, FmuVariable, listed
@@ -26,14 +24,15 @@ Value = float | bool | str
 class Setting:
     """One parameter of a set: its value in `unit`, which `units` defines; no unit: the FMU's.
 
-    item: the name of an enumeration's item, whose value the FMU knows; value is NaN then.
+    word: the name of an enumeration's item, `true` or `false`, whose value depends on what the
+    FMU's variable is; value is NaN then.
     """
 
     name: str
     value: float
     unit: str
     units: Units
-    item: str = ""
+    word: str = ""
 
     def value_for(self, variable: FmuVariable, fmu: Fmu) -> float:
         """The value as an FMU's variable takes it, in its unit.
@@ -41,8 +40,10 @@ class Setting:
         InterfaceError when it cannot be converted: a unit that is not defined or is another
         quantity's, an item that the enumeration lacks, a fraction where a whole number is due.
         """
-        if self.item:
-            return _item(self.name, self.item, variable, fmu)
+        if self.word and variable.type == "Enumeration":
+            return _item(self.name, self.word, variable, fmu)
+        if self.word:
+            return number_for(self.name, self.word, variable, fmu)
         if wrong := variable.objection(self.value):
             raise InterfaceError(f"{self.name} = {wrong}")
         return self.value_in(variable.unit, fmu.units)
@@ -71,9 +72,10 @@ def number_for(name: str, value: Value, variable: FmuVariable, fmu: Fmu) -> floa
     what the variable's type does not take; name: for the message.
     """
     text = str(value).strip()
-    if variable.type == "Boolean" and text.lower() in ("true", "false"):
+    is_flag = text.lower() in ("true", "false")
+    if is_flag and variable.type == "Boolean":
         return float(text.lower() == "true")
-    number = math.nan if isinstance(value, (bool, np.bool_)) else _number(text)
+    number = math.nan if is_flag else _number(text)
     if math.isnan(number) and variable.type == "Enumeration":
         return _item(name, text, variable, fmu)
     if not math.isfinite(number):
@@ -103,7 +105,8 @@ def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Set
     for entry in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, typed = entry.get("name", ""), entry.find("*")
         text = "" if typed is None else typed.get("value", "")
-        if typed is not None and typed.tag == f"{{{NAMESPACES['ssv']}}}Enumeration" and text:
+        kind = "" if typed is None else typed.tag.partition("}")[2]
+        if text and (kind == "Enumeration" or (kind == "Boolean" and text in ("true", "false"))):
             yield Setting(prefix + name, math.nan, "", known, text)
             continue
         value = _number(text)
