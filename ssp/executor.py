@@ -8,17 +8,21 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import cast
+
+import numpy as np
 
 from flexhex.fmus.common.archive import read_bytes
-from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.errors import InterfaceError, UsageError
 from flexhex.ssp import library
+from flexhex.ssp.parameters import Value, number_for
 from flexhex.ssp.plan import Plan, Progress
 from flexhex.ssp.read import Package, read_ssp
 from flexhex.ssp.results import Result
 from flexhex.ssp.signals import Signal, arrays, select
 from flexhex.ssp.wiring import unknown
 
-Parameters = Mapping[str, float | Sequence[float]]
+Parameters = Mapping[str, Value | Sequence[Value]]
 
 
 def run(
@@ -35,8 +39,9 @@ def run(
 
     signals: what to log, see `flexhex.ssp.signals.select`; None logs all outputs but the large
     arrays. progress(done, total) [s] is called about ten times a second; Ctrl-C works
-    there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6]}`, over what the
-    .ssp says. timing: measure the time in each FMU. cache: where the executor is
+    there. parameters: `{"reference.seed": 3, "reference.amplitude": [..6], "reference.kind":
+    "chirp"}`, over what the .ssp says; of an enumeration the item's name, of a Boolean True or
+    "true" are taken as well. timing: measure the time in each FMU. cache: where the executor is
     compiled, default the user's cache.
 
     Raises UsageError (duration, signals, parameters), InterfaceError (the .ssp) and
@@ -79,17 +84,19 @@ def _overrides(package: Package, parameters: Parameters) -> dict[str, dict[str, 
         component, _, name = text.partition(".")
         if component not in found:
             raise UsageError(f"parameter {text!r}: {unknown('component', component, found)}")
-        variables = package.instance(component).fmu.of("parameter")
+        fmu = package.instance(component).fmu
+        variables = fmu.of("parameter")
         known = arrays(variables) | {v.name: Signal(v.name, (v,)) for v in variables}
         if name not in known:
             raise UsageError(f"parameter {text!r}: in {component} {unknown('name', name, known)}")
         scalars = known[name].scalars
-        values = [value] * len(scalars) if isinstance(value, (int, float)) else list(value)
+        listed = value if np.ndim(value) else [value] * len(scalars)
+        values = list(cast(Sequence[Value], listed))
         if len(values) != len(scalars):
             raise UsageError(f"parameter {text!r}: {len(values)} values for {len(scalars)}")
-        given = {v.name: float(x) for v, x in zip(scalars, values, strict=True)}
-        for v in scalars:
-            if wrong := v.objection(given[v.name]):
-                raise UsageError(f"parameter {component}.{v.name}: {wrong}")
-        found[component] |= given
+        for v, x in zip(scalars, values, strict=True):
+            try:
+                found[component][v.name] = number_for(f"{component}.{v.name}", x, v, fmu)
+            except InterfaceError as error:
+                raise UsageError(f"parameter {error}") from None
     return found

@@ -9,26 +9,30 @@ from typing import Any
 
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import value_of
-from flexhex.ssp.fmu import Fmu, FmuVariable
+from flexhex.ssp.fmu import Fmu, FmuVariable, listed
 from flexhex.ssp.wiring import unknown
 from flexhex.ssp.xml import NAMESPACES
 
 Units = Mapping[str, Mapping[str, str]]
 """Unit by name: the attributes of its BaseUnit, exponents of SI units, `factor`, `offset`."""
 
+Value = float | bool | str
+"""Of a parameter: a number, a flag, the name of an enumeration's item."""
+
 
 @dataclass(frozen=True)
 class Setting:
     """One parameter of a set: its value in `unit`, which `units` defines; no unit: the FMU's.
 
-    item: the name of an enumeration's item, whose value the FMU knows; value is NaN then.
+    word: the name of an enumeration's item, `true` or `false`, whose value depends on what the
+    FMU's variable is; value is NaN then.
     """
 
     name: str
     value: float
     unit: str
     units: Units
-    item: str = ""
+    word: str = ""
 
     def value_for(self, variable: FmuVariable, fmu: Fmu) -> float:
         """The value as an FMU's variable takes it, in its unit.
@@ -36,11 +40,10 @@ class Setting:
         InterfaceError when it cannot be converted: a unit that is not defined or is another
         quantity's, an item that the enumeration lacks, a fraction where a whole number is due.
         """
-        if self.item:
-            items = fmu.enumerations.get(variable.declared_type, {})
-            if self.item not in items:
-                raise InterfaceError(f"{self.name}: {unknown('item', self.item, items)}")
-            return float(items[self.item])
+        if self.word and variable.type == "Enumeration":
+            return _item(self.name, self.word, variable, fmu)
+        if self.word:
+            return number_for(self.name, self.word, variable, fmu)
         if wrong := variable.objection(self.value):
             raise InterfaceError(f"{self.name} = {wrong}")
         return self.value_in(variable.unit, fmu.units)
@@ -62,6 +65,37 @@ class Setting:
         return (self.value * factor + offset - to_offset) / to_factor
 
 
+def number_for(name: str, value: Value, variable: FmuVariable, fmu: Fmu) -> float:
+    """A value that a user gave as an FMU's variable takes it, in its unit.
+
+    Of a Boolean also True or "true", of an Enumeration also the name of an item. InterfaceError for
+    what the variable's type does not take; name: for the message.
+    """
+    text = str(value).strip()
+    is_flag = text.lower() in ("true", "false")
+    if is_flag and variable.type == "Boolean":
+        return float(text.lower() == "true")
+    number = math.nan if is_flag else _number(text)
+    if math.isnan(number) and variable.type == "Enumeration":
+        return _item(name, text, variable, fmu)
+    if not math.isfinite(number):
+        kind = "0, 1, true or false" if variable.type == "Boolean" else "a finite number"
+        raise InterfaceError(f"{name} = {text}, must be {kind}")
+    if wrong := variable.objection(number):
+        raise InterfaceError(f"{name} = {wrong}")
+    items = fmu.enumerations.get(variable.declared_type)
+    if items and number not in items.values():
+        raise InterfaceError(f"{name} = {number:.9g}, must be one of {listed(items)}")
+    return number
+
+
+def _item(name: str, item: str, variable: FmuVariable, fmu: Fmu) -> float:
+    items = fmu.enumerations.get(variable.declared_type, {})
+    if item not in items:
+        raise InterfaceError(f"{name}: {unknown('item', item, items)}")
+    return float(items[item])
+
+
 def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Setting]:
     """Every parameter of a set; units: those defined outside it.
 
@@ -71,7 +105,8 @@ def settings(parameter_set: Any, units: Units, prefix: str = "") -> Iterator[Set
     for entry in parameter_set.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, typed = entry.get("name", ""), entry.find("*")
         text = "" if typed is None else typed.get("value", "")
-        if typed is not None and typed.tag == f"{{{NAMESPACES['ssv']}}}Enumeration" and text:
+        kind = "" if typed is None else typed.tag.partition("}")[2]
+        if text and (kind == "Enumeration" or (kind == "Boolean" and text in ("true", "false"))):
             yield Setting(prefix + name, math.nan, "", known, text)
             continue
         value = _number(text)

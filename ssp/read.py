@@ -166,8 +166,10 @@ class _Reader:
             where = f"{self.path}: {source}" if source else str(self.path)
             if source:
                 inline = parse(self.member(source), where)
+            if inline is None:
+                raise self.error("a ParameterBinding has neither a source nor ParameterValues")
             try:
-                yield from () if inline is None else settings(inline, self.units, prefix)
+                yield from settings(inline, self.units, prefix)
             except InterfaceError as error:
                 raise InterfaceError(f"{where}: {error}") from None
 

@@ -52,9 +52,12 @@ static double time_of(const flexhex_instance *m, int64_t step) {
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
   if (fault != before && fault != 0.0) {
+    const bool named = fault > 0.0 && fault < FLEXHEX_MODEL.n_faults;
     char number[FLEXHEX_NUMBER_SIZE], time[FLEXHEX_NUMBER_SIZE];
-    flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s from %s s on",
-                flexhex_number(number, fault), flexhex_number(time, time_of(m, step)));
+    flexhex_log(m, fmi2Warning, FLEXHEX_WARNINGS, "fault = %s (%s) from %s s on",
+                flexhex_number(number, fault),
+                named ? FLEXHEX_MODEL.faults[(int)fault] : "not declared",
+                flexhex_number(time, time_of(m, step)));
   }
 }
 
@@ -78,11 +81,13 @@ static void advance(flexhex_instance *m, int64_t end) {
 /* How far [base steps] an importer's time may be from a whole count. A sum of n steps rounds n
    times, each time by at most half a unit in the last place of the time t reached, in all
    n DBL_EPSILON/2 |t|. Twice that, and a few roundings more, leave room for a step size that is
-   itself rounded and for the operations here. From a quarter of a step on the count is in doubt. */
+   itself rounded and for the operations here. Not less than REST, a step that nobody means to take.
+   From a quarter of a step on the count is in doubt. */
 static double slack(const flexhex_instance *m, double count) {
   enum { OTHERS = 4 };
+  static const double REST = 1e-9;
   const double reached = fabs(m->head->start_time) / FLEXHEX_MODEL.base_step + count + 1.0;
-  return fmin(0.25, DBL_EPSILON * (count + OTHERS) * reached);
+  return fmin(0.25, fmax(REST, DBL_EPSILON * (count + OTHERS) * reached));
 }
 
 /* Base steps from the start to the importer's time [s]; -1 when it is not a whole number. */

@@ -28,6 +28,8 @@ typedef struct {
   const double *starts; /* one per value reference */
   int n_values;
   const flexhex_room *room;
+  const char *const *faults; /* names of the values of fault, from 0 on */
+  int n_faults;
 } flexhex_model;
 
 #define FLEXHEX_PASTE(a, b) a##b

@@ -11,7 +11,7 @@ from typing import Any
 
 from flexhex.check.fmu import check_fmu
 from flexhex.check.subject import parsed
-from flexhex.fmus.common.archive import open_zip, read_member
+from flexhex.fmus.common.archive import check_members, open_zip, read_member
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.read import BASE_STEPS, Instance, Package, period, read_ssp
 from flexhex.ssp.xml import NAMESPACES, parse
@@ -38,10 +38,10 @@ def check_ssp(path: Path) -> list[str]:
 def check_system(package: Package) -> list[str]:
     """Complaints about the system description alone."""
     path = package.path
-    document = parse(
-        read_member(open_zip(path, str(path)), "SystemStructure.ssd", str(path)),
-        f"{path}: SystemStructure.ssd",
-    )
+    with open_zip(path, str(path)) as archive:
+        check_members(archive, str(path))
+        text = read_member(archive, "SystemStructure.ssd", str(path))
+    document = parse(text, f"{path}: SystemStructure.ssd")
     return [f"{path}: {text}" for text in _system(package, document)]
 
 

@@ -29,6 +29,9 @@ def structure(subject: Subject) -> Iterator[str]:
 def _identity(subject: Subject) -> Iterator[str]:
     if not subject.root.get("guid"):
         yield "guid is empty: a binary cannot be told from that of another build"
+    kinds = ("CoSimulation",) if subject.ours else ("CoSimulation", "ModelExchange")
+    if all(subject.root.find(tag) is None for tag in kinds):
+        yield f"modelDescription.xml has no element {' or '.join(kinds)}: nothing can be run"
     for tag in ("CoSimulation", "ModelExchange"):
         for element in subject.root.iterfind(tag):
             name = element.get("modelIdentifier", "")

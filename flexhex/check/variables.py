@@ -154,6 +154,12 @@ def _types(subject: Subject) -> Iterator[str]:
         used = variable.attributes.get("declaredType")
         if used is not None and used not in declared:
             yield f"{variable.name}: declared type {used!r} is not among the TypeDefinitions"
+    for simple in subject.root.iterfind("TypeDefinitions/SimpleType"):
+        for key in ("name", "value"):
+            items = Counter(i.get(key, "") for i in simple.iterfind("Enumeration/Item"))
+            for text, count in items.items():
+                if count > 1 or not text.strip():
+                    yield f"type {simple.get('name')}: {count} items have the {key} {text!r}"
 
 
 def _sample_time(subject: Subject) -> Iterator[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -41,6 +42,16 @@ def simulate_command(
         list[str] | None,
         typer.Option(metavar="SIGNAL", help="log a further signal, e.g. N_F.x (may be repeated)"),
     ] = None,
+    given: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--parameter",
+            "-p",
+            metavar="NAME=VALUE",
+            help="set a parameter over what the .ssp says, e.g. reference.seed=3 or"
+            " reference.kind=chirp (may be repeated)",
+        ),
+    ] = None,
     trajectory: Trajectory = None,
     machine: MachineFile = DEFAULT_MACHINE,
     json: AsJson = False,
@@ -55,6 +66,7 @@ def simulate_command(
     from flexhex.ssp.signals import DEFAULT
 
     check_target(result)
+    values = parameters_in(given or [])
     if machine != DEFAULT_MACHINE and trajectory is None:
         raise UsageError("--machine is for --trajectory: a .ssp holds its machine")
     with tempfile.TemporaryDirectory() as folder, live() as progress:
@@ -66,9 +78,31 @@ def simulate_command(
             description = variant.path
             seconds = variant.end if duration is None else duration
         advance = progress.line(description.name, seconds)
-        found = execute(description, seconds, signals=[DEFAULT, *(also or [])], progress=advance)
+        found = execute(
+            description,
+            seconds,
+            signals=[DEFAULT, *(also or [])],
+            progress=advance,
+            parameters=values,
+        )
     path = save(found, result, provenance(command=command_line()))
     if json:
         print(simulation_json(found, path))
     else:
         print_simulation(found, path)
+
+
+def parameters_in(given: Sequence[str]) -> dict[str, str | list[str]]:
+    """Values by name from `reference.kind=chirp`, `reference.amplitude=0.1,0.2,0.1,0.2,0.1,0.2`.
+
+    UsageError for a text without name or value, and for a name that is there twice.
+    """
+    found: dict[str, str | list[str]] = {}
+    for text in given:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not (name and value):
+            raise UsageError(f"--parameter {text!r}: must be NAME=VALUE, as reference.seed=3")
+        if name in found:
+            raise UsageError(f"--parameter {text!r}: {name} has a value already")
+        found[name] = value.split(",") if "," in value else value
+    return found

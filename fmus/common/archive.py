@@ -6,6 +6,8 @@ import io
 import stat
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
 from flexhex.fmus.common.errors import InterfaceError, unreadable
@@ -59,8 +61,22 @@ def _objection(members: list[zipfile.ZipInfo]) -> str:
 
 def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:
     """One file of an archive; InterfaceError when it is missing or damaged."""
-    try:
+    with _undamaged(name, file):
         return archive.read(name)
+
+
+def check_members(archive: zipfile.ZipFile, file: str) -> None:
+    """InterfaceError for the first member that is no longer, or never was, what is declared."""
+    for name in archive.namelist():
+        with _undamaged(name, file), archive.open(name) as member:
+            while member.read(2**20):
+                pass
+
+
+@contextmanager
+def _undamaged(name: str, file: str) -> Iterator[None]:
+    try:
+        yield
     except KeyError:
         raise InterfaceError(f"{file}: {name} is missing in the archive") from None
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:

@@ -40,7 +40,7 @@ def test_logging_on_says_events_and_warnings(make) -> None:
     assert slave.log == [
         (OK, "logEvents", "toy instantiated (instance one)"),
         (OK, "logEvents", "initialised, 2 base steps per sample time (instance one)"),
-        (WARNING, "logStatusWarning", "fault = 2 from 0.001 s on (instance one)"),
+        (WARNING, "logStatusWarning", "fault = 2 (wide) from 0.001 s on (instance one)"),
         (OK, "logEvents", "terminated (instance one)"),
     ]
 

@@ -83,7 +83,7 @@ def test_slices_of_a_step_change_nothing(make, seed: int) -> None:
         assert whole.get(OUT) == sliced.get(OUT)
 
 
-@pytest.mark.parametrize("size", [0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, 1e-6 * BASE, 1e300])
+@pytest.mark.parametrize("size", [0.4 * BASE, 1.5 * BASE, 2.00001 * BASE, 2e-9 * BASE, 1e300])
 def test_step_that_is_not_whole_is_discarded(running: Slave, size: float) -> None:
     """The standard: an importer may ask how far the FMU came, and try a step of another size."""
     running.advance(3)
@@ -167,16 +167,18 @@ def test_rest_of_time_does_nothing(running: Slave) -> None:
     running.advance(4)
     before, state = running.get(OUT), running.serialised()
     assert running.step(4 * BASE, 3e-19) == OK
-    assert running.step(4 * BASE + 3e-19, 1e-18) == OK
+    assert running.step(4 * BASE + 3e-19, 3e-14) == OK
+    assert running.step(4 * BASE + 3e-14, 2e-13) == OK
     assert running.get(OUT) == before
     assert running.serialised() == state, "nothing at all"
     running.advance()
 
 
 def test_tolerance_is_that_of_sums_of_doubles(running: Slave) -> None:
-    """After n steps n**2 half units in the last place, twice; never a quarter of a step."""
+    """After n steps n**2 half units in the last place, twice; from 1e-9 to a quarter of a step."""
     for count, near, off in [
-        (400, 400**2 * 2.0**-53, 400**2 * 2.0**-49),
+        (4, 0.9e-9, 1.1e-9),
+        (4000, 4000**2 * 2.0**-53, 4000**2 * 2.0**-49),
         (4_000_000, 4e6**2 * 2.0**-53, 4e6**2 * 2.0**-49),
         (400_000_000, 0.24, 0.26),
     ]:

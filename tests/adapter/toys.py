@@ -9,7 +9,7 @@ from pathlib import Path
 import casadi as ca
 
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Item, Variable
 
 BASE = 0.00025
 """Base step [s]."""
@@ -30,7 +30,8 @@ def interface(name: str = "toy", period: int = 2, offset: float = 0.5) -> Interf
         Variable("integral", "output", "N m", "of a over time", N, initial_from=("begin",)),
         Variable("ticks", "output", "1", "number of ticks", min=0),
     )
-    return Interface(name, "room for tests of the adapter", period * BASE, variables, {"N": N})
+    text, faults = "room for tests of the adapter", (Item("wide", "input u is large"),)
+    return Interface(name, text, period * BASE, variables, {"N": N}, faults)
 
 
 def functions() -> list[ca.Function]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from tests.conformity.archives import XML, Files, text, without
+from tests.conformity.archives import XML, Files, passage_out, text, without
 from tests.conformity.mutants_binary import BINARY
 from tests.conformity.mutations import Mutants, add, cut, move
 
@@ -153,6 +153,8 @@ VARIABLES: Mutants = {
         text('name="last" valueReference="11"', 'name="last" valueReference="10"'),
         "y shares value reference 10 with last$",
     ),
+    "item twice": (text('name="wide"', 'name="none"'), "2 items have the name 'none'"),
+    "item without a name": (text('name="wide"', 'name=""'), "1 items have the name ''"),
     "nominal negative": (text('nominal="', 'nominal="-'), "nominal = -"),
     "terminal without variable": (
         text(
@@ -162,6 +164,10 @@ VARIABLES: Mutants = {
     ),
 }
 STRUCTURE: Mutants = {
+    "no kind of FMU": (
+        passage_out("<CoSimulation ", "</CoSimulation>"),
+        "no element CoSimulation: nothing can be run",
+    ),
     "guid empty": (text('guid="{', 'guid="" x="{'), "guid is empty"),
     "output not listed": (
         text('<Unknown index="11" dependencies=""/>', ""),

@@ -121,6 +121,18 @@ SYSTEM: Mutants = {
         ),
         "is fed by",
     ),
+    "parameter set without a source": (
+        text('source="resources/N_F.ssv"', 'source=""', SSD),
+        "neither a source nor ParameterValues",
+    ),
+    "number that is a flag": (
+        text(
+            '<ssv:Real value="0.0005" unit="s"/>',
+            '<ssv:Boolean value="true"/>',
+            "resources/N_F.ssv",
+        ),
+        "N_F.Ts = true, must be a finite number",
+    ),
     "FMU missing": (without("resources/filter.fmu"), "filter.fmu is missing"),
     "element without a place": (
         text("<ssd:Connections>", "<ssd:Nonsense/><ssd:Connections>", SSD),

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 from lxml import etree
 
 from flexhex.check.fmu import check_fmu
+from flexhex.check.ssp import check_system
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.ssp.fmu import read_fmu
+from flexhex.ssp.read import read_ssp
 from tests.conformity.archives import XML, members, write
 
 NONSENSE = ("abc", "1e400", None)
@@ -112,3 +116,20 @@ def test_of_many_complaints_some_are_shown(toy: Path, tmp_path: Path) -> None:
     assert "index.html is missing" in first
     assert len(names) == 10
     assert rest.endswith("... and 190 more")
+
+
+@pytest.mark.parametrize("kind", ["fmu", "ssp"])
+def test_member_that_holds_more_than_the_archive_declares_is_damaged(
+    kind: str, toy: Path, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """The directory declares 100 bytes of a megabyte; of a `.ssp` nothing else reads the member."""
+    path = tmp_path / f"bomb.{kind}"
+    files = {**members(toy if kind == "fmu" else hexapod_ssp), "resources/zero": bytes(2**20)}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    packed = bytearray(path.read_bytes())
+    struct.pack_into("<I", packed, packed.rfind(b"PK\x01\x02") + 24, 100)
+    path.write_bytes(packed)
+    with pytest.raises(FlexhexError, match="resources/zero is damaged in the archive"):
+        check_system(read_ssp(path)) if kind == "ssp" else check_fmu(path)

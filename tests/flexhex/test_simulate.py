@@ -136,3 +136,32 @@ def test_mistake_is_one_line_and_leaves_nothing(
     assert "\n" not in str(error)
     names = {path.name for path in tmp_path.iterdir()} - {"out"}
     assert names == {"folder", "file", "loop.ssp"}, "out: the compiled executor"
+
+
+def test_parameters_of_the_command_line_are_set_and_kept(hexapod_ssp: Path, tmp_path: Path) -> None:
+    result = tmp_path / "result.h5"
+    amplitude = "reference.amplitude=0.1,0.2,0.1,0.2,0.1,0.2"
+    words = ["simulate", str(hexapod_ssp), "-d", "0.01", "-r", str(result)]
+    done = CliRunner().invoke(app, [*words, "-p", "reference.kind=chirp", "-p", amplitude])
+    assert done.exit_code == 0, done.output
+    meta = load(result).meta
+    assert meta["parameter reference.kind"] == 3
+    assert meta["parameter reference.amplitude[2]"] == 0.2
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["-p", "reference.kind"], "must be NAME=VALUE"),
+        (["-p", "=3"], "must be NAME=VALUE"),
+        (["-p", "reference.seed=3", "-p", "reference.seed=4"], "has a value already"),
+        (["-p", "reference.kind=chrip"], "did you mean 'chirp'"),
+    ],
+)
+def test_parameter_of_the_command_line_is_refused_in_words(
+    hexapod_ssp: Path, tmp_path: Path, words: list[str], text: str
+) -> None:
+    result = str(tmp_path / "result.h5")
+    done = CliRunner().invoke(app, ["simulate", str(hexapod_ssp), "-r", result, *words])
+    assert isinstance(done.exception, FlexhexError)
+    assert text in str(done.exception)

@@ -24,16 +24,21 @@ class Broken:
     spoil: Spoil
     reason: str
     cycle: int
+    said: str
     changes: tuple[tuple[str, str], ...] = ()
 
 
 BROKEN = (
-    Broken("FMU output NaN", Spoil("feedback", AT, "set", "tau[2]", math.nan), "not_finite", AT),
-    Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT + 1),
-    Broken("FMU reports a fault", Spoil("N_E", AT // 2, "set", "fault", 4.0), "fmu_fault", AT + 1),
-    Broken("FMU overruns", Spoil("feedback", AT, "sleep", value=1.5), "fmu_overrun", AT),
+    Broken("FMU output NaN", Spoil("feedback", AT, "set", "tau[2]", math.nan), "not_finite", AT,
+           "feedback.tau[2] = NaN"),
+    Broken("FMU returns an error", Spoil("F", AT // 2, "error"), "fmu_error", AT + 1,
+           "F: fmi2DoStep"),
+    Broken("FMU reports a fault", Spoil("N_E", AT // 2, "set", "fault", 2.0), "fmu_fault", AT + 1,
+           "N_E.fault = 2 (out_of_reach)"),
+    Broken("FMU overruns", Spoil("feedback", AT, "sleep", value=1.5), "fmu_overrun", AT,
+           "feedback: its step at base step"),
     Broken("estimator late", Spoil("K", 75, "sleep", value=2.5), "late_thread", 76 * 120 - 1,
-           (('late = "hold"', 'late = "trip"'),)),
+           "K: fed at base step", (('late = "hold"', 'late = "trip"'),)),
 )  # fmt: skip
 
 
@@ -47,6 +52,7 @@ def test_broken_fmu_trips_in_its_cycle(
     ran = bench.run(plant=hexapod_ssp, changes=broken.changes)
     trip = ran.one("trip")
     assert (trip["reason"], trip["cycle"]) == (broken.reason, broken.cycle), ran.words
+    assert broken.said in trip["detail"], "says which component, and what is wrong"
     # the last good torque is faded to zero over 100 ms, without a number that is none
     tau = ran.kept["tau"][broken.cycle : broken.cycle + trip["cycles_to_zero"] + 1]
     assert np.all(np.isfinite(tau))

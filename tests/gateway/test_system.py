@@ -134,7 +134,7 @@ def tripped(*arguments: object) -> tuple[str, int, str]:
             52,
             "N_E.x.arm[1].lam_Q[1] = inf",
         ),
-        (Spoil("F", 25, "set", "fault", 2.0), "Fault", 52, "F.fault = 2 "),
+        (Spoil("F", 25, "set", "fault", 2.0), "Fault", 52, "F.fault = 2 (not_finite) "),
     ],
     ids=["nan", "error", "inf", "fault"],
 )

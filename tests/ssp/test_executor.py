@@ -103,7 +103,7 @@ def test_first_warning_of_an_fmu_is_kept(ring_ssp: Path, cache: Path) -> None:
     # the source reports fault 2 from its second tick on when the wave is beyond 100
     loud = run(ring_ssp, 0.01, parameters={"src.gain": 1e5}, cache=cache).times["src"]
     assert loud.warnings == 1
-    assert loud.warning.startswith("fault = 2 from 0.0005 s on")
+    assert loud.warning.startswith("fault = 2 (wide) from 0.0005 s on")
 
 
 def test_parameters_overrule_the_file(ring_ssp: Path, cache: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,15 +45,19 @@ def test_counted_element_has_its_new_name(old: str, new: str) -> None:
         ({"signals": ["K.p[1]"]}, "it is called 'p.actuator[1].o'"),
         (
             {"parameters": {"reference.kind": 1.5}},
-            "reference.kind: 1.5, must be the whole number of an item",
+            "reference.kind = 1.5, must be the whole number of an item",
         ),
-        ({"parameters": {"reference.kind": 9}}, "kind = 9, allowed 0 to 4"),
+        ({"parameters": {"reference.kind": 9}}, "kind = 9, must be one of 0 setpoints, 1 tri"),
+        ({"parameters": {"reference.kind": "chrip"}}, "no item 'chrip', did you mean 'chirp'"),
+        ({"parameters": {"reference.seed": "three"}}, "seed = three, must be a finite number"),
+        ({"parameters": {"feedback.Ts": True}}, "feedback.Ts = True, must be a finite number"),
+        ({"parameters": {"W.basis": "maybe"}}, "W.basis = maybe, must be 0, 1, true or false"),
         (
             {"parameters": {"reference.passes": 2.5}},
-            "reference.passes: 2.5, must be a whole number",
+            "reference.passes = 2.5, must be a whole number",
         ),
         ({"parameters": {"W.basis": 2}}, "basis = 2, allowed 0 to 1"),
-        ({"parameters": {"W.basis": 0.5}}, "W.basis: 0.5, must be 0 or 1"),
+        ({"parameters": {"W.basis": 0.5}}, "W.basis = 0.5, must be 0 or 1"),
     ],
 )
 def test_option_is_refused_in_words(
@@ -110,3 +115,21 @@ def test_values_of_all_types_are_logged(hexapod_ssp: Path) -> None:
     result = run(hexapod_ssp, 0.1, signals=["N_F.converged", "N_F.fault", "plant.end_stop"])
     assert set(result["N_F.converged"]) == {1.0}
     assert set(result["plant.end_stop"]) == set(result["N_F.fault"]) == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("value", "number"),
+    [("chirp", 3), ("3", 3), (3, 3), (np.int64(3), 3), (np.array(3.0), 3)],
+    ids=["item", "text", "number", "numpy", "array"],
+)
+def test_enumeration_is_set_by_item_or_number(hexapod_ssp: Path, value: Any, number: float) -> None:
+    result = run(hexapod_ssp, 0.001, parameters={"reference.kind": value})
+    assert result.meta["parameter reference.kind"] == number
+
+
+@pytest.mark.parametrize(
+    ("value", "number"), [(False, 0), (True, 1), ("false", 0), ("True", 1), (0, 0), ("1", 1)]
+)
+def test_boolean_is_set_by_word_or_number(hexapod_ssp: Path, value: Any, number: float) -> None:
+    result = run(hexapod_ssp, 0.001, parameters={"W.basis": value})
+    assert result.meta["parameter W.basis"] == number

@@ -12,7 +12,7 @@ import math
 from pathlib import Path
 
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmus.common.interface import Interface, Variable
+from flexhex.fmus.common.interface import Interface, Item, Variable
 from flexhex.ssp.system import BASE_STEP, Component, System
 from flexhex.ssp.write import write_ssp
 
@@ -109,7 +109,8 @@ def source(steps: int = 1) -> Interface:
         Variable("gain", "parameter", "1", "height of the wave", start=GAIN),
         Variable("r", "output", "1", "stamp and wave", size=2),
     )
-    return Interface(f"source{steps}", "toy source", steps * BASE_STEP, variables)
+    faults = (Item("wide", "wave beyond 100"),)
+    return Interface(f"source{steps}", "toy source", steps * BASE_STEP, variables, faults=faults)
 
 
 def relay(steps: int, limit: float = 1e6, name: str = "") -> Interface:

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use flexhex_system::Trip as Failure;
+use flexhex_system::{Component, Trip as Failure};
 
 use super::inputs::{between, Values};
 use super::{signals, ControlLoop, Ending};
@@ -38,7 +38,7 @@ impl<L: Link> ControlLoop<'_, L> {
         self.out.timing.compute.add(compute);
         let controller = match &failure {
             Some(failure) => Some(signals::reason(failure)),
-            None => self.trip_fault(),
+            None => self.trip_fault().map(|(_, fault)| (Reason::FmuFault, fault)),
         };
         let counters = (reply.answered, reply.working_counter == self.bus.complete());
         self.out.lost += u64::from(!counters.0);
@@ -62,8 +62,11 @@ impl<L: Link> ControlLoop<'_, L> {
         self.push(compute);
         self.update_status(n, &e);
         if let Some(trip) = trip {
-            let detail = failure.map(|f| f.message).unwrap_or_default();
             let reason = trip.reason;
+            let detail = match failure {
+                Some(failure) => failure.message,
+                None => self.fault_text(reason),
+            };
             self.end(Ending::Tripped(trip, detail), reason);
         } else if stop::requested() {
             self.end(Ending::StopRequested, Reason::Stopped);
@@ -85,13 +88,19 @@ impl<L: Link> ControlLoop<'_, L> {
     }
 
     /// The first fault output whose value is not listed in `safety.non_trip_faults`.
-    fn trip_fault(&self) -> Option<(Reason, f64)> {
+    fn trip_fault(&self) -> Option<(&Component, f64)> {
         let listed = &self.config.safety.non_trip_faults;
-        let trips = |(name, value): &(&str, f64)| {
-            !listed.get(*name).is_some_and(|values| values.contains(value))
+        let trips = |(component, value): &(&Component, f64)| {
+            !listed.get(component.name()).is_some_and(|values| values.contains(value))
         };
         let first = self.controller.faults().find(trips)?;
-        (!self.options.dry_run).then_some((Reason::FmuFault, first.1))
+        (!self.options.dry_run).then_some(first)
+    }
+
+    /// Which component reports which fault, where that is the reason of the trip.
+    fn fault_text(&self, reason: Reason) -> String {
+        let first = self.trip_fault().filter(|_| reason == Reason::FmuFault);
+        first.map(|(component, fault)| component.fault_text(fault)).unwrap_or_default()
     }
 
     fn pick(&self, slots: [usize; AXES]) -> [f64; AXES] {

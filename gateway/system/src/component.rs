@@ -72,6 +72,12 @@ impl Component {
         self.fmu.find(name)
     }
 
+    /// Its output `fault` at a value, `F.fault = 2 (end_stop)`: named as the FMU's enumeration does.
+    pub fn fault_text(&self, fault: f64) -> String {
+        let item = self.variable("fault").and_then(|v| self.fmu.item_of(v, fault));
+        format!("{}.fault = {fault} ({})", self.name, item.unwrap_or("not declared"))
+    }
+
     /// Variables of one causality in the order of the FMU.
     pub fn of(&self, causality: Causality) -> impl Iterator<Item = &Variable> {
         let all = self.fmu.variables.iter();

@@ -50,7 +50,7 @@ pub struct Controller {
     layout: Layout,
     drives: Drives,
     /// Component and slot of every output `fault`.
-    faults: Vec<(String, usize)>,
+    faults: Vec<(Component, usize)>,
     command: Vec<f64>,
     now: i64,
     late: u64,
@@ -94,7 +94,7 @@ impl Controller {
         }
         let faults = members.iter().filter_map(|m| {
             let slot = layout.find(m.name(), "fault")?;
-            Some((m.name().to_owned(), slot))
+            Some(((*m).clone(), slot))
         });
         let mut controller = Controller {
             faults: faults.collect(),
@@ -210,9 +210,9 @@ impl Controller {
     }
 
     /// Component and value of every `fault` output that is not zero at `now`.
-    pub fn faults(&self) -> impl Iterator<Item = (&str, f64)> {
+    pub fn faults(&self) -> impl Iterator<Item = (&Component, f64)> {
         let bus = self.inline.bus();
-        let all = self.faults.iter().map(|(name, slot)| (name.as_str(), bus[*slot]));
+        let all = self.faults.iter().map(|(component, slot)| (component, bus[*slot]));
         all.filter(|(_, fault)| *fault != 0.0)
     }
 

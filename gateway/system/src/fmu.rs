@@ -95,6 +95,12 @@ impl Fmu {
         found.copied().ok_or_else(|| Error::new(text))
     }
 
+    /// Name of a value of a variable's enumeration; None where that has no such item.
+    pub fn item_of(&self, variable: &Variable, value: f64) -> Option<&str> {
+        let mut named = self.items.iter().filter(|(_, known)| **known == value);
+        named.find_map(|(key, _)| key.strip_prefix(&variable.declared_type)?.strip_prefix('.'))
+    }
+
     /// Path of the shared library for this machine.
     pub fn library(&self) -> Result<PathBuf, Error> {
         let path = self.root.join(binary(&self.model));

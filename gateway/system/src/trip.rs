@@ -3,6 +3,8 @@
 use std::fmt;
 use std::time::Duration;
 
+use crate::component::Component;
+
 /// The kind of failure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum What {
@@ -43,9 +45,9 @@ impl Trip {
         Trip::new(component, What::NotFinite, now, message)
     }
 
-    pub(crate) fn fault(component: &str, now: i64, fault: f64) -> Trip {
-        let message = format!("{component}.fault = {fault} at base step {now}, must be 0");
-        Trip::new(component, What::Fault(fault), now, message)
+    pub(crate) fn fault(component: &Component, now: i64, fault: f64) -> Trip {
+        let message = format!("{} at base step {now}, must be 0", component.fault_text(fault));
+        Trip::new(component.name(), What::Fault(fault), now, message)
     }
 
     pub(crate) fn late(component: &str, now: i64, period: i64) -> Trip {
