@@ -3,6 +3,7 @@ use crate::application::DeviceSettings;
 use crate::drive::cia402::State;
 use crate::drive::kind::Kind;
 use crate::drive::{Drive, Setting};
+use crate::drive_options::{DriveOptions, Initial};
 use crate::error::Error;
 use crate::esc::clock::Clock;
 use crate::faults::{chance, Fault};
@@ -78,38 +79,6 @@ impl Default for Drives {
             mailbox_bytes: None,
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Initial {
-    Ready,
-    ReadyToSwitchOn,
-    Enabled,
-    Fault,
-}
-
-/// Settings of one drive that differ from `[drives]`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DriveOptions {
-    pub position: usize,
-    pub vendor: Option<u32>,
-    pub product: Option<u32>,
-    pub revision: Option<u32>,
-    pub serial: Option<u32>,
-    pub alias: Option<u16>,
-    pub direction: Option<i64>,
-    pub offset: Option<i64>,
-    /// State at power-up: ready ("switch on disabled"), ready_to_switch_on, enabled (energised
-    /// already) or fault.
-    pub initial: Option<Initial>,
-    /// Writes to its maps are refused.
-    #[serde(default)]
-    pub maps_fixed: bool,
-    /// Input bytes that it requires beyond its maps.
-    #[serde(default)]
-    pub extra_input_bytes: usize,
 }
 
 impl Options {
@@ -190,10 +159,21 @@ impl Options {
         let drives = &self.drives;
         let (vendor, product) = drives.kind.identity();
         let serial = 1000 + position as u32;
-        let mut identity = Identity { vendor, product, revision: 2, serial, alias: 0 };
         let mut setting = self.setting();
-        let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
+        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
+        let mut settings = DeviceSettings {
+            identity: Identity { vendor, product, revision: 2, serial, alias: 0 },
+            mailbox_bytes,
+            maps_fixed: false,
+            extra_input_bytes: 0,
+            output_control: 0x64,
+            trigger_fixed: false,
+            watchdog_dead: false,
+            period_checked: false,
+        };
+        let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
         for special in self.drive.iter().filter(|special| special.position == position) {
+            let identity = &mut settings.identity;
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
             identity.product = special.product.unwrap_or(identity.product);
             identity.revision = special.revision.unwrap_or(identity.revision);
@@ -201,12 +181,17 @@ impl Options {
             identity.alias = special.alias.unwrap_or(identity.alias);
             setting.direction = special.direction.unwrap_or(setting.direction);
             setting.offset = special.offset.unwrap_or(setting.offset);
+            setting.counts_per_rev = special.counts_per_rev.unwrap_or(setting.counts_per_rev);
             initial = special.initial.unwrap_or(initial);
-            maps_fixed |= special.maps_fixed;
-            extra_input_bytes += special.extra_input_bytes;
+            forced_mode = special.forced_mode.or(forced_mode);
+            objects.extend(&special.objects);
+            settings.maps_fixed |= special.maps_fixed;
+            settings.extra_input_bytes += special.extra_input_bytes;
+            settings.output_control = special.output_control.unwrap_or(settings.output_control);
+            settings.trigger_fixed |= special.trigger_fixed;
+            settings.watchdog_dead |= special.watchdog_dead;
+            settings.period_checked |= special.period_checked;
         }
-        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
-        let settings = DeviceSettings { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
             Initial::ReadyToSwitchOn => (State::ReadyToSwitchOn, 0),
@@ -216,7 +201,10 @@ impl Options {
         let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
         let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
         let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
-        SubDevice::new(Drive::new(setting, state, error), settings, clock)
+        let mut drive = Drive::new(setting, state, error);
+        drive.parameters.replace(&objects);
+        drive.forced_mode = forced_mode;
+        SubDevice::new(drive, settings, clock)
     }
 }
 

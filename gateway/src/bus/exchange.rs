@@ -13,7 +13,6 @@ pub(super) const MOST: usize = 16;
 pub(super) const IMAGE: usize = 512;
 pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S, D>;
 
-const AL_CONTROL: u16 = 0x0120;
 const ERROR_CODE: u16 = 0x603f;
 /// Longest wait for each reply while the bus is shut down.
 const LEAVE_TIMEOUT_NS: u64 = 100_000_000;
@@ -35,6 +34,8 @@ pub struct Reply {
     pub statusword: [u16; AXES],
     pub error_code: [u16; AXES],
     pub al_state: [u8; AXES],
+    /// Mode of operation display, where the process data has it.
+    pub mode: [Option<i8>; AXES],
 }
 
 /// The drives in operation.
@@ -124,6 +125,7 @@ impl<L: Link> Bus<L> {
             self.reply.tau[axis] = report.tau;
             self.reply.statusword[axis] = report.statusword;
             self.reply.error_code[axis] = report.error_code;
+            self.reply.mode[axis] = report.mode;
         }
     }
 
@@ -146,7 +148,7 @@ impl<L: Link> Bus<L> {
     }
 
     fn request(&mut self, state: u8) {
-        let command = Command::bwr(AL_CONTROL).ignore_wkc();
+        let command = Command::bwr(al::CONTROL).ignore_wkc();
         // no reply: the devices may be gone already
         let _ =
             self.wire.drive(command.send(self.main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);

@@ -4,6 +4,7 @@ mod check;
 mod check_profile;
 mod mistakes;
 mod profile;
+mod startup;
 #[cfg(test)]
 mod tests;
 mod toml_error;
@@ -16,6 +17,7 @@ pub use check::parse;
 pub use check::read;
 pub use flexhex_system::AXES;
 pub use profile::{Pdo, Profile, Role, Scale};
+pub use startup::{Kind, Sdo};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -157,6 +159,9 @@ pub struct Drive {
     pub serial: Option<u32>,
     pub direction: i8,
     pub offset_counts: i32,
+    /// Objects of this drive alone; each replaces the same object of `profile.startup`.
+    #[serde(default)]
+    pub startup: Vec<Sdo>,
     /// Limits of this axis, if they differ from `[limits]`.
     pub limits: Option<Limits>,
 }

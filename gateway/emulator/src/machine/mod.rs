@@ -203,6 +203,9 @@ impl Machine {
     /// Records an event for each state that has changed.
     fn record_changes(&mut self) {
         for position in 0..self.devices.len() {
+            if self.devices[position].drive_mut().parameters.take_stored() {
+                self.record(EventKind::Stored { position });
+            }
             let device = &self.devices[position];
             let (now, before) = (states(device), self.seen[position]);
             if now == before {
