@@ -5,6 +5,7 @@ mod check;
 mod config;
 mod cycle;
 mod exit;
+mod limits;
 mod off;
 mod realtime;
 mod record;

@@ -100,7 +100,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let base_step = system.base_step();
     let out = with_status(reporter, &status, base_step, || {
         // from OP on the drives expect a frame every cycle: all else is done before
-        for note in session::request_real_time(&config, args.lockstep) {
+        for note in session::request_real_time(&config, args.lockstep, args.enable)? {
             reporter.line("note", &note);
         }
         let buffers = Preallocated::new(width);

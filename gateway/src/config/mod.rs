@@ -93,6 +93,8 @@ pub struct RealTime {
     /// Last part of each wait, spent spinning.
     pub spin_us: u32,
     pub lock_memory: bool,
+    /// Without these rights no drive is enabled. Left out: so on a hardware port.
+    pub required: Option<bool>,
 }
 
 #[derive(Clone, Debug, Deserialize)]

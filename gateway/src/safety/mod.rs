@@ -34,6 +34,8 @@ pub struct Measured<'a> {
     pub error_code: &'a [u16; AXES],
     /// AL status, 0 where a device did not answer.
     pub al_state: &'a [u8; AXES],
+    /// Mode of operation display, where the process data has it.
+    pub mode: &'a [Option<i8>; AXES],
     /// Failure of the controller, with its value.
     pub controller: Option<(Reason, f64)>,
     pub overrun_us: f64,
@@ -136,6 +138,11 @@ impl Safety {
             if al != 0 && self.rules.powered && !enabled {
                 let shown = status & cia402::STATE_BITS;
                 return trip(Reason::DriveState, shown, cia402::OPERATION_ENABLED);
+            }
+            let wanted = self.rules.config.profile.mode;
+            let judged = al != 0 && self.rules.powered;
+            if let Some(mode) = m.mode[k].filter(|mode| judged && *mode != wanted) {
+                return Some(Trip::of(Reason::Mode, Some(k), mode.into(), wanted.into(), m.cycle));
             }
         }
         None
