@@ -235,3 +235,28 @@ def test_limits_that_cannot_act_are_refused_together(hexapod_ssp: Path, tmp_path
     assert message.count("the stroke ends at -0.5235987755982988 and 0.52359") == 6
     assert "limits.jump_rad = 0.0001 is less than 0.00075 rad" in message
     assert not ran.happened("state"), "not one frame was sent"
+
+
+@pytest.mark.parametrize("others", [[0, 4], [6]])
+def test_other_devices_on_the_bus_are_left_in_pre_op(
+    others: list[int], hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """A terminal before, between or behind the drives; the motion is the same to the last bit."""
+    options = f"[drives]\nothers = {others}\n"
+    drives = [k for k in range(6 + len(others)) if k not in others]
+    # from the last on, as one new position is another's old one
+    changes = tuple(
+        (f"\nposition = {k}\n", f"\nposition = {drives[k]}\n") for k in range(5, -1, -1)
+    )
+    bench = Bench(hexapod_ssp, tmp_path)
+    assert bench.run(options=options, command=CHECK, changes=changes).code == 0
+    ran = bench.run(options=options, changes=changes, seconds=0.25)
+    assert ran.code == 0, ran.words
+    reached = {e["position"] for e in ran.happened("state") if e["to"] == "OP"}
+    assert reached == set(drives)
+    alone = bench.run(seconds=0.25)
+    assert alone.happened("stopped")[0]["digest"] == ran.happened("stopped")[0]["digest"]
+    # a drive that the configuration does not name may not be energised either
+    options += drive(others[0], 'initial = "enabled"')
+    message = refusal(bench.run(options=options, changes=changes, command=CHECK))
+    assert f"position {others[0]}, no drive of the configuration: already energised" in message

@@ -14,6 +14,9 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+/// Vendor and product of a device that is no drive.
+const OTHER: (u32, u32) = (0x0000_0F1E, 0x1008_0000);
+
 /// The options file.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -50,6 +53,8 @@ pub struct PlantOptions {
 pub struct Drives {
     pub kind: Kind,
     pub count: usize,
+    /// Positions on the bus of further devices, which have no axis.
+    pub others: Vec<usize>,
     /// Axis (from 0) of each position on the bus; empty: in order.
     pub order: Vec<usize>,
     pub torque_constant: f64,
@@ -69,6 +74,7 @@ impl Default for Drives {
         Drives {
             kind: Kind::Akd,
             count: AXES,
+            others: Vec::new(),
             order: Vec::new(),
             torque_constant: 3.0,
             rated_torque_mnm: 9000,
@@ -93,7 +99,7 @@ impl Options {
         if !(1..=AXES).contains(&drives.count) {
             return wrong(format!("drives.count = {}, allowed 1 to {AXES}", drives.count));
         }
-        let mut axes = self.order();
+        let mut axes = self.axes();
         axes.sort_unstable();
         axes.dedup();
         if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
@@ -111,6 +117,10 @@ impl Options {
                 return wrong(format!("drives.{name} = {value}, must be above 0"));
             }
         }
+        let last = self.devices() - 1;
+        if drives.others.iter().any(|position| *position > last) {
+            return wrong(format!("drives.others = {:?}, allowed 0 to {last}", drives.others));
+        }
         if drives.mailbox_bytes.is_some_and(|bytes| !(24..=1024).contains(&bytes)) {
             return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
         }
@@ -121,8 +131,8 @@ impl Options {
             return wrong("silence_s: allowed 0 to 3600".into());
         }
         for special in &self.drive {
-            if special.position >= drives.count {
-                let (position, last) = (special.position, drives.count - 1);
+            if special.position >= self.devices() {
+                let (position, last) = (special.position, self.devices() - 1);
                 return wrong(format!("drive.position = {position}, allowed 0 to {last}"));
             }
             if !matches!(special.direction, None | Some(1 | -1)) {
@@ -130,11 +140,26 @@ impl Options {
             }
         }
         let faults = self.fault.iter().enumerate();
-        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, drives.count))
+        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, self.devices()))
     }
 
-    /// Axis of each position.
-    pub fn order(&self) -> Vec<usize> {
+    /// Number of devices on the bus.
+    pub fn devices(&self) -> usize {
+        self.drives.count + self.drives.others.len()
+    }
+
+    /// Axis of each position on the bus; None: no drive.
+    pub fn order(&self) -> Vec<Option<usize>> {
+        let mut axes = self.axes().into_iter();
+        let axis = |position| match self.drives.others.contains(&position) {
+            true => None,
+            false => axes.next(),
+        };
+        (0..self.devices()).map(axis).collect()
+    }
+
+    /// Axis of each drive.
+    fn axes(&self) -> Vec<usize> {
         if self.drives.order.is_empty() {
             return (0..self.drives.count).collect();
         }
@@ -157,7 +182,10 @@ impl Options {
 
     pub fn device(&self, position: usize) -> SubDevice {
         let drives = &self.drives;
-        let (vendor, product) = drives.kind.identity();
+        let (vendor, product) = match drives.others.contains(&position) {
+            true => OTHER,
+            false => drives.kind.identity(),
+        };
         let serial = 1000 + position as u32;
         let mut setting = self.setting();
         let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());

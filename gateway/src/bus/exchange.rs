@@ -44,8 +44,10 @@ pub struct Bus<L: Link> {
     pub(super) main: &'static MainDevice<'static>,
     pub(super) group: Running,
     pub(super) drives: Drives,
-    /// Position on the bus of each axis.
+    /// Place of each axis in the group of drives.
     pub(super) order: [usize; AXES],
+    /// Other devices are on the bus; they stay in PRE-OP.
+    pub(super) others: bool,
     pub(super) reply: Reply,
 }
 
@@ -132,9 +134,11 @@ impl<L: Link> Bus<L> {
     /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
     /// frame counts and, for axis `ask`, the error code of its drive.
     pub fn leave(mut self, ask: Option<usize>) -> (Counts, Option<u16>) {
-        for state in [al::SAFE_OP, al::PRE_OP] {
-            self.request(state);
+        // a device in PRE-OP would take a request of SAFE-OP for a step up
+        if !self.others {
+            self.request(al::SAFE_OP);
         }
+        self.request(al::PRE_OP);
         let place = ask.map(|axis| self.order[axis]);
         let code = place.and_then(|place| {
             with_group!(&self.group, group => {

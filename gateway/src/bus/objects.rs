@@ -31,7 +31,7 @@ impl<'a> Site<'a> {
     /// Axis, position and device of every drive.
     fn drives(self) -> Result<Vec<(usize, u16, Device<'a>)>, String> {
         let one = |(axis, drive): (usize, &crate::config::Drive)| {
-            let device = self.group.subdevice(self.main, usize::from(drive.position));
+            let device = self.group.subdevice(self.main, self.config.place_on_bus(axis));
             let device = device.map_err(|why| format!("axis {}: {why}", axis + 1))?;
             Ok((axis, drive.position, device))
         };
@@ -117,7 +117,7 @@ pub async fn set_triggers(
     let mut found = Found::new();
     for (axis, drive) in config.drive.iter().enumerate() {
         let position = drive.position;
-        let device = group.subdevice(main, usize::from(position));
+        let device = group.subdevice(main, config.place_on_bus(axis));
         let device = device.map_err(|why| at(axis, position, &why))?;
         let here = watchdog::set_trigger(&device).await.map_err(|why| at(axis, position, &why))?;
         found.extend(here.map(|d| (axis, position, d)));

@@ -87,9 +87,9 @@ async fn disable(
     config: &Config,
     main: &'static MainDevice<'static>,
 ) -> Result<Vec<DeviceInfo>, String> {
-    let group = find_any(main).await?;
+    let groups = find_any(config, main).await?;
     let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
-    for device in group.iter(main) {
+    for device in groups.drives.iter(main).chain(groups.others.iter(main)) {
         // a device without a statusword is no drive
         while let Ok(statusword) = sdo::read::<u16>(&device, STATUSWORD, 0).await {
             let state = cia402::state(statusword);
@@ -100,5 +100,5 @@ async fn disable(
             let _ = sdo::write(&device, CONTROLWORD, 0, cia402::DISABLE_VOLTAGE).await;
         }
     }
-    identity::scan(&group, main).await
+    Ok(identity::scan(&groups, main).await)
 }

@@ -1,6 +1,6 @@
 //! Brings up the bus: from unknown devices to six configured drives in OP.
 
-use ethercrab::subdevice_group::{DcConfiguration, HasDc, Op, PreOp};
+use ethercrab::subdevice_group::{DcConfiguration, HasDc, Op};
 use ethercrab::{
     Command, DcSync, MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, Timeouts,
 };
@@ -9,10 +9,10 @@ use std::time::Duration;
 use super::al;
 use super::difference::Difference;
 use super::drives::Drives;
-use super::exchange::{Bus, Group, Reply, Running};
-use super::identity::{self, DeviceInfo};
+use super::exchange::{Bus, Group, Reply, Running, MOST};
+use super::identity::{self, DeviceInfo, Groups};
 use super::objects::{self, Site};
-use super::operational::{not_reached, reach_op};
+use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
 use super::sdo::words;
 use crate::config::{Config, AXES};
 use crate::realtime::now_ns;
@@ -87,13 +87,13 @@ pub fn inspect<L: Link>(
 ) -> Result<Vec<(usize, u16, Difference)>, String> {
     let (mut wire, main) = master(config, link, options)?;
     let work = async {
-        let group = find(main).await?;
-        let devices = identity::scan(&group, main).await?;
+        let groups = find(config, main).await?;
+        let devices = identity::scan(&groups, main).await;
         on_devices(&devices);
         identity::compare(config, &devices)?;
         identity::refuse_energised(config, &devices, options.reset_faults)?;
         let (cycle, synced) = (options.cycle, config.bus.distributed_clocks);
-        let site = Site { config, group: &group, main, cycle, synced };
+        let site = Site { config, group: &groups.drives, main, cycle, synced };
         site.compare_values().await?;
         let found = site.compare_startup().await?;
         if lists == Lists::Write {
@@ -117,20 +117,25 @@ pub fn bring_up<L: Link>(
 ) -> Result<Bus<L>, String> {
     let (mut wire, main) = master(config, link, options)?;
     let drives = Drives::new(config);
-    let work = prepare(config, main, options, drives.bytes(), on_devices);
+    let mut others = false;
+    let mut see = |devices: &[DeviceInfo]| {
+        others = devices.len() > AXES;
+        on_devices(devices);
+    };
+    let work = prepare(config, main, options, drives.bytes(), &mut see);
     let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| {
         Err("no reply from the bus within 60 s: check cable and drives".to_owned())
     })?;
     let mut order = [0; AXES];
-    for (place, drive) in order.iter_mut().zip(&config.drive) {
-        *place = usize::from(drive.position);
+    for (axis, place) in order.iter_mut().enumerate() {
+        *place = config.place_on_bus(axis);
     }
-    let mut bus = Bus { wire, main, group, drives, order, reply: Reply::default() };
+    let mut bus = Bus { wire, main, group, drives, order, others, reply: Reply::default() };
     reach_op(&mut bus, config, options)?;
     Ok(bus)
 }
 
-async fn find(main: &'static MainDevice<'static>) -> Result<Group<PreOp>, String> {
+async fn find(config: &Config, main: &'static MainDevice<'static>) -> Result<Groups, String> {
     let status: u16 = Command::brd(al::STATUS).ignore_wkc().receive(main).await.map_err(|why| {
         format!("no device replies ({why}): check the cable and that the drives are on")
     })?;
@@ -142,14 +147,20 @@ async fn find(main: &'static MainDevice<'static>) -> Result<Group<PreOp>, String
                 .to_owned(),
         );
     }
-    find_any(main).await
+    find_any(config, main).await
 }
 
 /// The devices in PRE-OP, whatever their state was.
-pub(super) async fn find_any(main: &'static MainDevice<'static>) -> Result<Group<PreOp>, String> {
-    main.init_single_group(now_ns)
-        .await
-        .map_err(|why| format!("initialisation of the devices failed: {why}"))
+pub(super) async fn find_any(
+    config: &Config,
+    main: &'static MainDevice<'static>,
+) -> Result<Groups, String> {
+    main.init::<MOST, _>(now_ns, Groups::default(), |groups, device| {
+        let position = device.configured_address() - FIRST_ADDRESS;
+        Ok(if config.is_drive(position) { &groups.drives } else { &groups.others })
+    })
+    .await
+    .map_err(|why| format!("initialisation of the devices failed: {why}"))
 }
 
 /// From unknown devices to a request of OP, with all drives configured.
@@ -160,13 +171,14 @@ async fn prepare(
     bytes: (usize, usize),
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
 ) -> Result<Running, String> {
-    let mut group = find(main).await?;
-    let devices = identity::scan(&group, main).await?;
+    let groups = find(config, main).await?;
+    let devices = identity::scan(&groups, main).await;
     on_devices(&devices);
     identity::compare(config, &devices)?;
     identity::refuse_energised(config, &devices, options.reset_faults)?;
     let (cycle, synced) = (options.cycle, options.synced(config));
-    Site { config, group: &group, main, cycle, synced }.configure().await?;
+    Site { config, group: &groups.drives, main, cycle, synced }.configure().await?;
+    let mut group = groups.drives;
     let mut clocks = 0;
     for mut device in group.iter_mut(main) {
         if synced && device.dc_support().any() {

@@ -174,6 +174,17 @@ impl Config {
         self.drive[axis].limits.as_ref().unwrap_or(&self.limits)
     }
 
+    /// Place of an axis among the drives in bus order, whatever other devices lie between.
+    pub fn place_on_bus(&self, axis: usize) -> usize {
+        let position = self.drive[axis].position;
+        self.drive.iter().filter(|drive| drive.position < position).count()
+    }
+
+    /// Whether a drive of the configuration is at this position.
+    pub fn is_drive(&self, position: u16) -> bool {
+        self.drive.iter().any(|drive| drive.position == position)
+    }
+
     /// Angle of one count [rad].
     pub fn theta_step(&self) -> f64 {
         2.0 * std::f64::consts::PI / self.profile.counts_per_revolution
