@@ -18,6 +18,7 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     };
     let text = changed(&text, changes).map_err(named)?;
     let mut config = parse(&text).map_err(named)?;
+    config.hash = crate::record::hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     Ok(config)

@@ -32,6 +32,9 @@ pub struct Config {
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
     pub drive: Vec<Drive>,
+    /// Of the file with the values that the command line replaces.
+    #[serde(skip)]
+    pub hash: u64,
 }
 
 /// The system description and the component that the drives replace.
