@@ -143,29 +143,6 @@ impl Options {
         faults.into_iter().try_for_each(|(place, fault)| fault.check(place, self.devices()))
     }
 
-    /// Number of devices on the bus.
-    pub fn devices(&self) -> usize {
-        self.drives.count + self.drives.others.len()
-    }
-
-    /// Axis of each position on the bus; None: no drive.
-    pub fn order(&self) -> Vec<Option<usize>> {
-        let mut axes = self.axes().into_iter();
-        let axis = |position| match self.drives.others.contains(&position) {
-            true => None,
-            false => axes.next(),
-        };
-        (0..self.devices()).map(axis).collect()
-    }
-
-    /// Axis of each drive.
-    fn axes(&self) -> Vec<usize> {
-        if self.drives.order.is_empty() {
-            return (0..self.drives.count).collect();
-        }
-        self.drives.order.clone()
-    }
-
     pub fn setting(&self) -> Setting {
         let drives = &self.drives;
         let limit = if drives.kind == Kind::Akd { 9000 } else { 3000 };

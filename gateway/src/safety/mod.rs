@@ -3,6 +3,7 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod mode;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -93,7 +94,7 @@ impl Safety {
         }
         let found = self
             .wire(m)
-            .or_else(|| if m.answered { self.drives(m) } else { None })
+            .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
             .or_else(|| self.controller(m));
         self.remember(m);
@@ -138,11 +139,6 @@ impl Safety {
             if al != 0 && self.rules.powered && !enabled {
                 let shown = status & cia402::STATE_BITS;
                 return trip(Reason::DriveState, shown, cia402::OPERATION_ENABLED);
-            }
-            let wanted = self.rules.config.profile.mode;
-            let judged = al != 0 && self.rules.powered;
-            if let Some(mode) = m.mode[k].filter(|mode| judged && *mode != wanted) {
-                return Some(Trip::of(Reason::Mode, Some(k), mode.into(), wanted.into(), m.cycle));
             }
         }
         None
