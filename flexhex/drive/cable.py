@@ -78,6 +78,7 @@ def drive(
         emulate = ["chrt", "--fifo", "70", *emulate]
     file = CONFIGURATION if lockstep else _patient(recording.with_suffix(".toml"))
     run = [PROGRAM, "run", file, "--interface", "bus1", "--ssp", ssp, "--enable", "--json"]
+    recording.unlink(missing_ok=True)
     run += ["--duration", seconds, "--record", recording, *step]
     run += [word for key, value in meta.items() for word in ("--meta", f"{key}={value}")]
     with _cable() as (drives, gateway), _running(_at(drives, emulate)):

@@ -4,7 +4,7 @@ use clap::Args;
 use serde_json::json;
 use std::time::Duration;
 
-use crate::bus::{self, BringUpOptions};
+use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::Exit;
 use crate::report::Reporter;
@@ -14,7 +14,9 @@ use crate::wire::Socket;
 pub const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway check gateway/machines/akd.toml
-  flexhex-gateway check gateway/machines/akd.toml --interface eth1 --bus";
+  flexhex-gateway check gateway/machines/akd.toml --interface eth1 --bus
+  flexhex-gateway check gateway/machines/akd.toml --bus --diff     # what the drives hold instead
+  flexhex-gateway check gateway/machines/akd.toml --bus --write    # write it and store it there";
 
 #[derive(Args)]
 pub struct Check {
@@ -23,6 +25,12 @@ pub struct Check {
     /// Also read identity, order and state of the drives; nothing is enabled.
     #[arg(long)]
     bus: bool,
+    /// Print every object of the start-up lists that differs in a drive.
+    #[arg(long, requires = "bus")]
+    diff: bool,
+    /// Write the start-up lists to the drives and store them there (object 0x1010).
+    #[arg(long, requires = "bus")]
+    write: bool,
 }
 
 /// Run all checks and print each result.
@@ -50,7 +58,7 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
     let controller = signals::open(&config, &system, true).map_err(bad)?;
     Signals::find(&config, &controller).map_err(bad)?;
     reporter.mark(true, "every FMU loads and initialises");
-    for note in session::request_real_time(&config, false) {
+    for note in session::request_real_time(&config, false, false).map_err(bad)? {
         reporter.line("note", &note);
     }
     let failed = |why| (Exit::Failed, why);
@@ -62,11 +70,40 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
             lockstep: true,
             reset_faults: false,
         };
-        let devices = bus::inspect(&config, socket, options).map_err(failed)?;
-        reporter.devices(&devices);
-        bus::compare(&config, &devices).map_err(failed)?;
-        bus::refuse_energised(&config, &devices, false).map_err(failed)?;
+        let lists = if args.write { Lists::Write } else { Lists::Compare };
+        let found =
+            bus::inspect(&config, socket, options, lists, &mut |devices| reporter.devices(devices))
+                .map_err(failed)?;
+        startup_lists(args, reporter, &found);
         reporter.mark(true, "the drives match the configuration and have no power");
     }
     Ok(())
+}
+
+/// What the start-up lists changed or would change.
+fn startup_lists(args: &Check, reporter: Reporter, found: &[(usize, u16, Difference)]) {
+    for (axis, position, d) in found.iter().filter(|_| args.diff) {
+        let text = format!("{} is {}, expected {}", d.what, d.actual, d.expected);
+        reporter.line(&format!("drive {position}"), &format!("axis {}: {text}", axis + 1));
+        reporter.event(
+            "difference",
+            json!({ "axis": axis + 1, "position": position, "what": d.what, "actual": d.actual,
+                "expected": d.expected }),
+        );
+    }
+    let n = found.len();
+    if args.write {
+        reporter.mark(true, &format!("start-up lists: {n} objects written; all are stored"));
+    } else if n == 0 {
+        reporter.mark(true, "start-up lists: every object is as configured");
+    } else {
+        let more = if args.diff { "" } else { " (--diff prints them)" };
+        reporter.line(
+            "note",
+            &format!(
+                "{n} objects of the start-up lists differ{more}: `run` writes \
+            them each time, `check --bus --write` stores them"
+            ),
+        );
+    }
 }

@@ -5,6 +5,8 @@ mod check;
 mod config;
 mod cycle;
 mod exit;
+mod limits;
+mod off;
 mod realtime;
 mod record;
 mod report;
@@ -23,6 +25,7 @@ Examples:
   flexhex-gateway check gateway/machines/akd.toml --bus
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
+  flexhex-gateway off gateway/machines/akd.toml
   flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
 
 Exit codes: 0 finished or stopped by Ctrl-C; 1 tripped, or refused because of the drives or the \
@@ -44,6 +47,9 @@ enum Verb {
     /// Run the controller against the drives.
     #[command(after_help = run::EXAMPLES)]
     Run(run::Run),
+    /// Take the drives out of operation from any state; the torque ends at once.
+    #[command(after_help = off::EXAMPLES)]
+    Off(off::Off),
     /// Emulate six servo drives on EtherCAT with an FMU as the machine that they move.
     #[command(after_help = flexhex_emulator::EXAMPLES)]
     Emulate(flexhex_emulator::Args),
@@ -54,6 +60,7 @@ fn main() -> ExitCode {
     let exit = match &line.verb {
         Verb::Check(args) => check::check(args),
         Verb::Run(args) => run::run(args),
+        Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };
     ExitCode::from(exit as u8)

@@ -10,6 +10,7 @@ pub enum Reason {
     AlState,
     DriveFault,
     DriveState,
+    Mode,
     Torque,
     Jump,
     FrozenEncoder,
@@ -34,6 +35,7 @@ impl Reason {
             Reason::AlState => "al_state",
             Reason::DriveFault => "drive_fault",
             Reason::DriveState => "drive_state",
+            Reason::Mode => "mode",
             Reason::Torque => "torque",
             Reason::Jump => "jump",
             Reason::FrozenEncoder => "frozen_encoder",
@@ -67,6 +69,7 @@ impl Reason {
                 bits(value),
                 bits(limit)
             ),
+            Reason::Mode => format!("mode of operation {value} (0x6061), expected {limit}"),
             Reason::Torque => format!("torque {value} N m, allowed {limit} N m"),
             Reason::Jump => format!("angle jumped by {value} rad, allowed {limit} rad"),
             Reason::FrozenEncoder => format!(
@@ -156,6 +159,7 @@ reactions! {
     al_state = AlState / Zero,
     drive_fault = DriveFault / Zero,
     drive_state = DriveState / Zero,
+    mode = Mode / Zero,
     torque = Torque / Zero,
     jump = Jump / Zero,
     frozen_encoder = FrozenEncoder / Zero,

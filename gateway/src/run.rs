@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::cycle::{signals, ControlLoop, Ending, LiveStatus, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
 use crate::realtime;
-use crate::record::{ring, Columns, Plan, Writer, Written};
+use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
 use crate::session::{self, ConfigArgs};
 use crate::wire::Socket;
@@ -45,7 +45,7 @@ pub struct Run {
     /// Reset faults of the drives before enabling.
     #[arg(long)]
     reset_faults: bool,
-    /// Record every cycle to this CSV file. Without it only the seconds around a trip are kept.
+    /// Record every cycle to this CSV file, which must not exist. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Add a line `# KEY: VALUE` at the head of the recording, for example --meta trajectory=a; may
@@ -100,7 +100,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let base_step = system.base_step();
     let out = with_status(reporter, &status, base_step, || {
         // from OP on the drives expect a frame every cycle: all else is done before
-        for note in session::request_real_time(&config, args.lockstep) {
+        for note in session::request_real_time(&config, args.lockstep, args.enable)? {
             reporter.line("note", &note);
         }
         let buffers = Preallocated::new(width);
@@ -197,6 +197,7 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         ("base_step_s".to_owned(), system.base_step().to_string()),
         ("signals".to_owned(), session::channel_map(config, system)),
     ];
+    meta.extend(provenance(config.hash));
     for pair in &args.meta {
         let (key, value) =
             pair.split_once('=').ok_or_else(|| format!("--meta {pair}: write it as KEY=VALUE"))?;

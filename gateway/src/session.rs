@@ -5,8 +5,10 @@ use flexhex_system::{Component, Controller, System};
 use std::path::PathBuf;
 
 use crate::config::{self, Config, AXES};
+use crate::limits;
 use crate::realtime;
 use crate::report::Reporter;
+use crate::wire::Socket;
 
 /// The configuration file and the values that the command line replaces in it.
 #[derive(Args)]
@@ -53,6 +55,7 @@ pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, String
     check_names(config, &system)?;
     check_timeout(config, &system)?;
     check_torque_limits(config, &system)?;
+    limits::check(config, &system)?;
     let (path, step_us) = (config.system.ssp.display(), system.base_step() * 1e6);
     let count = system.components().len();
     reporter.mark(true, &format!("{path}: {count} components, cycle time {step_us:.0} us"));
@@ -165,22 +168,34 @@ pub fn channel_map(config: &Config, system: &System) -> String {
     channels.iter().map(entry).collect::<Vec<_>>().join(" ")
 }
 
-/// Request the real-time settings of the configuration; a note on each that was not granted, with
-/// its remedy. Lockstep needs none.
-pub fn request_real_time(config: &Config, lockstep: bool) -> Vec<String> {
+/// Request the real-time settings of the configuration; lockstep needs none. Returns a note on each
+/// that was not granted, with its remedy; on a live machine (`enable`) that is an error.
+pub fn request_real_time(
+    config: &Config,
+    lockstep: bool,
+    enable: bool,
+) -> Result<Vec<String>, String> {
     let r = &config.real_time;
-    let mut notes = Vec::new();
     if lockstep {
-        return notes;
+        return Ok(Vec::new());
     }
+    let mut missing = Vec::new();
     if r.lock_memory {
-        notes.extend(realtime::lock_memory().err());
+        missing.extend(realtime::lock_memory().err());
     }
     if let Some(cpu) = r.cpu {
-        notes.extend(realtime::pin_to(cpu).err());
+        missing.extend(realtime::pin_to(cpu).err());
     }
     if r.priority > 0 {
-        notes.extend(realtime::set_fifo(r.priority).err());
+        missing.extend(realtime::set_fifo(r.priority).err());
     }
-    notes
+    let live = r.required.unwrap_or_else(|| Socket::is_hardware(&config.bus.interface));
+    if enable && live && !missing.is_empty() {
+        return Err(format!(
+            "{}\na live machine is not enabled without these rights; real_time.required = false allows \
+             it",
+            missing.join("\n")
+        ));
+    }
+    Ok(missing)
 }

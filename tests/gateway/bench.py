@@ -101,6 +101,8 @@ class Bench:
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
         recording = record or self.folder / "run.csv"
+        if recording.is_file():
+            recording.unlink()
         if verb == "run":
             rest += ["--duration", seconds, "--record", recording]
         lockstep = ["--lockstep"] if "--lockstep" in rest or verb == "check" else []

@@ -16,6 +16,14 @@ pub struct DeviceSettings {
     pub maps_fixed: bool,
     /// Input bytes that it requires beyond its maps.
     pub extra_input_bytes: usize,
+    /// Control byte of the outputs' sync manager in the EEPROM; bit 6 triggers the watchdog.
+    pub output_control: u8,
+    /// Bit 6 of that byte cannot be set.
+    pub trigger_fixed: bool,
+    /// Outputs do not trigger the watchdog although that bit is set.
+    pub watchdog_dead: bool,
+    /// SAFE-OP needs 0x60C2 to hold the period of SYNC0.
+    pub period_checked: bool,
 }
 
 pub struct Application {
@@ -90,7 +98,7 @@ impl Objects for Application {
         if self.direction(index).is_none() {
             self.upload(index, sub)?;
             return match index {
-                0x1000..=0x1FFF => Err(abort::READ_ONLY),
+                0x1000..=0x1FFF if !self.drive.parameters.has(index) => Err(abort::READ_ONLY),
                 _ => self.drive.download(index, sub, data),
             };
         }

@@ -27,6 +27,10 @@ pub enum EventKind {
     Watchdog {
         position: usize,
     },
+    /// A drive stored its parameters (object 0x1010).
+    Stored {
+        position: usize,
+    },
     /// A fault of the options file is active for the first time.
     Fault {
         kind: &'static str,
@@ -77,6 +81,7 @@ impl EventKind {
             }
             EventKind::Enabled => ("enabled", String::new()),
             EventKind::Watchdog { position } => ("watchdog", format!(r#","position":{position}"#)),
+            EventKind::Stored { position } => ("stored", format!(r#","position":{position}"#)),
             EventKind::Fault { kind, position } => {
                 ("fault", format!(r#","kind":"{kind}","position":{position}"#))
             }

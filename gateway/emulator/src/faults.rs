@@ -9,6 +9,7 @@ pub enum FaultKind {
     DriveFault,
     EncoderJump,
     EncoderFrozen,
+    ModeChange,
     SafeOp,
     WkcShort,
     CableCut,
@@ -25,6 +26,7 @@ impl FaultKind {
             FaultKind::DriveFault => "drive_fault",
             FaultKind::EncoderJump => "encoder_jump",
             FaultKind::EncoderFrozen => "encoder_frozen",
+            FaultKind::ModeChange => "mode_change",
             FaultKind::SafeOp => "safe_op",
             FaultKind::WkcShort => "wkc_short",
             FaultKind::CableCut => "cable_cut",
@@ -63,7 +65,7 @@ pub struct Fault {
     pub position: usize,
     /// Error code of a drive fault, AL status code of safe_op.
     pub code: Option<u16>,
-    /// Counts of an encoder jump.
+    /// Counts of an encoder jump; mode of a change of mode.
     #[serde(default = "Fault::default_size")]
     pub size: i64,
     /// The frame is lost before its outputs act, or its reply is lost after.

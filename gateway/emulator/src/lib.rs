@@ -6,6 +6,7 @@ mod args;
 mod bench;
 mod coe;
 mod drive;
+mod drive_options;
 mod error;
 mod esc;
 mod event;

@@ -3,6 +3,7 @@ use crate::application::DeviceSettings;
 use crate::drive::cia402::State;
 use crate::drive::kind::Kind;
 use crate::drive::{Drive, Setting};
+use crate::drive_options::{DriveOptions, Initial};
 use crate::error::Error;
 use crate::esc::clock::Clock;
 use crate::faults::{chance, Fault};
@@ -12,6 +13,9 @@ use crate::subdevice::SubDevice;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+
+/// Vendor and product of a device that is no drive.
+const OTHER: (u32, u32) = (0x0000_0F1E, 0x1008_0000);
 
 /// The options file.
 #[derive(Debug, Clone, Default, Deserialize)]
@@ -49,6 +53,8 @@ pub struct PlantOptions {
 pub struct Drives {
     pub kind: Kind,
     pub count: usize,
+    /// Positions on the bus of further devices, which have no axis.
+    pub others: Vec<usize>,
     /// Axis (from 0) of each position on the bus; empty: in order.
     pub order: Vec<usize>,
     pub torque_constant: f64,
@@ -68,6 +74,7 @@ impl Default for Drives {
         Drives {
             kind: Kind::Akd,
             count: AXES,
+            others: Vec::new(),
             order: Vec::new(),
             torque_constant: 3.0,
             rated_torque_mnm: 9000,
@@ -78,38 +85,6 @@ impl Default for Drives {
             mailbox_bytes: None,
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Initial {
-    Ready,
-    ReadyToSwitchOn,
-    Enabled,
-    Fault,
-}
-
-/// Settings of one drive that differ from `[drives]`.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DriveOptions {
-    pub position: usize,
-    pub vendor: Option<u32>,
-    pub product: Option<u32>,
-    pub revision: Option<u32>,
-    pub serial: Option<u32>,
-    pub alias: Option<u16>,
-    pub direction: Option<i64>,
-    pub offset: Option<i64>,
-    /// State at power-up: ready ("switch on disabled"), ready_to_switch_on, enabled (energised
-    /// already) or fault.
-    pub initial: Option<Initial>,
-    /// Writes to its maps are refused.
-    #[serde(default)]
-    pub maps_fixed: bool,
-    /// Input bytes that it requires beyond its maps.
-    #[serde(default)]
-    pub extra_input_bytes: usize,
 }
 
 impl Options {
@@ -124,7 +99,7 @@ impl Options {
         if !(1..=AXES).contains(&drives.count) {
             return wrong(format!("drives.count = {}, allowed 1 to {AXES}", drives.count));
         }
-        let mut axes = self.order();
+        let mut axes = self.axes();
         axes.sort_unstable();
         axes.dedup();
         if axes.len() != drives.count || axes.last().is_some_and(|axis| *axis >= AXES) {
@@ -142,6 +117,10 @@ impl Options {
                 return wrong(format!("drives.{name} = {value}, must be above 0"));
             }
         }
+        let last = self.devices() - 1;
+        if drives.others.iter().any(|position| *position > last) {
+            return wrong(format!("drives.others = {:?}, allowed 0 to {last}", drives.others));
+        }
         if drives.mailbox_bytes.is_some_and(|bytes| !(24..=1024).contains(&bytes)) {
             return wrong("drives.mailbox_bytes: allowed 24 to 1024".into());
         }
@@ -152,8 +131,8 @@ impl Options {
             return wrong("silence_s: allowed 0 to 3600".into());
         }
         for special in &self.drive {
-            if special.position >= drives.count {
-                let (position, last) = (special.position, drives.count - 1);
+            if special.position >= self.devices() {
+                let (position, last) = (special.position, self.devices() - 1);
                 return wrong(format!("drive.position = {position}, allowed 0 to {last}"));
             }
             if !matches!(special.direction, None | Some(1 | -1)) {
@@ -161,15 +140,7 @@ impl Options {
             }
         }
         let faults = self.fault.iter().enumerate();
-        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, drives.count))
-    }
-
-    /// Axis of each position.
-    pub fn order(&self) -> Vec<usize> {
-        if self.drives.order.is_empty() {
-            return (0..self.drives.count).collect();
-        }
-        self.drives.order.clone()
+        faults.into_iter().try_for_each(|(place, fault)| fault.check(place, self.devices()))
     }
 
     pub fn setting(&self) -> Setting {
@@ -188,12 +159,26 @@ impl Options {
 
     pub fn device(&self, position: usize) -> SubDevice {
         let drives = &self.drives;
-        let (vendor, product) = drives.kind.identity();
+        let (vendor, product) = match drives.others.contains(&position) {
+            true => OTHER,
+            false => drives.kind.identity(),
+        };
         let serial = 1000 + position as u32;
-        let mut identity = Identity { vendor, product, revision: 2, serial, alias: 0 };
         let mut setting = self.setting();
-        let (mut initial, mut maps_fixed, mut extra_input_bytes) = (Initial::Ready, false, 0);
+        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
+        let mut settings = DeviceSettings {
+            identity: Identity { vendor, product, revision: 2, serial, alias: 0 },
+            mailbox_bytes,
+            maps_fixed: false,
+            extra_input_bytes: 0,
+            output_control: 0x64,
+            trigger_fixed: false,
+            watchdog_dead: false,
+            period_checked: false,
+        };
+        let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
         for special in self.drive.iter().filter(|special| special.position == position) {
+            let identity = &mut settings.identity;
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
             identity.product = special.product.unwrap_or(identity.product);
             identity.revision = special.revision.unwrap_or(identity.revision);
@@ -201,12 +186,17 @@ impl Options {
             identity.alias = special.alias.unwrap_or(identity.alias);
             setting.direction = special.direction.unwrap_or(setting.direction);
             setting.offset = special.offset.unwrap_or(setting.offset);
+            setting.counts_per_rev = special.counts_per_rev.unwrap_or(setting.counts_per_rev);
             initial = special.initial.unwrap_or(initial);
-            maps_fixed |= special.maps_fixed;
-            extra_input_bytes += special.extra_input_bytes;
+            forced_mode = special.forced_mode.or(forced_mode);
+            objects.extend(&special.objects);
+            settings.maps_fixed |= special.maps_fixed;
+            settings.extra_input_bytes += special.extra_input_bytes;
+            settings.output_control = special.output_control.unwrap_or(settings.output_control);
+            settings.trigger_fixed |= special.trigger_fixed;
+            settings.watchdog_dead |= special.watchdog_dead;
+            settings.period_checked |= special.period_checked;
         }
-        let mailbox_bytes = drives.mailbox_bytes.unwrap_or(drives.kind.mailbox_bytes());
-        let settings = DeviceSettings { identity, mailbox_bytes, maps_fixed, extra_input_bytes };
         let (state, error) = match initial {
             Initial::Ready => (State::SwitchOnDisabled, 0),
             Initial::ReadyToSwitchOn => (State::ReadyToSwitchOn, 0),
@@ -216,7 +206,10 @@ impl Options {
         let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
         let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
         let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
-        SubDevice::new(Drive::new(setting, state, error), settings, clock)
+        let mut drive = Drive::new(setting, state, error);
+        drive.parameters.replace(&objects);
+        drive.forced_mode = forced_mode;
+        SubDevice::new(drive, settings, clock)
     }
 }
 

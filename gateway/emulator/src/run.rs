@@ -70,7 +70,7 @@ struct Run {
 pub fn run(options: Options) -> Result<(), Error> {
     let (plant, dt) = plant(&options)?;
     let socket = Socket::open(&options.interface)?;
-    let devices = (0..options.drives.count).map(|position| options.device(position)).collect();
+    let devices = (0..options.devices()).map(|position| options.device(position)).collect();
     let trajectory = Trajectory::new(dt, options.log.as_deref())?;
     let timing = (dt, options.lockstep);
     let faults = options.fault.clone();

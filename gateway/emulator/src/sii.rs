@@ -24,8 +24,8 @@ pub fn image(
     identity: &Identity,
     name: &str,
     mailbox_bytes: u16,
-    outputs: &Direction,
-    inputs: &Direction,
+    output_control: u8,
+    (outputs, inputs): (&Direction, &Direction),
 ) -> Vec<u8> {
     let mut bytes = header(identity, mailbox_bytes);
     // strings: 1 name, 2 group
@@ -45,7 +45,7 @@ pub fn image(
     for (start, length, control, kind) in [
         (MAILBOX_OUT, mailbox_bytes, 0x26, 1),
         (MAILBOX_IN, mailbox_bytes, 0x22, 2),
-        (OUTPUTS, out, 0x64, 3),
+        (OUTPUTS, out, output_control, 3),
         (INPUTS, inp, 0x20, 4),
     ] {
         managers.extend(u16::to_le_bytes(start));
@@ -134,7 +134,7 @@ mod tests {
         let identity =
             Identity { vendor: 0x6A, product: 0x0041_4B44, revision: 2, serial: 77, alias: 1234 };
         let kind = Kind::Akd;
-        image(&identity, "AKD", 512, &kind.outputs(), &kind.inputs())
+        image(&identity, "AKD", 512, 0x64, (&kind.outputs(), &kind.inputs()))
     }
 
     fn word(bytes: &[u8], address: usize) -> u16 {

@@ -39,6 +39,8 @@ pub struct Report {
     pub error_code: u16,
     pub theta: f64,
     pub tau: f64,
+    /// Mode of operation display; None if it is not in the process data.
+    pub mode: Option<i8>,
 }
 
 impl Drives {
@@ -101,6 +103,7 @@ impl Drives {
             match role {
                 Role::Statusword => report.statusword = value as u16,
                 Role::ErrorCode => report.error_code = value as u16,
+                Role::ModeDisplay => report.mode = Some(value as i8),
                 Role::Position => report.theta = self.angle(axis, value),
                 Role::ActualTorque => report.tau = self.torque(axis, value),
                 _ => {}

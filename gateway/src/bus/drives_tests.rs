@@ -56,7 +56,8 @@ fn process_data_lies_where_the_map_says() {
     let data = [0x37, 0x16, 4, 0, 2, 0, 0, 0, 0x18, 0xfc, 0xff, 0xff, 1, 2, 3, 4];
     let report = drives.read(0, &data);
     let theta = 2.0 * config("akd").theta_step();
-    assert_eq!(report, Report { statusword: 0x1637, error_code: 0, theta, tau: -3.0 });
+    let mode = Some(4);
+    assert_eq!(report, Report { statusword: 0x1637, error_code: 0, theta, tau: -3.0, mode });
 }
 
 #[test]

@@ -13,7 +13,6 @@ pub(super) const MOST: usize = 16;
 pub(super) const IMAGE: usize = 512;
 pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S, D>;
 
-const AL_CONTROL: u16 = 0x0120;
 const ERROR_CODE: u16 = 0x603f;
 /// Longest wait for each reply while the bus is shut down.
 const LEAVE_TIMEOUT_NS: u64 = 100_000_000;
@@ -35,6 +34,8 @@ pub struct Reply {
     pub statusword: [u16; AXES],
     pub error_code: [u16; AXES],
     pub al_state: [u8; AXES],
+    /// Mode of operation display, where the process data has it.
+    pub mode: [Option<i8>; AXES],
 }
 
 /// The drives in operation.
@@ -43,8 +44,10 @@ pub struct Bus<L: Link> {
     pub(super) main: &'static MainDevice<'static>,
     pub(super) group: Running,
     pub(super) drives: Drives,
-    /// Position on the bus of each axis.
+    /// Place of each axis in the group of drives.
     pub(super) order: [usize; AXES],
+    /// Other devices are on the bus; they stay in PRE-OP.
+    pub(super) others: bool,
     pub(super) reply: Reply,
 }
 
@@ -124,15 +127,18 @@ impl<L: Link> Bus<L> {
             self.reply.tau[axis] = report.tau;
             self.reply.statusword[axis] = report.statusword;
             self.reply.error_code[axis] = report.error_code;
+            self.reply.mode[axis] = report.mode;
         }
     }
 
     /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
     /// frame counts and, for axis `ask`, the error code of its drive.
     pub fn leave(mut self, ask: Option<usize>) -> (Counts, Option<u16>) {
-        for state in [al::SAFE_OP, al::PRE_OP] {
-            self.request(state);
+        // a device in PRE-OP would take a request of SAFE-OP for a step up
+        if !self.others {
+            self.request(al::SAFE_OP);
         }
+        self.request(al::PRE_OP);
         let place = ask.map(|axis| self.order[axis]);
         let code = place.and_then(|place| {
             with_group!(&self.group, group => {
@@ -146,7 +152,7 @@ impl<L: Link> Bus<L> {
     }
 
     fn request(&mut self, state: u8) {
-        let command = Command::bwr(AL_CONTROL).ignore_wkc();
+        let command = Command::bwr(al::CONTROL).ignore_wkc();
         // no reply: the devices may be gone already
         let _ =
             self.wire.drive(command.send(self.main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);

@@ -5,10 +5,18 @@ use ethercrab::MainDevice;
 
 use super::cia402::{self, State};
 use super::exchange::Group;
+use super::operational::FIRST_ADDRESS;
 use crate::config::{Config, AXES};
 
 const STATUSWORD: u16 = 0x6041;
 const ERROR_CODE: u16 = 0x603f;
+
+/// All devices: the drives of the configuration, and others, which stay in PRE-OP.
+#[derive(Default)]
+pub struct Groups {
+    pub drives: Group<PreOp>,
+    pub others: Group<PreOp>,
+}
 
 /// One device on the bus.
 #[derive(Clone, Debug)]
@@ -23,19 +31,16 @@ pub struct DeviceInfo {
     pub error_code: u16,
 }
 
-/// Identity of every device, and its CiA 402 state if it has one.
-pub async fn scan(
-    group: &Group<PreOp>,
-    main: &'static MainDevice<'static>,
-) -> Result<Vec<DeviceInfo>, String> {
+/// Identity of every device in bus order, and its CiA 402 state if it has one.
+pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<DeviceInfo> {
     let mut devices = Vec::new();
-    for (position, device) in group.iter(main).enumerate() {
+    for device in groups.drives.iter(main).chain(groups.others.iter(main)) {
         let id = device.identity();
-        // a device without these objects is no drive: `compare` reports it
+        // a device without these objects is no drive
         let statusword = device.sdo_read(STATUSWORD, 0).await.unwrap_or(0);
         let error_code = device.sdo_read(ERROR_CODE, 0).await.unwrap_or(0);
         devices.push(DeviceInfo {
-            position,
+            position: usize::from(device.configured_address() - FIRST_ADDRESS),
             name: device.name().to_owned(),
             vendor_id: id.vendor_id,
             product_code: id.product_id,
@@ -45,15 +50,17 @@ pub async fn scan(
             error_code,
         });
     }
-    Ok(devices)
+    devices.sort_by_key(|device| device.position);
+    devices
 }
 
 /// Err with every difference between bus and configuration, one a line.
 pub fn compare(config: &Config, devices: &[DeviceInfo]) -> Result<(), String> {
     let mut wrong = Vec::new();
-    if devices.len() != AXES {
+    if devices.len() < AXES {
         wrong.push(format!(
-            "{} devices on the bus, expected {AXES}: check that all are on and all cables plugged in",
+            "{} devices on the bus, expected {AXES} drives: check that all are on and all cables plugged \
+             in",
             devices.len()
         ));
     }
@@ -103,17 +110,20 @@ pub fn refuse_energised(
     reset: bool,
 ) -> Result<(), String> {
     let mut wrong = Vec::new();
-    for (axis, drive) in config.drive.iter().enumerate() {
-        let f = &devices[usize::from(drive.position)];
+    for f in devices {
         let state = cia402::state(f.statusword);
-        let at = format!("axis {}, position {}", axis + 1, f.position);
+        let axis = config.drive.iter().position(|d| usize::from(d.position) == f.position);
+        let at = match axis {
+            Some(axis) => format!("axis {}, position {}", axis + 1, f.position),
+            None => format!("position {}, no drive of the configuration", f.position),
+        };
         if state.is_energised() {
             wrong.push(format!(
                 "{at}: already energised ({}): find out what enabled it and disable it first",
                 state.name()
             ));
         }
-        if state == State::Fault && !reset {
+        if state == State::Fault && !reset && axis.is_some() {
             wrong.push(format!(
                 "{at}: fault {:#06x}: remove its cause, then run with --reset-faults",
                 f.error_code

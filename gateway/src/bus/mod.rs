@@ -2,12 +2,21 @@
 
 pub mod al;
 pub mod cia402;
+mod difference;
 pub mod drives;
 mod exchange;
 mod identity;
 mod objects;
+mod off;
+mod operational;
+mod readback;
+mod sdo;
 mod setup;
+mod startup;
+mod watchdog;
 
+pub use difference::Difference;
 pub use exchange::{Bus, Reply};
-pub use identity::{compare, refuse_energised, DeviceInfo};
-pub use setup::{bring_up, inspect, BringUpOptions};
+pub use identity::DeviceInfo;
+pub use off::off;
+pub use setup::{bring_up, inspect, BringUpOptions, Lists};

@@ -1,36 +1,128 @@
-//! Configures the drives: mode of operation, process data, watchdog.
+//! Configures the drives: mode of operation, start-up list, process data, watchdog.
 
 use ethercrab::subdevice_group::{PreOp, PreOpPdi};
-use ethercrab::{MainDevice, SubDevice, SubDeviceRef};
+use ethercrab::MainDevice;
+use std::time::Duration;
 
+use super::difference::{lines, Difference};
 use super::exchange::Group;
-use crate::config::{Config, Pdo, Role, Scale};
-
-type Device<'a> = SubDeviceRef<'static, &'a SubDevice>;
+use super::sdo::{read, write, Device, SdoError};
+use super::{readback, startup, watchdog};
+use crate::config::{Config, Pdo, Role};
 
 const MODE: u16 = 0x6060;
-const RATED_TORQUE: u16 = 0x6076;
 const RX_ASSIGNED: u16 = 0x1c12;
 const TX_ASSIGNED: u16 = 0x1c13;
-const WATCHDOG_DIVIDER: u16 = 0x0400;
-const WATCHDOG_PROCESS_DATA: u16 = 0x0420;
-const DIVIDER_100_US: u16 = 2498; // 40 ns (2498 + 2)
 
-/// Configure every drive in PRE-OP; errors name position and object.
-pub async fn configure_drives(
+type Found = Vec<(usize, u16, Difference)>;
+
+/// The group of drives and how it is run.
+#[derive(Clone, Copy)]
+pub struct Site<'a> {
+    pub config: &'a Config,
+    pub group: &'a Group<PreOp>,
+    pub main: &'static MainDevice<'static>,
+    pub cycle: Duration,
+    /// SYNC0 of distributed clocks is used.
+    pub synced: bool,
+}
+
+impl<'a> Site<'a> {
+    /// Axis, position and device of every drive.
+    fn drives(self) -> Result<Vec<(usize, u16, Device<'a>)>, String> {
+        let one = |(axis, drive): (usize, &crate::config::Drive)| {
+            let device = self.group.subdevice(self.main, self.config.place_on_bus(axis));
+            let device = device.map_err(|why| format!("axis {}: {why}", axis + 1))?;
+            Ok((axis, drive.position, device))
+        };
+        self.config.drive.iter().enumerate().map(one).collect()
+    }
+
+    /// Err with all values that contradict the profile, of all drives. Reads only.
+    pub async fn compare_values(self) -> Result<(), String> {
+        let mut found = Found::new();
+        for (axis, position, device) in self.drives()? {
+            let here = readback::differences(self.config, &device).await;
+            let here = here.map_err(|why| at(axis, position, &why))?;
+            found.extend(here.into_iter().map(|d| (axis, position, d)));
+        }
+        refuse(&found)
+    }
+
+    /// Objects of the start-up lists that differ. Reads only.
+    pub async fn compare_startup(self) -> Result<Found, String> {
+        let mut found = Found::new();
+        for (axis, position, device) in self.drives()? {
+            let list = startup::list(self.config, axis, self.cycle, self.synced);
+            let here = startup::differences(&device, &list).await;
+            let here = here.map_err(|why| at(axis, position, &why))?;
+            found.extend(here.into_iter().map(|d| (axis, position, d)));
+        }
+        Ok(found)
+    }
+
+    /// Write the start-up lists; Err with all that did not take. `store`: in the drives' memory.
+    pub async fn write_startup(self, store: bool) -> Result<(), String> {
+        let mut found = Found::new();
+        for (axis, position, device) in self.drives()? {
+            let list = startup::list(self.config, axis, self.cycle, self.synced);
+            let here = startup::apply(&device, &list).await;
+            let here = here.map_err(|why| at(axis, position, &why))?;
+            found.extend(here.into_iter().map(|d| (axis, position, d)));
+        }
+        refuse(&found)?;
+        if store {
+            for (axis, position, device) in self.drives()? {
+                let done = startup::store(&device).await;
+                done.map_err(|why| at(axis, position, &why))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Configure every drive in PRE-OP; errors name axis, position and object.
+    pub async fn configure(self) -> Result<(), String> {
+        self.compare_values().await?;
+        let mut found = Found::new();
+        for (axis, position, device) in self.drives()? {
+            let here = configure(self.config, &device).await;
+            let here = here.map_err(|why| at(axis, position, &why))?;
+            let period = watchdog::set_period(&device, self.config.bus.watchdog_ms).await;
+            let period = period.map_err(|why| at(axis, position, &why))?;
+            found.extend(here.into_iter().chain(period).map(|d| (axis, position, d)));
+        }
+        refuse(&found)?;
+        self.write_startup(false).await
+    }
+}
+
+fn at(axis: usize, position: u16, why: &dyn std::fmt::Display) -> String {
+    format!("axis {}, position {position}: {why}", axis + 1)
+}
+
+fn refuse(found: &[(usize, u16, Difference)]) -> Result<(), String> {
+    if found.is_empty() {
+        Ok(())
+    } else {
+        Err(lines(found))
+    }
+}
+
+/// The watchdog trigger of every drive is on. Its sync managers are configured.
+pub async fn set_triggers(
     config: &Config,
-    group: &Group<PreOp>,
+    group: &Group<PreOpPdi>,
     main: &'static MainDevice<'static>,
 ) -> Result<(), String> {
-    for drive in &config.drive {
-        let device = group
-            .subdevice(main, usize::from(drive.position))
-            .map_err(|why| format!("drive at position {}: {why:?}", drive.position))?;
-        configure(config, &device)
-            .await
-            .map_err(|why| format!("drive at position {}: {why}", drive.position))?;
+    let mut found = Found::new();
+    for (axis, drive) in config.drive.iter().enumerate() {
+        let position = drive.position;
+        let device = group.subdevice(main, config.place_on_bus(axis));
+        let device = device.map_err(|why| at(axis, position, &why))?;
+        let here = watchdog::set_trigger(&device).await.map_err(|why| at(axis, position, &why))?;
+        found.extend(here.map(|d| (axis, position, d)));
     }
-    Ok(())
+    refuse(&found)
 }
 
 /// Compares the process data of every drive with the bytes out and in of the configuration.
@@ -57,50 +149,20 @@ pub fn check_mapping(
     Ok(())
 }
 
-/// Configure one drive in PRE-OP; errors name the object.
-async fn configure(config: &Config, device: &Device<'_>) -> Result<(), String> {
+/// Set mode of operation and process data of a drive.
+async fn configure(config: &Config, device: &Device<'_>) -> Result<Option<Difference>, SdoError> {
     let p = &config.profile;
     write(device, MODE, 0, p.mode).await?;
     let mode: i8 = read(device, MODE, 0).await?;
-    if mode != p.mode {
-        return Err(format!(
-            "mode of operation 0x6060 is {mode}, expected {}: the drive may not support it",
-            p.mode
-        ));
-    }
-    if let Scale::RatedTorque { rated_torque, .. } = p.scale {
-        let rated: u32 = read(device, RATED_TORQUE, 0).await?;
-        let expected = (rated_torque * 1000.0).round();
-        if f64::from(rated) != expected {
-            return Err(format!(
-                "rated torque 0x6076 is {rated} mN m, the configuration says {expected} mN m: \
-                 set profile.scale.rated_torque.rated_torque_N_m or the drive"
-            ));
-        }
-    }
+    let mend = "the drive does not take profile.mode: set a torque mode that it has";
+    let differs = mode != p.mode;
     map(device, RX_ASSIGNED, &p.rx).await?;
     map(device, TX_ASSIGNED, &p.tx).await?;
-    let ticks = config.bus.watchdog_ms as u16 * 10;
-    for (register, value) in [(WATCHDOG_DIVIDER, DIVIDER_100_US), (WATCHDOG_PROCESS_DATA, ticks)] {
-        device
-            .register_write(register, value)
-            .await
-            .map_err(|why| format!("watchdog register {register:#06x}: {why:?}"))?;
-    }
-    let actual: u16 = device
-        .register_read(WATCHDOG_PROCESS_DATA)
-        .await
-        .map_err(|why| format!("watchdog register 0x0420: {why:?}"))?;
-    if actual != ticks {
-        return Err(format!(
-            "watchdog register 0x0420 is {actual}, expected {ticks}: the drive does not accept it"
-        ));
-    }
-    Ok(())
+    Ok(differs.then(|| Difference::new("mode of operation 0x6060", mode, p.mode, mend)))
 }
 
 /// Map and assign PDOs entry by entry: not every drive supports complete access.
-async fn map(device: &Device<'_>, assigned: u16, pdos: &[Pdo]) -> Result<(), String> {
+async fn map(device: &Device<'_>, assigned: u16, pdos: &[Pdo]) -> Result<(), SdoError> {
     write(device, assigned, 0, 0u8).await?;
     for pdo in pdos {
         write(device, pdo.index, 0, 0u8).await?;
@@ -115,24 +177,4 @@ async fn map(device: &Device<'_>, assigned: u16, pdos: &[Pdo]) -> Result<(), Str
         write(device, assigned, k, pdo.index).await?;
     }
     write(device, assigned, 0, pdos.len() as u8).await
-}
-
-async fn write<T>(device: &Device<'_>, index: u16, sub: u8, value: T) -> Result<(), String>
-where
-    T: ethercrab::EtherCrabWireWrite,
-{
-    device
-        .sdo_write(index, sub, value)
-        .await
-        .map_err(|why| format!("object {index:#06x}:{sub} cannot be written: {why:?}"))
-}
-
-async fn read<T>(device: &Device<'_>, index: u16, sub: u8) -> Result<T, String>
-where
-    T: ethercrab::EtherCrabWireReadSized,
-{
-    device
-        .sdo_read(index, sub)
-        .await
-        .map_err(|why| format!("object {index:#06x}:{sub} cannot be read: {why:?}"))
 }

@@ -1,17 +1,19 @@
 //! Brings up the bus: from unknown devices to six configured drives in OP.
 
-use ethercrab::subdevice_group::{DcConfiguration, HasDc, Op, PreOp};
+use ethercrab::subdevice_group::{DcConfiguration, HasDc, Op};
 use ethercrab::{
-    Command, DcSync, MainDevice, MainDeviceConfig, PduStorage, RegisterAddress, RetryBehaviour,
-    Timeouts,
+    Command, DcSync, MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, Timeouts,
 };
 use std::time::Duration;
 
 use super::al;
+use super::difference::Difference;
 use super::drives::Drives;
-use super::exchange::{Bus, Group, Reply, Running};
-use super::identity::{self, DeviceInfo};
-use super::objects;
+use super::exchange::{Bus, Group, Reply, Running, MOST};
+use super::identity::{self, DeviceInfo, Groups};
+use super::objects::{self, Site};
+use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
+use super::sdo::words;
 use crate::config::{Config, AXES};
 use crate::realtime::now_ns;
 use crate::wire::{Link, Wire};
@@ -21,12 +23,8 @@ static STORAGE: PduStorage<FRAMES, { PduStorage::element_size(1100) }> = PduStor
 
 /// Longest time of the bring-up until the drives are in SAFE-OP.
 const TIMEOUT_NS: u64 = 60_000_000_000;
-/// Longest wait for a reply while the drives change to OP.
-const OP_REPLY_NS: u64 = 50_000_000;
 const STATIC_SYNC_FRAMES: u32 = 5000;
 const SYNC_START: Duration = Duration::from_millis(50);
-/// Station address of the first device, as ethercrab assigns them.
-const FIRST_ADDRESS: u16 = 0x1000;
 
 /// Options of the bring-up.
 #[derive(Clone, Copy, Debug)]
@@ -36,15 +34,22 @@ pub struct BringUpOptions {
     pub reset_faults: bool,
 }
 
+impl BringUpOptions {
+    /// SYNC0 of distributed clocks is used.
+    fn synced(self, config: &Config) -> bool {
+        config.bus.distributed_clocks && !self.lockstep
+    }
+}
+
 /// The MainDevice on a link; only one exists in a process.
-fn master<L: Link>(
+pub(super) fn master<L: Link>(
     config: &Config,
     link: L,
     options: BringUpOptions,
 ) -> Result<(Wire<L>, &'static MainDevice<'static>), String> {
     let (tx, rx, pdu_loop) =
         STORAGE.try_split().map_err(|()| "the bus is already open in this process".to_owned())?;
-    let synced = config.bus.distributed_clocks && !options.lockstep;
+    let synced = options.synced(config);
     let timeouts = Timeouts {
         state_transition: Duration::from_millis(config.bus.state_timeout_ms.into()),
         // longer than any cycle waits: frames of a cycle are never repeated, those of the bring-up may be
@@ -63,17 +68,38 @@ fn master<L: Link>(
     Ok((Wire::new(link, tx, rx), main))
 }
 
-/// Identity and state of the devices in bus order. Nothing is enabled; only the EtherCAT state
-/// changes, to PRE-OP.
+/// What `inspect` does with the start-up lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lists {
+    Compare,
+    /// Write them and store them in the drives.
+    Write,
+}
+
+/// Compare drives and configuration in PRE-OP; nothing is enabled. Returns the objects of the
+/// start-up lists that differ by axis and position, before they were written.
 pub fn inspect<L: Link>(
     config: &Config,
     link: L,
     options: BringUpOptions,
-) -> Result<Vec<DeviceInfo>, String> {
+    lists: Lists,
+    on_devices: &mut dyn FnMut(&[DeviceInfo]),
+) -> Result<Vec<(usize, u16, Difference)>, String> {
     let (mut wire, main) = master(config, link, options)?;
     let work = async {
-        let group = find(main).await?;
-        identity::scan(&group, main).await
+        let groups = find(config, main).await?;
+        let devices = identity::scan(&groups, main).await;
+        on_devices(&devices);
+        identity::compare(config, &devices)?;
+        identity::refuse_energised(config, &devices, options.reset_faults)?;
+        let (cycle, synced) = (options.cycle, config.bus.distributed_clocks);
+        let site = Site { config, group: &groups.drives, main, cycle, synced };
+        site.compare_values().await?;
+        let found = site.compare_startup().await?;
+        if lists == Lists::Write {
+            site.write_startup(true).await?;
+        }
+        Ok(found)
     };
     let done = wire.drive(work, now_ns() + TIMEOUT_NS);
     done.unwrap_or_else(|| {
@@ -91,36 +117,50 @@ pub fn bring_up<L: Link>(
 ) -> Result<Bus<L>, String> {
     let (mut wire, main) = master(config, link, options)?;
     let drives = Drives::new(config);
-    let work = prepare(config, main, options, drives.bytes(), on_devices);
+    let mut others = false;
+    let mut see = |devices: &[DeviceInfo]| {
+        others = devices.len() > AXES;
+        on_devices(devices);
+    };
+    let work = prepare(config, main, options, drives.bytes(), &mut see);
     let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| {
         Err("no reply from the bus within 60 s: check cable and drives".to_owned())
     })?;
     let mut order = [0; AXES];
-    for (place, drive) in order.iter_mut().zip(&config.drive) {
-        *place = usize::from(drive.position);
+    for (axis, place) in order.iter_mut().enumerate() {
+        *place = config.place_on_bus(axis);
     }
-    let mut bus = Bus { wire, main, group, drives, order, reply: Reply::default() };
+    let mut bus = Bus { wire, main, group, drives, order, others, reply: Reply::default() };
     reach_op(&mut bus, config, options)?;
     Ok(bus)
 }
 
-async fn find(main: &'static MainDevice<'static>) -> Result<Group<PreOp>, String> {
-    let status: u16 =
-        Command::brd(RegisterAddress::AlStatus.into()).ignore_wkc().receive(main).await.map_err(
-            |why| {
-                format!("no device replies ({why:?}): check the cable and that the drives are on")
-            },
-        )?;
+async fn find(config: &Config, main: &'static MainDevice<'static>) -> Result<Groups, String> {
+    let status: u16 = Command::brd(al::STATUS).ignore_wkc().receive(main).await.map_err(|why| {
+        format!("no device replies ({why}): check the cable and that the drives are on")
+    })?;
     if status & u16::from(al::OP) != 0 {
         return Err(
             "a device is already in OP: another master uses this bus, or one ended a moment ago: stop \
-             it, wait for the watchdog of the drives and try again"
+             it and wait for the watchdog of the drives, or take them out of operation with \
+             `flexhex-gateway off`"
                 .to_owned(),
         );
     }
-    main.init_single_group(now_ns)
-        .await
-        .map_err(|why| format!("initialisation of the devices failed: {why:?}"))
+    find_any(config, main).await
+}
+
+/// The devices in PRE-OP, whatever their state was.
+pub(super) async fn find_any(
+    config: &Config,
+    main: &'static MainDevice<'static>,
+) -> Result<Groups, String> {
+    main.init::<MOST, _>(now_ns, Groups::default(), |groups, device| {
+        let position = device.configured_address() - FIRST_ADDRESS;
+        Ok(if config.is_drive(position) { &groups.drives } else { &groups.others })
+    })
+    .await
+    .map_err(|why| format!("initialisation of the devices failed: {why}"))
 }
 
 /// From unknown devices to a request of OP, with all drives configured.
@@ -131,13 +171,14 @@ async fn prepare(
     bytes: (usize, usize),
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
 ) -> Result<Running, String> {
-    let mut group = find(main).await?;
-    let devices = identity::scan(&group, main).await?;
+    let groups = find(config, main).await?;
+    let devices = identity::scan(&groups, main).await;
     on_devices(&devices);
     identity::compare(config, &devices)?;
     identity::refuse_energised(config, &devices, options.reset_faults)?;
-    objects::configure_drives(config, &group, main).await?;
-    let synced = config.bus.distributed_clocks && !options.lockstep;
+    let (cycle, synced) = (options.cycle, options.synced(config));
+    Site { config, group: &groups.drives, main, cycle, synced }.configure().await?;
+    let mut group = groups.drives;
     let mut clocks = 0;
     for mut device in group.iter_mut(main) {
         if synced && device.dc_support().any() {
@@ -148,8 +189,9 @@ async fn prepare(
     let group = group
         .into_pre_op_pdi(main)
         .await
-        .map_err(|why| format!("mapping of the process data failed: {why:?}"))?;
+        .map_err(|why| format!("mapping of the process data failed: {}", words(&why)))?;
     objects::check_mapping(&group, main, bytes)?;
+    objects::set_triggers(config, &group, main).await?;
     if clocks > 0 {
         let plan = DcConfiguration {
             start_delay: SYNC_START,
@@ -157,56 +199,16 @@ async fn prepare(
             sync0_shift: Duration::from_micros(config.bus.sync0_shift_us.into()),
         };
         let group = group.configure_dc_sync(main, plan).await;
-        let group = group.map_err(|why| format!("distributed clocks: {why:?}"))?;
+        let group = group.map_err(|why| format!("distributed clocks: {why}"))?;
         let group: Result<Group<Op, HasDc>, _> = group.request_into_op(main).await;
         return match group {
             Ok(group) => Ok(Running::Synced(group)),
-            Err(why) => Err(not_reached(main, &why).await),
+            Err(why) => Err(not_reached(config, main, &why).await),
         };
     }
     let group: Result<Group<Op>, _> = group.request_into_op(main).await;
     match group {
         Ok(group) => Ok(Running::Plain(group)),
-        Err(why) => Err(not_reached(main, &why).await),
+        Err(why) => Err(not_reached(config, main, &why).await),
     }
-}
-
-/// Error with the AL status codes of the drives that did not reach SAFE-OP or OP.
-async fn not_reached(main: &'static MainDevice<'static>, why: &ethercrab::error::Error) -> String {
-    let mut text = format!("the drives did not reach SAFE-OP or OP ({why:?})");
-    for position in 0..AXES as u16 {
-        let register = u16::from(RegisterAddress::AlStatusCode);
-        let read = Command::fprd(FIRST_ADDRESS + position, register);
-        match read.ignore_wkc().receive::<u16>(main).await {
-            Ok(0) | Err(_) => {}
-            Ok(code) => text += &format!("\nposition {position}: AL status code {code:#06x}"),
-        }
-    }
-    text
-}
-
-/// Send zero torque cyclically until every drive reports OP.
-fn reach_op<L: Link>(
-    bus: &mut Bus<L>,
-    config: &Config,
-    options: BringUpOptions,
-) -> Result<(), String> {
-    let cycle = options.cycle.as_nanos() as u64;
-    let tries = u64::from(config.bus.state_timeout_ms) * 1_000_000 / cycle;
-    bus.write(&[0.0; AXES], &[0; AXES]);
-    for _ in 0..tries {
-        let begin = now_ns();
-        let reply = bus.exchange(begin + OP_REPLY_NS);
-        if reply.answered && reply.al_state.iter().all(|s| *s == al::OP) {
-            return Ok(());
-        }
-        if !options.lockstep {
-            crate::realtime::sleep_until(begin + cycle, Duration::ZERO);
-        }
-    }
-    let states = bus.reply().al_state;
-    Err(format!(
-        "not every drive reached OP within {} ms: AL states {states:?} (8 is OP)",
-        config.bus.state_timeout_ms
-    ))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::mistakes::Mistakes;
-use super::{check_profile, toml_error, Config, Limits, AXES};
+use super::{check_profile, startup, toml_error, Config, Limits, AXES};
 
 /// The configuration in `file`, or every mistake with key, value, range and remedy.
 /// `changes`: `key=value`, each replaces one value of the file.
@@ -18,6 +18,7 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     };
     let text = changed(&text, changes).map_err(named)?;
     let mut config = parse(&text).map_err(named)?;
+    config.hash = crate::record::hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     Ok(config)
@@ -67,6 +68,7 @@ fn check(config: &Config) -> Result<(), String> {
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {
+        startup::check(&format!("drive[{k}].startup"), &drive.startup, &mut mistakes);
         if let Some(limits) = &drive.limits {
             check_limits(&format!("drive[{k}].limits"), limits, &mut mistakes);
         }

@@ -1,7 +1,7 @@
 //! Checks the profile of a drive.
 
 use super::mistakes::Mistakes;
-use super::{Pdo, Profile, Role, Scale};
+use super::{startup, Pdo, Profile, Role, Scale};
 
 /// Mistakes of a profile.
 pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
@@ -18,6 +18,7 @@ pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
         "counts of the position object in one revolution",
     );
     scale(&p.scale, mistakes);
+    startup::check("profile.startup", &p.startup, mistakes);
     pdos(
         "profile.rx",
         &p.rx,

@@ -4,6 +4,7 @@ mod check;
 mod check_profile;
 mod mistakes;
 mod profile;
+mod startup;
 #[cfg(test)]
 mod tests;
 mod toml_error;
@@ -16,6 +17,7 @@ pub use check::parse;
 pub use check::read;
 pub use flexhex_system::AXES;
 pub use profile::{Pdo, Profile, Role, Scale};
+pub use startup::{Kind, Sdo};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -30,6 +32,9 @@ pub struct Config {
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
     pub drive: Vec<Drive>,
+    /// Of the file with the values that the command line replaces.
+    #[serde(skip)]
+    pub hash: u64,
 }
 
 /// The system description and the component that the drives replace.
@@ -91,6 +96,8 @@ pub struct RealTime {
     /// Last part of each wait, spent spinning.
     pub spin_us: u32,
     pub lock_memory: bool,
+    /// Without these rights no drive is enabled. Left out: so on a hardware port.
+    pub required: Option<bool>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -157,6 +164,9 @@ pub struct Drive {
     pub serial: Option<u32>,
     pub direction: i8,
     pub offset_counts: i32,
+    /// Objects of this drive alone; each replaces the same object of `profile.startup`.
+    #[serde(default)]
+    pub startup: Vec<Sdo>,
     /// Limits of this axis, if they differ from `[limits]`.
     pub limits: Option<Limits>,
 }
@@ -165,6 +175,17 @@ impl Config {
     /// Limits of an axis.
     pub fn limits(&self, axis: usize) -> &Limits {
         self.drive[axis].limits.as_ref().unwrap_or(&self.limits)
+    }
+
+    /// Place of an axis among the drives in bus order, whatever other devices lie between.
+    pub fn place_on_bus(&self, axis: usize) -> usize {
+        let position = self.drive[axis].position;
+        self.drive.iter().filter(|drive| drive.position < position).count()
+    }
+
+    /// Whether a drive of the configuration is at this position.
+    pub fn is_drive(&self, position: u16) -> bool {
+        self.drive.iter().any(|drive| drive.position == position)
     }
 
     /// Angle of one count [rad].

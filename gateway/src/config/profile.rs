@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use super::startup::Sdo;
+
 /// A type of drive: its objects in the order of the process data, and their scaling.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -17,6 +19,12 @@ pub struct Profile {
     pub scale: Scale,
     pub rx: Vec<Pdo>,
     pub tx: Vec<Pdo>,
+    /// Objects that are written before power and read back.
+    #[serde(default)]
+    pub startup: Vec<Sdo>,
+    /// Objects that are not compared, although a drive may have them: 0x608F, 0x6091, 0x607E, ...
+    #[serde(default)]
+    pub unchecked: Vec<u16>,
 }
 
 /// Physical value of one count of target and actual torque.

@@ -23,7 +23,7 @@ fn mistakes_name_key_value_and_range() {
         ("position = 1", "position = 0", "drive[1].position = 0"),
         ("direction = 1", "direction = 2", "drive[0].direction = 2, allowed 1 or -1"),
         (
-            "position_min_rad = -0.55",
+            "position_min_rad = -0.52",
             "position_min_rad = 0.6",
             "limits.position_min_rad = 0.6 is not below",
         ),
@@ -85,7 +85,7 @@ fn single_values_are_changed_and_checked_like_the_file() {
 #[test]
 fn values_of_a_wrong_type_are_refused_with_their_line() {
     for (from, to, wanted) in [
-        ("mode = 4 ", "mode = 4.5", "line 33 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
+        ("mode = 4 ", "mode = 4.5", "line 34 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
         ("watchdog_ms = 5", "watchdog_ms = -5", "line 18 `watchdog_ms = -5`: invalid value: integer `-5`, expected a whole number, 0 or more"),
         ("torque_N_m = 27.0", "torque_N_m = \"27\"", "`torque_N_m = \"27\"`: invalid type: string \"27\", expected a number"),
         ("feedback = [2.0]", "feedback = 2.0", "expected a list such as [2.0]"),

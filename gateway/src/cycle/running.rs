@@ -56,6 +56,7 @@ impl<L: Link> ControlLoop<'_, L> {
             statusword: &reply.statusword,
             error_code: &reply.error_code,
             al_state: &reply.al_state,
+            mode: &reply.mode,
             controller,
             overrun_us: if self.options.lockstep { 0.0 } else { late_ns as f64 / 1e3 },
         });

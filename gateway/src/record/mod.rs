@@ -4,11 +4,13 @@
 //! keeps the newest for a trip file, and writes all of them as CSV with --record.
 
 mod columns;
+mod provenance;
 mod ring;
 #[cfg(test)]
 mod tests;
 mod writer;
 
 pub use columns::{time_of, Columns};
+pub use provenance::{hash, provenance};
 pub use ring::{ring, Sink};
 pub use writer::{Plan, Writer, Written};

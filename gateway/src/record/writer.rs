@@ -1,6 +1,6 @@
 //! The thread that takes rows out of the ring and writes files.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
@@ -146,7 +146,7 @@ impl Sheet {
     }
 
     fn keep(&self, trip: &str) -> Result<PathBuf, String> {
-        let path = self.plan.before_trip.clone();
+        let path = unused(&self.plan.before_trip);
         let mut file = create(&path, &self.plan, Some(trip))?;
         let first = self.before.saturating_sub(self.plan.keep as u64);
         let oldest = self.rows.saturating_sub((self.plan.keep + self.plan.reaction) as u64);
@@ -160,11 +160,22 @@ impl Sheet {
     }
 }
 
+/// The path, or with -2, -3, ... the first that does not exist.
+fn unused(path: &Path) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.csv")));
+    let mut all = std::iter::once(path.to_path_buf()).chain(numbered);
+    all.find(|path| !path.exists()).unwrap_or_else(|| path.to_path_buf())
+}
+
 fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File>, String> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(|why| failed(folder, &why))?;
     }
-    let mut file = BufWriter::new(File::create(path).map_err(|why| failed(path, &why))?);
+    // a device such as /dev/null may be written again
+    let there = path.exists() && !path.is_file();
+    let file = OpenOptions::new().write(true).create_new(!there).open(path);
+    let mut file = BufWriter::new(file.map_err(|why| failed(path, &why))?);
     let mut head = String::new();
     for (key, value) in &plan.meta {
         head += &format!("# {key}: {}\n", value.replace('\n', " "));
@@ -193,6 +204,9 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
 fn failed(path: &Path, why: &std::io::Error) -> String {
     let mend = match why.kind() {
         ErrorKind::StorageFull => "free some space or record to another disk",
+        ErrorKind::AlreadyExists => {
+            "recordings are never overwritten: give another name, or move it away"
+        }
         ErrorKind::IsADirectory => "this is a folder: name a file in it",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "record to a folder that may be written"

@@ -3,6 +3,7 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod mode;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -34,6 +35,8 @@ pub struct Measured<'a> {
     pub error_code: &'a [u16; AXES],
     /// AL status, 0 where a device did not answer.
     pub al_state: &'a [u8; AXES],
+    /// Mode of operation display, where the process data has it.
+    pub mode: &'a [Option<i8>; AXES],
     /// Failure of the controller, with its value.
     pub controller: Option<(Reason, f64)>,
     pub overrun_us: f64,
@@ -91,7 +94,7 @@ impl Safety {
         }
         let found = self
             .wire(m)
-            .or_else(|| if m.answered { self.drives(m) } else { None })
+            .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
             .or_else(|| self.controller(m));
         self.remember(m);

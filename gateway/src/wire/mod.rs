@@ -9,6 +9,8 @@
 //! is never taken for the reply to the newest.
 
 mod clock;
+#[cfg(test)]
+mod fuzz_tests;
 mod socket;
 #[cfg(test)]
 mod tests;

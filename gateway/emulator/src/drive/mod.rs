@@ -1,10 +1,12 @@
 //! One servo drive: objects, process data, quantised current and encoder. The plant computes the motion.
 pub mod cia402;
 pub mod kind;
+pub mod parameters;
 
 use crate::coe::abort;
 use cia402::{Machine, State};
 use kind::{Kind, Use};
+use parameters::Parameters;
 
 /// Heartbeat or watchdog error in object 0x603F; the AKD shows it as F706.
 pub const ERROR_WATCHDOG: u16 = 0x8130;
@@ -53,6 +55,9 @@ pub struct Drive {
     pub setting: Setting,
     pub machine: Machine,
     pub encoder: Encoder,
+    pub parameters: Parameters,
+    /// Shown and used in place of the mode that was set.
+    pub forced_mode: Option<i8>,
     control: u16,
     mode: i8,
     mode_display: i8,
@@ -67,6 +72,8 @@ pub struct Drive {
 impl Drive {
     pub fn new(setting: Setting, state: State, error: u16) -> Drive {
         Drive {
+            parameters: Parameters::new(&setting),
+            forced_mode: None,
             setting,
             machine: Machine::new(state, error),
             encoder: Encoder::default(),
@@ -86,6 +93,7 @@ impl Drive {
         if self.setting.kind.modes().contains(&self.mode) {
             self.mode_display = self.mode;
         }
+        self.mode_display = self.forced_mode.unwrap_or(self.mode_display);
         self.machine.control(self.control);
     }
 
@@ -171,6 +179,9 @@ impl Drive {
     }
 
     pub fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        if self.parameters.has(index) {
+            return self.parameters.upload(index, sub);
+        }
         let object = self.setting.kind.object(index).ok_or(abort::NO_OBJECT)?;
         if sub != 0 {
             return Err(abort::NO_SUBINDEX);
@@ -180,6 +191,9 @@ impl Drive {
     }
 
     pub fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
+        if self.parameters.has(index) {
+            return self.parameters.download(index, sub, data);
+        }
         let object = self.setting.kind.object(index).ok_or(abort::NO_OBJECT)?;
         if sub != 0 {
             return Err(abort::NO_SUBINDEX);

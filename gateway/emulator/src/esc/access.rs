@@ -1,6 +1,6 @@
 //! Reads and writes by the MainDevice, and their effects.
 use super::registers as reg;
-use super::sync_manager::{Access, SyncManager};
+use super::sync_manager::{Access, SyncManager, WATCHDOG_TRIGGER};
 use super::Esc;
 
 impl Esc {
@@ -80,6 +80,11 @@ impl Esc {
         if wrote(reg::EEPROM_CONTROL + 1) {
             self.eeprom_command();
         }
+        let outputs = reg::SM + 2 * 8 + 4;
+        if self.trigger_fixed && wrote(outputs) {
+            let control = self.get(outputs, 1)[0];
+            self.put(outputs, &[control & !WATCHDOG_TRIGGER]);
+        }
         for index in 0..reg::SMS {
             if wrote(reg::SM + 8 * index as u16 + 6) && !self.sm(index).enabled() {
                 self.set_full(index, false);
@@ -136,7 +141,7 @@ impl Esc {
                 self.mailbox_written |= index == 0;
             } else if index == 2 {
                 self.outputs_written = true;
-                if sm.triggers_watchdog() {
+                if sm.triggers_watchdog() && !self.watchdog_dead {
                     self.watchdog.trigger(self.passage.watch);
                 }
             }

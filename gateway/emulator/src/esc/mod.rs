@@ -39,6 +39,10 @@ pub struct Esc {
     pub mailbox_written: bool,
     /// The last byte of the outputs was written.
     pub outputs_written: bool,
+    /// The outputs' sync manager never triggers the watchdog, whatever is written.
+    pub trigger_fixed: bool,
+    /// Outputs never trigger the watchdog, whatever the sync manager says.
+    pub watchdog_dead: bool,
 }
 
 impl Esc {
@@ -53,6 +57,8 @@ impl Esc {
             al_control: None,
             mailbox_written: false,
             outputs_written: false,
+            trigger_fixed: false,
+            watchdog_dead: false,
         };
         esc.put(0, &reg::INFORMATION);
         let alias = [8, 9].map(|i| esc.eeprom.bytes.get(i).copied().unwrap_or(0));

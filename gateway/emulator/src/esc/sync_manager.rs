@@ -11,6 +11,8 @@ pub struct SyncManager {
 }
 
 pub const FULL: u8 = 0x08;
+/// Bit of the control byte: the buffer's last byte triggers the watchdog.
+pub const WATCHDOG_TRIGGER: u8 = 0x40;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Access {
@@ -48,7 +50,7 @@ impl SyncManager {
     }
 
     pub fn triggers_watchdog(&self) -> bool {
-        self.control & 0x40 != 0
+        self.control & WATCHDOG_TRIGGER != 0
     }
 
     fn end(&self) -> u32 {

@@ -28,6 +28,7 @@ impl Machine {
                 FaultKind::EncoderFrozen => {
                     drive.encoder.frozen = Some(drive.shown_position());
                 }
+                FaultKind::ModeChange => drive.forced_mode = Some(fault.size as i8),
                 FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }

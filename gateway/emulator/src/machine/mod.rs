@@ -12,8 +12,8 @@ use crate::trajectory::Trajectory;
 
 pub struct Machine {
     pub devices: Vec<SubDevice>,
-    /// Axis of each position on the bus.
-    order: Vec<usize>,
+    /// Axis of each position on the bus; None: no drive.
+    order: Vec<Option<usize>>,
     plant: Box<dyn Plant>,
     faults: Vec<Fault>,
     counts: Vec<u64>,
@@ -49,7 +49,7 @@ fn states(device: &SubDevice) -> States {
 impl Machine {
     pub fn new(
         devices: Vec<SubDevice>,
-        order: Vec<usize>,
+        order: Vec<Option<usize>>,
         plant: Box<dyn Plant>,
         faults: Vec<Fault>,
         (dt, lockstep): (f64, bool),
@@ -122,7 +122,7 @@ impl Machine {
             self.record_changes();
             return Ok(());
         }
-        if self.cycle.is_none() && self.devices.iter().all(SubDevice::is_enabled) {
+        if self.cycle.is_none() && self.all_enabled() {
             self.cycle = Some(0);
             self.record(EventKind::Enabled);
         }
@@ -144,6 +144,11 @@ impl Machine {
             self.record_changes();
             Ok(())
         }
+    }
+
+    fn all_enabled(&self) -> bool {
+        let mut drives = self.devices.iter().zip(&self.order).filter(|(_, axis)| axis.is_some());
+        drives.all(|(device, _)| device.is_enabled())
     }
 
     /// One base step: watchdogs, then the plant under the drives' torques, then what they measure.
@@ -177,6 +182,7 @@ impl Machine {
     fn push(&mut self, cycle: u64) -> Result<(), Error> {
         let mut tau = [0.0; AXES];
         for (position, axis) in self.order.clone().into_iter().enumerate() {
+            let Some(axis) = axis else { continue };
             tau[axis] = self.devices[position].torque();
             let pushes = self.devices[position].is_enabled();
             if self.pushed[axis] && !pushes {
@@ -191,6 +197,7 @@ impl Machine {
     fn measure(&mut self, dt: Option<f64>) {
         self.plant.read(&mut self.theta, &mut self.tau_meas);
         for (device, axis) in self.devices.iter_mut().zip(&self.order) {
+            let Some(axis) = axis else { continue };
             device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);
             device.show_inputs();
         }
@@ -203,6 +210,9 @@ impl Machine {
     /// Records an event for each state that has changed.
     fn record_changes(&mut self) {
         for position in 0..self.devices.len() {
+            if self.devices[position].drive_mut().parameters.take_stored() {
+                self.record(EventKind::Stored { position });
+            }
             let device = &self.devices[position];
             let (now, before) = (states(device), self.seen[position]);
             if now == before {

@@ -69,6 +69,11 @@ impl SubDevice {
         if active && (cycle < SHORTEST_CYCLE_NS || !cycle.is_multiple_of(62_500)) {
             return Err(code::INVALID_SYNC_CYCLE);
         }
+        let period = self.drive().parameters.period_ns();
+        let checked = self.application.settings.period_checked;
+        if checked && active && period != Some(cycle.into()) {
+            return Err(code::INVALID_SYNC_CYCLE);
+        }
         Ok(())
     }
 }

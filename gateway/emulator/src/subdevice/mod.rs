@@ -25,7 +25,9 @@ impl SubDevice {
             pdo.fixed |= settings.maps_fixed;
         }
         let (identity, mailbox) = (&settings.identity, settings.mailbox_bytes);
-        let image = sii::image(identity, kind.name(), mailbox, &outputs, &inputs);
+        let control = settings.output_control;
+        let image = sii::image(identity, kind.name(), mailbox, control, (&outputs, &inputs));
+        let (fixed, dead) = (settings.trigger_fixed, settings.watchdog_dead);
         let application = Application { drive, settings, outputs, inputs, state: State::Init };
         let mut device = SubDevice {
             esc: Esc::new(image, clock),
@@ -33,6 +35,7 @@ impl SubDevice {
             mailbox: Mailbox::default(),
             application,
         };
+        (device.esc.trigger_fixed, device.esc.watchdog_dead) = (fixed, dead);
         device.show_layer();
         device
     }

@@ -28,6 +28,7 @@ struct Cycle {
     statusword: [u16; AXES],
     error_code: [u16; AXES],
     al_state: [u8; AXES],
+    mode: [Option<i8>; AXES],
     controller: Option<(Reason, f64)>,
     overrun_us: f64,
 }
@@ -47,6 +48,7 @@ impl Cycle {
             statusword: [0x1637; AXES],
             error_code: [0; AXES],
             al_state: [8; AXES],
+            mode: [Some(4); AXES],
             controller: None,
             overrun_us: 0.0,
         }
@@ -66,6 +68,7 @@ impl Cycle {
             statusword: &self.statusword,
             error_code: &self.error_code,
             al_state: &self.al_state,
+            mode: &self.mode,
             controller: self.controller,
             overrun_us: self.overrun_us,
         })
@@ -179,4 +182,14 @@ fn failures_of_the_controller_and_late_cycles_are_reasons() {
     assert_eq!(after_rest(|c| c.overrun_us = 2000.0), None);
     let late = after_rest(|c| c.overrun_us = 2000.1);
     assert_eq!(late, Some((Reason::Overrun, None, 2000.1, 2000.0)));
+}
+
+#[test]
+fn another_mode_trips_where_it_is_shown() {
+    let wanted = Some((Reason::Mode, Some(3), 8.0, 4.0));
+    assert_eq!(after_rest(|c| c.mode[3] = Some(8)), wanted);
+    assert_eq!(after_rest(|c| c.mode = [None; AXES]), None);
+    let mut dry = Safety::new(&config(), TS, COMPLETE, false);
+    let cycle = Cycle { mode: [Some(8); AXES], ..Cycle::rest() };
+    assert_eq!(cycle.judged(&mut dry), None, "no drive is enabled");
 }

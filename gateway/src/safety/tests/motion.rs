@@ -83,7 +83,7 @@ fn speed_is_the_mean_over_its_cycles() {
 
 #[test]
 fn position_trips_at_either_end() {
-    for (theta, limit) in [(0.55, None), (-0.55, None), (0.551, Some(0.55)), (-0.551, Some(-0.55))]
+    for (theta, limit) in [(0.52, None), (-0.52, None), (0.521, Some(0.52)), (-0.521, Some(-0.52))]
     {
         let mut safety = safety();
         let mut cycle = Cycle::rest();

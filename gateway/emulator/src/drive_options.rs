@@ -1,0 +1,78 @@
+//! Options of a single drive, and the place of each on the bus.
+use crate::drive::parameters::Parameter;
+use crate::options::Options;
+use serde::Deserialize;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Initial {
+    Ready,
+    ReadyToSwitchOn,
+    Enabled,
+    Fault,
+}
+
+/// Settings of one drive that differ from `[drives]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveOptions {
+    pub position: usize,
+    pub vendor: Option<u32>,
+    pub product: Option<u32>,
+    pub revision: Option<u32>,
+    pub serial: Option<u32>,
+    pub alias: Option<u16>,
+    pub direction: Option<i64>,
+    pub offset: Option<i64>,
+    /// State at power-up: ready ("switch on disabled"), ready_to_switch_on, enabled (energised
+    /// already) or fault.
+    pub initial: Option<Initial>,
+    /// Writes to its maps are refused.
+    #[serde(default)]
+    pub maps_fixed: bool,
+    /// Input bytes that it requires beyond its maps.
+    #[serde(default)]
+    pub extra_input_bytes: usize,
+    pub counts_per_rev: Option<f64>,
+    /// Objects that differ from the defaults.
+    #[serde(default)]
+    pub objects: Vec<Parameter>,
+    /// Control byte of the outputs' sync manager in its EEPROM, 0x64 by default.
+    pub output_control: Option<u8>,
+    /// The watchdog trigger of that sync manager stays off.
+    #[serde(default)]
+    pub trigger_fixed: bool,
+    /// Outputs do not trigger its watchdog although that bit is set.
+    #[serde(default)]
+    pub watchdog_dead: bool,
+    /// SAFE-OP needs 0x60C2 to hold the period of SYNC0.
+    #[serde(default)]
+    pub period_checked: bool,
+    /// It shows and uses this mode whatever is set.
+    pub forced_mode: Option<i8>,
+}
+
+impl Options {
+    /// Number of devices on the bus.
+    pub fn devices(&self) -> usize {
+        self.drives.count + self.drives.others.len()
+    }
+
+    /// Axis of each position on the bus; None: no drive.
+    pub fn order(&self) -> Vec<Option<usize>> {
+        let mut axes = self.axes().into_iter();
+        let axis = |position| match self.drives.others.contains(&position) {
+            true => None,
+            false => axes.next(),
+        };
+        (0..self.devices()).map(axis).collect()
+    }
+
+    /// Axis of each drive.
+    pub(crate) fn axes(&self) -> Vec<usize> {
+        if self.drives.order.is_empty() {
+            return (0..self.drives.count).collect();
+        }
+        self.drives.order.clone()
+    }
+}

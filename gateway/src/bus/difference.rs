@@ -1,0 +1,42 @@
+//! What a drive holds, beside what the configuration expects.
+
+use std::fmt;
+
+/// One value of a drive that is not as expected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    pub what: String,
+    pub actual: String,
+    pub expected: String,
+    pub mend: String,
+}
+
+impl Difference {
+    pub fn new(
+        what: impl Into<String>,
+        actual: impl ToString,
+        expected: impl ToString,
+        mend: impl Into<String>,
+    ) -> Self {
+        Difference {
+            what: what.into(),
+            actual: actual.to_string(),
+            expected: expected.to_string(),
+            mend: mend.into(),
+        }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} is {}, expected {}: {}", self.what, self.actual, self.expected, self.mend)
+    }
+}
+
+/// Differences of all drives, one a line, each with its axis and position.
+pub fn lines(found: &[(usize, u16, Difference)]) -> String {
+    let line = |(axis, position, d): &(usize, u16, Difference)| {
+        format!("axis {}, position {position}: {d}", axis + 1)
+    };
+    found.iter().map(line).collect::<Vec<_>>().join("\n")
+}

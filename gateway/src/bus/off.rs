@@ -1,0 +1,104 @@
+//! Takes every drive on the bus out of operation, whatever its state.
+
+use ethercrab::{Command, MainDevice};
+use std::time::Duration;
+
+use super::cia402::{self, State};
+use super::identity::{self, DeviceInfo};
+use super::setup::{find_any, master, BringUpOptions};
+use super::{al, sdo};
+use crate::config::Config;
+use crate::realtime::{now_ns, sleep_until};
+use crate::wire::Link;
+
+const CONTROLWORD: u16 = 0x6040;
+const STATUSWORD: u16 = 0x6041;
+const REPLY_NS: u64 = 100_000_000;
+const POLL_NS: u64 = 5_000_000;
+const TIMEOUT_NS: u64 = 60_000_000_000;
+
+/// Take all devices out of OP, then disable each drive that is still energised. Returns what was
+/// found afterwards; Err if nothing replies or a drive stays energised.
+pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, String> {
+    let options =
+        BringUpOptions { cycle: Duration::from_millis(1), lockstep: true, reset_faults: false };
+    let (mut wire, main) = master(config, link, options)?;
+    let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
+    let mut before = None;
+    for state in [al::SAFE_OP, al::INIT] {
+        loop {
+            // an error must be acknowledged, or the drive ignores the request
+            let request = Command::bwr(al::CONTROL).ignore_wkc();
+            let control = u16::from(state | al::ACKNOWLEDGE);
+            wire.drive(request.send(main, control), now_ns() + REPLY_NS);
+            let status = wire.drive(status(main), now_ns() + REPLY_NS).flatten();
+            before = before.or(status);
+            // the states of all devices, ORed by the bus
+            if status.is_some_and(|s| s & above(state) == 0) {
+                break;
+            }
+            if now_ns() > until {
+                return Err(match before {
+                    None => {
+                        "no device replies: check the cable and that the drives are on".to_owned()
+                    }
+                    Some(_) => format!(
+                        "a drive does not leave its state for {}: press the emergency stop",
+                        al::name(state)
+                    ),
+                });
+            }
+            sleep_until(now_ns() + POLL_NS, Duration::ZERO);
+        }
+    }
+    let work = disable(config, main);
+    let devices = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| {
+        Err("the drives stopped replying: press the emergency stop, check the cable".to_owned())
+    })?;
+    let request = Command::bwr(al::CONTROL).ignore_wkc();
+    wire.drive(request.send(main, u16::from(al::INIT)), now_ns() + REPLY_NS);
+    let still = devices.iter().filter(|d| cia402::state(d.statusword).is_energised());
+    let still: Vec<_> = still.map(|d| format!("position {}", d.position)).collect();
+    match still.is_empty() {
+        true => Ok(devices),
+        false => Err(format!(
+            "still energised: {}: press the emergency stop; a drive does not obey controlword 0",
+            still.join(", ")
+        )),
+    }
+}
+
+/// Bits of the states above this one.
+fn above(state: u8) -> u16 {
+    match state {
+        al::SAFE_OP => al::OP.into(),
+        _ => (al::OP | al::SAFE_OP | al::PRE_OP).into(),
+    }
+}
+
+async fn status(main: &'static MainDevice<'static>) -> Option<u16> {
+    // without a device the frame comes back unchanged, or not at all
+    let status = Command::brd(al::STATUS).ignore_wkc().receive(main).await.ok()?;
+    (status != 0).then_some(status)
+}
+
+/// Controlword 0 to every energised drive until it obeys or the time for a change of state is over.
+async fn disable(
+    config: &Config,
+    main: &'static MainDevice<'static>,
+) -> Result<Vec<DeviceInfo>, String> {
+    let groups = find_any(config, main).await?;
+    let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
+    for device in groups.drives.iter(main).chain(groups.others.iter(main)) {
+        // a device without a statusword is no drive
+        while let Ok(statusword) = sdo::read::<u16>(&device, STATUSWORD, 0).await {
+            let state = cia402::state(statusword);
+            if !(state.is_energised() || state == State::ReadyToSwitchOn) || now_ns() > until {
+                break;
+            }
+            // the next reading tells whether it took it
+            let _ = sdo::write(&device, CONTROLWORD, 0, cia402::DISABLE_VOLTAGE).await;
+        }
+    }
+    Ok(identity::scan(&groups, main).await)
+}

@@ -1,0 +1,134 @@
+//! From configured drives to drives in OP, in the wanted mode and with their watchdog running.
+
+use ethercrab::error::Error;
+use ethercrab::{Command, MainDevice};
+use std::time::Duration;
+
+use super::difference::lines;
+use super::exchange::Bus;
+use super::sdo::words;
+use super::setup::BringUpOptions;
+use super::{al, watchdog, Difference};
+use crate::config::{Config, AXES};
+use crate::realtime::{now_ns, sleep_until};
+use crate::wire::Link;
+
+/// Station address of the first device, as ethercrab assigns them.
+pub const FIRST_ADDRESS: u16 = 0x1000;
+/// Longest wait for a reply while the drives change to OP.
+const REPLY_NS: u64 = 50_000_000;
+
+/// Error with the AL status codes of the drives that did not reach SAFE-OP or OP.
+pub async fn not_reached(
+    config: &Config,
+    main: &'static MainDevice<'static>,
+    why: &Error,
+) -> String {
+    let mut text = format!("the drives did not reach SAFE-OP or OP ({})", words(why));
+    for (axis, drive) in config.drive.iter().enumerate() {
+        let position = drive.position;
+        match status_code(main, position).await {
+            Some(0) | None => {}
+            Some(code) => {
+                let described = al::describe(code);
+                text += &format!("\naxis {}, position {position}: {described}", axis + 1);
+            }
+        }
+    }
+    text
+}
+
+async fn status_code(main: &'static MainDevice<'static>, position: u16) -> Option<u16> {
+    let read = Command::fprd(FIRST_ADDRESS + position, al::STATUS_CODE);
+    read.ignore_wkc().receive::<u16>(main).await.ok()
+}
+
+/// Send zero torque cyclically until every drive reports OP and the mode of the configuration.
+pub fn reach_op<L: Link>(
+    bus: &mut Bus<L>,
+    config: &Config,
+    options: BringUpOptions,
+) -> Result<(), String> {
+    let cycle = options.cycle.as_nanos() as u64;
+    let tries = u64::from(config.bus.state_timeout_ms) * 1_000_000 / cycle;
+    bus.write(&[0.0; AXES], &[0; AXES]);
+    for _ in 0..tries {
+        let begin = now_ns();
+        let answered = exchange(bus, config, options);
+        let states = bus.reply().al_state;
+        let ready = answered && states.iter().all(|s| *s == al::OP);
+        if ready && wrong_modes(bus, config).is_empty() {
+            return running_watchdogs(bus, config, options);
+        }
+        if !options.lockstep {
+            sleep_until(begin + cycle, Duration::ZERO);
+        }
+    }
+    let wrong = wrong_modes(bus, config);
+    let states = bus.reply().al_state;
+    if states.iter().all(|s| *s == al::OP) && !wrong.is_empty() {
+        return Err(lines(&wrong));
+    }
+    Err(not_in_op(bus, config))
+}
+
+/// One frame without torque. A lost reply is not waited for longer than the watchdogs wait.
+fn exchange<L: Link>(bus: &mut Bus<L>, config: &Config, options: BringUpOptions) -> bool {
+    let half = u64::from(config.bus.watchdog_ms) * 500_000;
+    let wait = if options.lockstep { REPLY_NS } else { REPLY_NS.min(half) };
+    bus.exchange(now_ns() + wait).answered
+}
+
+/// States and AL status codes of the drives that are not in OP.
+fn not_in_op<L: Link>(bus: &mut Bus<L>, config: &Config) -> String {
+    let mut text = format!("not every drive reached OP within {} ms", config.bus.state_timeout_ms);
+    let states = bus.reply().al_state;
+    for (axis, status) in states.into_iter().enumerate().filter(|(_, s)| *s != al::OP) {
+        let position = config.drive[axis].position;
+        let ask = status_code(bus.main, position);
+        let code = bus.wire.drive(ask, now_ns() + REPLY_NS).flatten();
+        let told = code.filter(|code| *code != 0).map(|code| format!(", {}", al::describe(code)));
+        text += &format!(
+            "\naxis {}, position {position}: {}{}",
+            axis + 1,
+            al::name(status),
+            told.unwrap_or_default()
+        );
+    }
+    text
+}
+
+/// Drives that show another mode of operation (0x6061) than the configured one.
+fn wrong_modes<L: Link>(bus: &Bus<L>, config: &Config) -> Vec<(usize, u16, Difference)> {
+    let wanted = config.profile.mode;
+    let shown = bus.reply().mode.into_iter().enumerate();
+    let wrong = shown.filter_map(|(axis, mode)| Some((axis, mode.filter(|m| *m != wanted)?)));
+    let difference = |(axis, mode): (usize, i8)| {
+        let mend = "the drive does not change to profile.mode: read its warnings, and compare \
+                    profile.mode with its manual";
+        let d = Difference::new("mode of operation display 0x6061", mode, wanted, mend);
+        (axis, config.drive[axis].position, d)
+    };
+    wrong.map(difference).collect()
+}
+
+/// The watchdog of every drive runs, as the drives themselves report it in OP.
+fn running_watchdogs<L: Link>(
+    bus: &mut Bus<L>,
+    config: &Config,
+    options: BringUpOptions,
+) -> Result<(), String> {
+    let mut wrong = Vec::new();
+    for (axis, drive) in config.drive.iter().enumerate() {
+        // a frame between the questions, as the watchdogs run
+        exchange(bus, config, options);
+        let ask = watchdog::is_running(bus.main, FIRST_ADDRESS + drive.position);
+        if bus.wire.drive(ask, now_ns() + REPLY_NS).flatten() != Some(true) {
+            wrong.push((axis, drive.position, watchdog::not_running()));
+        }
+    }
+    match wrong.is_empty() {
+        true => Ok(()),
+        false => Err(lines(&wrong)),
+    }
+}

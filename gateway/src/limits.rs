@@ -1,0 +1,147 @@
+//! Limits that contradict each other, the cycle time, or the stroke of the machine.
+
+use flexhex_system::{Component, System};
+
+use crate::config::{Config, Limits, AXES};
+
+/// Err with every contradiction: keys, values, remedy.
+pub fn check(config: &Config, system: &System) -> Result<(), String> {
+    let host = system.component(&config.system.host);
+    let stroke = host.and_then(|host: &Component| host.parameter("stroke"));
+    let mut wrong = contradictions(config, system.base_step());
+    for axis in 0..AXES {
+        let l = config.limits(axis);
+        if let Some(stroke) = stroke.filter(|s| l.position_min < -s || l.position_max > *s) {
+            wrong.push(format!(
+                "position limits {} to {} rad of axis {}: the stroke ends at -{stroke} and {stroke} \
+                 rad, so the rule could not trip before the end stop: set position_min_rad and \
+                 position_max_rad inside",
+                l.position_min,
+                l.position_max,
+                axis + 1
+            ));
+        }
+    }
+    if wrong.is_empty() {
+        Ok(())
+    } else {
+        Err(wrong.join("\n"))
+    }
+}
+
+fn contradictions(config: &Config, base_step: f64) -> Vec<String> {
+    let (b, s) = (&config.bus, &config.safety);
+    let watchdog = f64::from(b.watchdog_ms) * 1e-3;
+    let lost = f64::from(s.lost_frame_limit) * base_step;
+    let mut wrong = Vec::new();
+    if lost >= watchdog {
+        wrong.push(format!(
+            "safety.lost_frame_limit = {} cycles last {} ms, but bus.watchdog_ms = {}: the drives would \
+             stop before the gateway: lower one or raise the other",
+            s.lost_frame_limit,
+            lost * 1e3,
+            b.watchdog_ms
+        ));
+    }
+    if f64::from(s.overrun_us) * 1e-6 > watchdog {
+        wrong.push(format!(
+            "safety.overrun_us = {} is longer than bus.watchdog_ms = {}: the drives would stop before \
+             the gateway: lower one or raise the other",
+            s.overrun_us, b.watchdog_ms
+        ));
+    }
+    let mut seen: Vec<*const Limits> = Vec::new();
+    for axis in 0..AXES {
+        let l = config.limits(axis);
+        // axes share limits: each contradiction is reported once
+        if seen.contains(&std::ptr::from_ref(l)) {
+            continue;
+        }
+        seen.push(l);
+        wrong.extend(of_axis(l, s.frozen_motion_rad, base_step));
+    }
+    wrong
+}
+
+fn of_axis(l: &Limits, frozen_motion: f64, base_step: f64) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let step = l.speed * base_step;
+    if l.jump < step {
+        wrong.push(format!(
+            "limits.jump_rad = {} is less than {step} rad, the motion of one cycle at \
+             limits.speed_rad_per_s = {}: the rule `jump` would trip at a permitted speed: raise \
+             jump_rad or lower the speed",
+            l.jump, l.speed
+        ));
+    }
+    if frozen_motion >= l.following_error {
+        wrong.push(format!(
+            "safety.frozen_motion_rad = {frozen_motion} is not below limits.following_error_rad = {}: \
+             the rule `frozen_encoder` could never trip: lower frozen_motion_rad",
+            l.following_error
+        ));
+    }
+    let span = l.position_max - l.position_min;
+    if l.following_error >= span {
+        wrong.push(format!(
+            "limits.following_error_rad = {} is not below the {span} rad between position_min_rad and \
+             position_max_rad: the rule `following_error` could never trip: lower it",
+            l.following_error
+        ));
+    }
+    wrong
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    const STEP: f64 = 0.00025;
+
+    fn config() -> Config {
+        parse(include_str!("../machines/akd.toml")).unwrap()
+    }
+
+    fn found(bend: impl Fn(&mut Config)) -> Vec<String> {
+        let mut config = config();
+        bend(&mut config);
+        contradictions(&config, STEP)
+    }
+
+    #[test]
+    fn the_template_does_not_contradict_itself() {
+        assert_eq!(found(|_| ()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn each_contradiction_is_named_on_its_side_of_the_bound() {
+        let one = |bend: fn(&mut Config), wanted: &str| {
+            let all = found(bend);
+            assert!(all.len() == 1 && all[0].contains(wanted), "{wanted}: {all:?}");
+        };
+        let none = |bend: fn(&mut Config)| assert_eq!(found(bend), Vec::<String>::new());
+        // 5 ms are 20 cycles
+        one(|c| c.safety.lost_frame_limit = 20, "lost_frame_limit = 20 cycles last 5 ms");
+        none(|c| c.safety.lost_frame_limit = 19);
+        one(|c| c.safety.overrun_us = 5001, "overrun_us = 5001");
+        none(|c| c.safety.overrun_us = 5000);
+        // 3 rad/s move 0.75 mrad in a cycle
+        one(|c| c.limits.jump = 0.0007, "limits.jump_rad = 0.0007 is less than 0.00075");
+        none(|c| c.limits.jump = 0.00075);
+        one(|c| c.safety.frozen_motion_rad = 0.05, "frozen_motion_rad = 0.05");
+        one(|c| c.limits.following_error = 1.5, "following_error_rad = 1.5");
+    }
+
+    #[test]
+    fn an_axis_with_limits_of_its_own_is_judged_by_them() {
+        let own = |jump| {
+            found(|c| {
+                let limits = crate::config::Limits { jump, ..c.limits.clone() };
+                c.drive[3].limits = Some(limits);
+            })
+        };
+        assert_eq!(own(0.0001).len(), 1);
+        assert!(own(0.01).is_empty());
+    }
+}
