@@ -230,8 +230,8 @@ def diagnose_runs(
 
     runs: logs of one machine, several passes of several trajectories. held_out: logs of other
     trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
-    for other bases. base: `hexapod`, `axis` (each by itself) or `schunk`. tolerance: in place
-    of the machine file's, `{"mass": 0.1}`.
+    for other bases. base: `hexapod`, `axis` (each by itself), `schunk`, or one of your own,
+    `base.py:Arm` (docs/own-base.md). tolerance: in place of the machine file's, `{"mass": 0.1}`.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.verdict import Diagnosis
 
 KINDS = ("hexapod", "axis", "schunk")
-"""What `--base` takes."""
+"""Names that come with the package."""
 
 
 def diagnose_command(
@@ -46,7 +46,9 @@ def diagnose_command(
     base: Annotated[
         str,
         typer.Option(
-            help="model of the mechanism: hexapod, axis (each by itself) or schunk (six-axis arm)",
+            metavar="NAME",
+            help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), or"
+            " one of your own, FILE.py:NAME",
             autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
         ),
     ] = "hexapod",
@@ -82,11 +84,10 @@ def diagnose_command(
 ) -> None:
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
-    from flexhex.diagnosis.bases import BASES
+    from flexhex.diagnosis.bases import known_base
     from flexhex.diagnosis.prepare import Options
 
-    if base not in BASES:
-        raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
+    known_base(base)
     if machine is not None and base != "hexapod":
         raise UsageError(
             f"--machine {machine}: --base {base} reads no machine file: take --machine out"
