@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis import bases, own_file
+from flexhex.diagnosis import own_file
+from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.bases import base_of
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.verdict import Diagnosis
@@ -18,12 +20,13 @@ from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
 from tests.compare import assert_close
 from tests.conftest import ROOT
-from tests.diagnosis.two_links import TS, moved, run, torque
+from tests.diagnosis.two_links import BODIES, SECONDS, TS, moved, run, torque
 
 Array = NDArray[np.float64]
 EXAMPLE = ROOT / "flexhex" / "init" / "two_links.py"
 FRICTION = 0.2
 """Hidden on axis 2 [N m]; its torque is 1.3 N m RMS."""
+CLOCK = np.arange(round(SECONDS / TS)) * TS
 HEAD = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m\n"
 
 
@@ -51,11 +54,16 @@ def diagnosed(folder: Path, friction: float) -> Diagnosis:
 
 
 def test_example_has_the_torques_of_the_textbook() -> None:
-    base, motion = base_of(f"{EXAMPLE}:TwoLinks", None, log()), moved(np.arange(50) * TS, 3)
-    p = np.array([known.nominal for known in base.linear])
-    columns = base.columns(*motion)  # type: ignore[attr-defined]
-    # the example's inertias are rounded to a part in a thousand
-    assert_close(columns @ p, torque(motion, 0.0, (0.0, 0.0)), atol=0.02)
+    base, (theta, *rates) = base_of(f"{EXAMPLE}:TwoLinks", None, log()), moved(CLOCK, 3)
+    (m, c, inertia), (m2, c2, inertia2) = BODIES
+    p = np.array([m * c, inertia + m * c**2, m2, m2 * c2, inertia2 + m2 * c2**2])
+    motion = Motion(0.0, TS, theta, *rates)
+    wanted = torque((theta, *rates), 0.0, (0.0, 0.0))
+    # torques of some 10 N m in double precision
+    assert_close(base.torque(motion, p), wanted, atol=1e-12)
+    assert_close(base.rows(motion, csr_array(eye_array(len(theta)))) @ p, wanted, atol=1e-12)
+    known = base.linear
+    assert_close([k.nominal for k in known], p, atol=min(k.tolerance for k in known))
 
 
 def test_example_finds_hidden_friction(tmp_path: Path) -> None:
@@ -135,11 +143,13 @@ def test_file_that_is_not_there_is_refused() -> None:
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "some_package.py").write_text(GOOD)
     monkeypatch.syspath_prepend(str(tmp_path))
-    entries = {
-        name: EntryPoint(name, f"some_package:{model}", own_file.GROUP)
-        for name, model in (("arm", "Arm"), ("leg", "Leg"))
+    listed = {
+        "flexhex.bases": [
+            EntryPoint(name, f"some_package:{model}", "flexhex.bases")
+            for name, model in (("arm", "Arm"), ("leg", "Leg"))
+        ]
     }
-    monkeypatch.setattr(bases, "offered", lambda: entries)
+    monkeypatch.setattr(own_file, "entry_points", lambda group: listed[group])
 
 
 @pytest.mark.usefixtures("package")
