@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -16,6 +16,8 @@ from flexhex.diagnosis.hexapod import HexapodBase
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.own import OwnBase
 from flexhex.diagnosis.own_file import from_file, from_package, offered, refuse_missing, split
+from flexhex.diagnosis.robot_file import is_robot, read_robot, refuse_robot
+from flexhex.diagnosis.robots import RobotBase
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
@@ -51,13 +53,15 @@ BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
 
 def known_base(name: str) -> None:
     """UsageError for a base model that there is not, before anything is read."""
-    if (own := split(name)) is not None:
+    if is_robot(name):
+        refuse_robot(Path(name))
+    elif (own := split(name)) is not None:
         refuse_missing(own[0], name)
     elif name not in BASES and name not in offered():
         listed = ", ".join((*BASES, *offered()))
         raise UsageError(
-            f"--base {name}: there are {listed}; a base model of your own is FILE.py:NAME"
-            " (`flexhex init base.py` writes an example)"
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml), and a base model of"
+            " your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
         )
 
 
@@ -82,13 +86,20 @@ def base_of(
     machine_file: Path | None,
     log: Log,
     tolerance: Mapping[str, float] = NO_TOLERANCE,
+    joints: Sequence[str] = (),
 ) -> Base:
     """The base model called `name` for logs like this one.
 
-    tolerance: in place of the machine file's, by the keys of its section. UsageError for an unknown
-    name, or for tolerances of a base model that has no machine file.
+    tolerance: in place of the machine file's, by the keys of its section. joints: of a robot's
+    file, in the order of the axes. UsageError for an unknown name, or for tolerances or joints of
+    a base model that has none.
     """
     known_base(name)
+    if is_robot(name):
+        robot = read_robot(Path(name), joints, log["theta"].width)
+        return RobotBase(Path(name), robot, with_tolerance(Tolerance(), tolerance), log["theta"].ts)
+    if joints:
+        raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
     if tolerance:
         if name != "hexapod":
             raise UsageError(f"tolerance: base model {name} reads no machine file: take it out")

@@ -47,17 +47,25 @@ def diagnose_command(
         str,
         typer.Option(
             metavar="NAME",
-            help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), or"
-            " one of your own, FILE.py:NAME",
+            help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
+            " robot's file (.urdf, MJCF .xml), or one of your own, FILE.py:NAME",
             autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
         ),
     ] = "hexapod",
+    joints: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME,NAME,...",
+            help="joints of a robot's file, in the order of the logs' axes; the others are locked",
+        ),
+    ] = "",
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE",
-            help="one standard deviation of what the machine file says, relative, in place of its"
-            " [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma, geometry",
+            help="one standard deviation of what a machine's or robot's file says, relative, in"
+            " place of its [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma,"
+            " geometry",
         ),
     ] = None,
     apply: Annotated[
@@ -86,6 +94,7 @@ def diagnose_command(
     or an unexplained residual remain, or the runs do not decide."""
     from flexhex.diagnosis.bases import known_base
     from flexhex.diagnosis.prepare import Options
+    from flexhex.diagnosis.robot_file import is_robot
 
     known_base(base)
     if machine is not None and base != "hexapod":
@@ -93,7 +102,7 @@ def diagnose_command(
             f"--machine {machine}: --base {base} reads no machine file: take --machine out"
         )
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
-    if tolerance and base != "hexapod":
+    if tolerance and base != "hexapod" and not is_robot(base):
         raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
     known = tolerances(tolerance or [])
     if apply and base != "hexapod":
@@ -108,7 +117,8 @@ def diagnose_command(
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)
-    options = Options(base, logs, tolerance=known)
+    named = tuple(name.strip() for name in joints.split(",") if name.strip())
+    options = Options(base, logs, tolerance=known, joints=named)
     if isolability:
         session.isolate(runs, options)
         return
