@@ -60,6 +60,25 @@ class RobotBase(ColumnBase):
         found[:, :, ten:] = self._identity * thetadd[:, :, None]
         return found
 
+    def torque(self, motion: Motion, p: Array) -> Array:
+        """B p (samples, n) [N m, N], by inverse dynamics: four times as fast as by columns."""
+        bodies = p[: 10 * self.n].reshape(self.n, 10)
+        if not bodies[:, 0].all():
+            return super().torque(motion, p)
+        model, data, pin = self.robot.model.copy(), self._data, self._pin
+        for place, ten in zip(self.robot.places, bodies, strict=True):
+            model.inertias[place] = pin.Inertia.FromDynamicParameters(ten)
+        model.armature[self._at] = p[10 * self.n :]
+        q, v, a = (
+            self.state(motion.theta),
+            self._sorted(motion.thetad),
+            self._sorted(motion.thetadd),
+        )
+        found = np.empty_like(v)
+        for k in range(len(q)):
+            found[k] = pin.rnea(model, data, q[k], v[k], a[k])
+        return found[:, self._at]
+
     def loaded(self, p: Array, payload: float) -> Array:
         """A point mass at the centre of the last body: where it is nobody says."""
         found, inertia = p.copy(), self.robot.model.inertias[self.robot.places[-1]]

@@ -61,6 +61,7 @@ def test_arm_has_the_torques_of_mujoco() -> None:
     # torques of some 60 N m in double precision
     assert_close(base.torque(moved, p), wanted, atol=1e-11)
     p[60:] = rotors
+    assert_close(base.torque(moved, p), wanted + rotors * moved.thetadd, atol=1e-11)
     assert_close(base.rows(moved, SAMPLE) @ p, wanted + rotors * moved.thetadd, atol=1e-11)
 
 
@@ -189,6 +190,7 @@ def test_other_files_are_refused(name: str, message: str, tmp_path: Path) -> Non
         base_of(str(tmp_path / name), None, log(6))
 
 
+@pytest.mark.slow
 def test_file_and_four_runs_name_the_hidden_friction(tmp_path: Path) -> None:
     paths = [write(tmp_path / f"{s}_{k}.csv", s, k) for s in (1, 2) for k in (1, 2)]
     found = diagnose(paths, options=Options(base=str(FILE)))
