@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
@@ -14,6 +14,10 @@ from flexhex.diagnosis.axis import AxisBase
 from flexhex.diagnosis.base import Base
 from flexhex.diagnosis.hexapod import HexapodBase
 from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.own import OwnBase
+from flexhex.diagnosis.own_file import from_file, from_package, offered, refuse_missing, split
+from flexhex.diagnosis.robot_file import is_robot, read_robot, refuse_robot
+from flexhex.diagnosis.robots import RobotBase
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
@@ -47,6 +51,20 @@ BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
 }
 
 
+def known_base(name: str) -> None:
+    """UsageError for a base model that there is not, before anything is read."""
+    if is_robot(name):
+        refuse_robot(Path(name))
+    elif (own := split(name)) is not None:
+        refuse_missing(own[0], name)
+    elif name not in BASES and name not in offered():
+        listed = ", ".join((*BASES, *offered()))
+        raise UsageError(
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml), and a base model of"
+            " your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
+        )
+
+
 def with_tolerance(known: Tolerance, given: Mapping[str, float]) -> Tolerance:
     """Tolerances with some in their place. UsageError for an unknown one, or one out of range."""
     strange = [name for name in given if name not in Tolerance.model_fields]
@@ -68,16 +86,26 @@ def base_of(
     machine_file: Path | None,
     log: Log,
     tolerance: Mapping[str, float] = NO_TOLERANCE,
+    joints: Sequence[str] = (),
 ) -> Base:
     """The base model called `name` for logs like this one.
 
-    tolerance: in place of the machine file's, by the keys of its section. UsageError for an unknown
-    name, or for tolerances of a base model that has no machine file.
+    tolerance: in place of the machine file's, by the keys of its section. joints: of a robot's
+    file, in the order of the axes. UsageError for an unknown name, or for tolerances or joints of
+    a base model that has none.
     """
-    if name not in BASES:
-        raise UsageError(f"no base model {name!r}: choose one of {', '.join(BASES)}")
+    known_base(name)
+    if is_robot(name):
+        robot = read_robot(Path(name), joints, log["theta"].width)
+        return RobotBase(Path(name), robot, with_tolerance(Tolerance(), tolerance), log["theta"].ts)
+    if joints:
+        raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
     if tolerance:
         if name != "hexapod":
             raise UsageError(f"tolerance: base model {name} reads no machine file: take it out")
         return _hexapod(machine_file, log, tolerance)
-    return BASES[name](machine_file, log)
+    if (own := split(name)) is not None:
+        return OwnBase(from_file(*own), name, log)
+    if name in BASES:
+        return BASES[name](machine_file, log)
+    return OwnBase(from_package(offered()[name]), f"base model {name}", log)

@@ -85,7 +85,7 @@ def isolability(
     planned = [read_trajectory(path, options.log) for path in paths]
     first = planned[0]
     log = Log.of(first.name, first.ts, first.r, np.zeros_like(first.r), first.kinds)
-    base = base_of(options.base, machine_file, log, options.tolerance)
+    base = base_of(options.base, machine_file, log, options.tolerance, options.joints)
     for t, path in zip(planned, paths, strict=True):
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")

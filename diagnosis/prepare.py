@@ -37,11 +37,12 @@ deviations of their noise, excite nothing."""
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
     `flexhex.diagnosis.bases`. log: how to read. tolerance: in place of the machine file's, by the
-    keys of its section."""
+    keys of its section. joints: of a robot's file, in the order of the axes."""
 
     base: str = "hexapod"
     log: logs.Options = field(default_factory=logs.Options)
     tolerance: Mapping[str, float] = field(default_factory=dict)
+    joints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def asked_of(
     logs.refuse_copies([*ours, *theirs])
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
-    base = base_of(options.base, machine_file, ours[0], options.tolerance)
+    base = base_of(options.base, machine_file, ours[0], options.tolerance, options.joints)
     for log in [*ours, *theirs]:
         width = log["theta"].width
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")

@@ -20,6 +20,7 @@ from flexhex.diagnosis.fit import beside
 from flexhex.diagnosis.gaps import Before, before_of, gap_of
 from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
+from flexhex.diagnosis.pairing import mispaired
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.search import carrying
@@ -59,6 +60,8 @@ def diagnose(
         return asked.cannot_tell(
             "one run cannot tell what its noise is: run it again, and another trajectory"
         )
+    if trouble := mispaired(base, asked.runs):
+        return asked.cannot_tell(trouble)
     progress("fitting the base model", 1, 4)
     made, coarse, smoothed = fitted(base, asked.runs)
     if smoothed:

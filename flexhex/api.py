@@ -224,14 +224,16 @@ def diagnose_runs(
     machine: File | None = None,
     base: str = "hexapod",
     tolerance: Mapping[str, float] | None = None,
+    joints: Sequence[str] = (),
     progress: DiagnosisProgress = silent,
 ) -> Diagnosis:
     """Find effects that measured runs show and the model lacks.
 
     runs: logs of one machine, several passes of several trajectories. held_out: logs of other
     trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
-    for other bases. base: `hexapod`, `axis` (each by itself) or `schunk`. tolerance: in place
-    of the machine file's, `{"mass": 0.1}`.
+    for other bases. base: `hexapod`, `axis` (each by itself), `schunk`, a robot's file, or one of
+    your own, `base.py:Arm` (docs/own-base.md). tolerance: in place of the machine file's,
+    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -242,7 +244,8 @@ def diagnose_runs(
     if file is None and base == "hexapod":
         file = machine_file()
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    return diagnose(*known, file, Search(base, tolerance=tolerance or {}), progress)
+    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
+    return diagnose(*known, file, options, progress)
 
 
 def compare_results(

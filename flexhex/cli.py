@@ -21,6 +21,7 @@ from flexhex.drive.command import drive_command
 from flexhex.export.command import export_command
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.identify.command import identify_command
+from flexhex.init.command import init_command
 from flexhex.output.interrupt import Interruptible
 from flexhex.report.command import report_command
 from flexhex.run.command import run_command
@@ -64,6 +65,7 @@ app.command("identify", short_help="Estimate the parameters from logs.")(identif
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
+app.command("init", short_help="Write an example of a base model.")(init_command)
 app.command("compare", short_help="Compare two runs.")(compare_command)
 app.command("check", short_help="Check FMUs, .ssp and machine files.")(check_command)
 app.command("study", short_help="Simulate many machines drawn at random.")(study_command)

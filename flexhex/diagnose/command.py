@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.verdict import Diagnosis
 
 KINDS = ("hexapod", "axis", "schunk")
-"""What `--base` takes."""
+"""Names that come with the package."""
 
 
 def diagnose_command(
@@ -46,16 +46,26 @@ def diagnose_command(
     base: Annotated[
         str,
         typer.Option(
-            help="model of the mechanism: hexapod, axis (each by itself) or schunk (six-axis arm)",
+            metavar="NAME",
+            help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
+            " robot's file (.urdf, MJCF .xml), or one of your own, FILE.py:NAME",
             autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
         ),
     ] = "hexapod",
+    joints: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME,NAME,...",
+            help="joints of a robot's file, in the order of the logs' axes; the others are locked",
+        ),
+    ] = "",
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE",
-            help="one standard deviation of what the machine file says, relative, in place of its"
-            " [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma, geometry",
+            help="one standard deviation of what a machine's or robot's file says, relative, in"
+            " place of its [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma,"
+            " geometry",
         ),
     ] = None,
     apply: Annotated[
@@ -82,17 +92,17 @@ def diagnose_command(
 ) -> None:
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
-    from flexhex.diagnosis.bases import BASES
+    from flexhex.diagnosis.bases import known_base
     from flexhex.diagnosis.prepare import Options
+    from flexhex.diagnosis.robot_file import is_robot
 
-    if base not in BASES:
-        raise UsageError(f"--base {base}: there are {', '.join(BASES)}")
+    known_base(base)
     if machine is not None and base != "hexapod":
         raise UsageError(
             f"--machine {machine}: --base {base} reads no machine file: take --machine out"
         )
     file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
-    if tolerance and base != "hexapod":
+    if tolerance and base != "hexapod" and not is_robot(base):
         raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
     known = tolerances(tolerance or [])
     if apply and base != "hexapod":
@@ -107,7 +117,8 @@ def diagnose_command(
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)
-    options = Options(base, logs, tolerance=known)
+    named = tuple(name.strip() for name in joints.split(",") if name.strip())
+    options = Options(base, logs, tolerance=known, joints=named)
     if isolability:
         session.isolate(runs, options)
         return

@@ -1,0 +1,102 @@
+"""Logs whose axes, signs or units are not the base model's are told so before any fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Base, Motion
+from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.pairing import mispaired
+from flexhex.diagnosis.workflow import Options, diagnose
+from tests.conftest import ROOT
+from tests.diagnosis.two_links import TS, moved, torque
+from tests.diagnosis.two_links import run as made
+
+Array = NDArray[np.float64]
+Change = Callable[[Array], Array]
+EXAMPLE = f"{ROOT / 'flexhex/init/two_links.py'}:TwoLinks"
+CLOCK = np.arange(5000) * TS
+FIRST, SECOND = np.array([-1.0, 1.0]), np.array([1.0, -1.0])
+
+
+def base() -> Base:
+    return base_of(EXAMPLE, None, Log.of("run.csv", TS, *np.ones((2, 10, 2))))
+
+
+def runs(
+    angle: Change, effort: Change, load: float = 0.0, friction: float = 0.0, announced: float = 0.0
+) -> list[Run]:
+    """Two motions as a log would have them."""
+    listed = []
+    for seed in (1, 2):
+        motion = moved(CLOCK, seed)
+        tau = torque(motion, load, (0.3, 0.0)) + friction * np.sign(motion[1])
+        valid = np.ones(len(CLOCK), dtype=bool)
+        seen = Motion(0.0, TS, *(angle(v) for v in motion))
+        signal = Signal(0.0, TS, effort(tau), valid)
+        listed.append(Run(str(seed), str(seed), seen, valid, signal, payload=announced))
+    return listed
+
+
+def same(values: Array) -> Array:
+    return values
+
+
+WRONG: dict[str, tuple[Change, Change]] = {
+    "the torque of axis 1 negated": (same, lambda v: v * FIRST),
+    "the angle of axis 2 negated": (lambda v: v * SECOND, same),
+    "angle and torque of axis 1 negated": (lambda v: v * FIRST, lambda v: v * FIRST),
+    "axes 1 and 2 exchanged": (lambda v: v[:, ::-1], lambda v: v[:, ::-1]),
+    "all torques negated": (same, lambda v: -v),
+    "torques of a thousandth their size": (same, lambda v: 1e3 * v),
+    "angles taken as degrees": (np.rad2deg, same),
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_wrong_arrangement_is_told_with_the_right_one(text: str) -> None:
+    assert text in mispaired(base(), runs(*WRONG[text]))
+
+
+RIGHT = {
+    "as the file": {},
+    "friction": {"friction": 3.0},
+    "payload": {"load": 0.7},
+    "payload announced": {"load": 3.0, "announced": 3.0},
+}
+
+
+@pytest.mark.parametrize("case", RIGHT)
+def test_right_arrangement_is_not_doubted_for_what_is_hidden(case: str) -> None:
+    assert mispaired(base(), runs(same, same, **RIGHT[case])) == ""
+
+
+def test_base_model_without_values_says_nothing() -> None:
+    empty = base_of("axis", None, Log.of("run.csv", TS, *np.ones((2, 10, 2))))
+    assert mispaired(empty, runs(same, lambda v: -v)) == ""
+
+
+def test_samples_that_are_not_valid_are_no_reason() -> None:
+    gone = [replace(run, valid=np.zeros_like(run.valid)) for run in runs(same, lambda v: -v)]
+    assert mispaired(base(), gone) == ""
+
+
+def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
+    paths = []
+    for seed, number in ((1, 1), (1, 2), (2, 1), (2, 2)):
+        found = made(seed, number, 0.0, (0.0, 0.0))
+        rows = np.column_stack([found["time"], found["theta"], found["tau_meas"] * SECOND])
+        paths.append(tmp_path / f"{seed}_{number}.csv")
+        head = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
+        np.savetxt(paths[-1], rows, delimiter=",", header=head, comments="")
+    answer = diagnose(paths, options=Options(base=EXAMPLE))
+    assert answer.verdict == "cannot tell"
+    assert "the torque of axis 2 negated" in answer.notes[-1]
