@@ -26,6 +26,7 @@ from flexhex.report.command import report_command
 from flexhex.run.command import run_command
 from flexhex.simulate.command import simulate_command
 from flexhex.study.command import study_command
+from flexhex.view.command import view_command
 
 app = typer.Typer(
     cls=Interruptible,
@@ -64,6 +65,7 @@ app.command("identify", short_help="Estimate the parameters from logs.")(identif
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
+app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
 app.command("compare", short_help="Compare two runs.")(compare_command)
 app.command("check", short_help="Check FMUs, .ssp and machine files.")(check_command)
 app.command("study", short_help="Simulate many machines drawn at random.")(study_command)
