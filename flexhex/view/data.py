@@ -137,8 +137,9 @@ def signals(result: Result, span: Span) -> list[dict[str, Any]]:
 
 def _signal(group: Group, name: str, span: Span, points: int) -> dict[str, Any]:
     first, last = rows(group, *span)
-    columns = group.signals[name][first:last].reshape(last - first, -1)
-    lines = [line(first * group.Ts, group.Ts, column, points) for column in columns.T]
+    samples = group.signals[name][first:last].reshape(last - first, -1)
+    columns = np.ascontiguousarray(samples.T)
+    lines = [line(first * group.Ts, group.Ts, column, points) for column in columns]
     return {
         "name": name,
         "unit": group.units.get(name, "").split(",")[0],

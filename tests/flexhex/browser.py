@@ -7,10 +7,8 @@ import json
 import os
 import select
 import shutil
-import struct
 import subprocess
 import time
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +22,19 @@ FLAGS = (
     "--enable-unsafe-swiftshader", "--disable-extensions", "--no-first-run",
     "--disable-background-networking",
 )  # fmt: skip
+UNPACK = """(async () => {
+  const image = new Image();
+  image.src = %s;
+  await image.decode();
+  const canvas = new OffscreenCanvas(image.width, image.height), context = canvas.getContext("2d");
+  context.drawImage(image, 0, 0);
+  const data = context.getImageData(0, 0, image.width, image.height).data;
+  let text = "";
+  for (let k = 0; k < data.length; k += 32768) {
+    text += String.fromCharCode(...data.subarray(k, k + 32768));
+  }
+  return [image.width, image.height, btoa(text)];
+})()"""
 PATIENCE = 60.0
 """Time after which a browser that does not answer is taken for broken [s]."""
 
@@ -143,6 +154,13 @@ class Browser:
         self.drawn()
         return base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
 
+    def pixels(self) -> NDArray[np.int16]:
+        """What the window shows: (height, width, 3), 0 to 255; the browser unpacks its own PNG."""
+        source = f"data:image/png;base64,{base64.b64encode(self.picture()).decode()}"
+        width, height, text = self.run(UNPACK % json.dumps(source))
+        image = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+        return image[..., :3].astype(np.int16)
+
     def close(self) -> None:
         """End the browser."""
         try:
@@ -153,44 +171,3 @@ class Browser:
         self._process.wait(PATIENCE)
         os.close(self._in)
         os.close(self._out)
-
-
-def pixels(png: bytes) -> NDArray[np.int16]:
-    """Pixels (height, width, channels) of a PNG of 8 bits without interlace."""
-    at, data, head = 8, b"", b""
-    while at < len(png):
-        size, kind = struct.unpack(">I4s", png[at : at + 8])
-        body = png[at + 8 : at + 8 + size]
-        head, data = (body if kind == b"IHDR" else head), data + (body if kind == b"IDAT" else b"")
-        at += 12 + size
-    width, height, depth, colour = struct.unpack(">IIBB", head[:10])
-    channels = {2: 3, 6: 4}[colour]
-    assert depth == 8
-    rows = np.frombuffer(zlib.decompress(data), np.uint8).reshape(height, 1 + width * channels)
-    image = np.zeros((height, width, channels), np.int16)
-    above = np.zeros((width, channels), np.int16)
-    for k, row in enumerate(rows):
-        image[k] = above = _unfiltered(int(row[0]), row[1:].reshape(width, channels), above)
-    return image
-
-
-def _unfiltered(kind: int, row: NDArray[np.uint8], above: NDArray[np.int16]) -> NDArray[np.int16]:
-    line = row.astype(np.int16)
-    if kind == 0:
-        return line
-    if kind == 2:
-        return np.asarray((line + above) & 0xFF)
-    if kind == 1:
-        return np.asarray(np.cumsum(line, axis=0) & 0xFF, dtype=np.int16)
-    left = corner = np.zeros(line.shape[1], np.int16)
-    for k in range(len(line)):
-        up = above[k]
-        if kind == 3:
-            guess = (left + up) // 2
-        else:
-            p = left + up - corner
-            far = np.abs(np.stack([p - left, p - up, p - corner]))
-            guess = np.choose(far.argmin(axis=0), [left, up, corner])
-        left = line[k] = (line[k] + guess) & 0xFF
-        corner = up
-    return line

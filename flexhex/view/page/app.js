@@ -8,11 +8,11 @@ const FIRST = [["feedback.e", "e"], ["plant.tau_meas", "tau_meas", "feedback.tau
 const state = { t: DATA.begin, playing: false, speed: 1, factor: 1, colour: "torque", ghost: "none", range: [DATA.begin, DATA.end] };
 let stage, plots, real, ghost, dirty = true, last = 0;
 
-function setTime(t, from) {
+function setTime(t) {
   state.t = Math.min(Math.max(t, DATA.begin), DATA.end);
   byId("time").value = state.t;
   byId("clock").innerHTML = `${state.t.toFixed(3)} s<span class="of"> of ${DATA.end.toFixed(1)} s</span>`;
-  if (from !== "plot") { plots?.cursor(state.t); } else { plots.time = state.t; plots.cursor(state.t); }
+  plots.cursor(state.t);
   dirty = true;
 }
 
@@ -52,7 +52,7 @@ function place() {
   ghost.root.visible = state.ghost !== "none";
   if (state.ghost === "second") { fits.push(ghost.place(angles(DATA.runs[1].frames, state.t, state.factor))); }
   if (state.ghost === "wanted") { fits.push(ghost.place(angles(DATA.runs[0].frames, state.t, 0))); }
-  byId("said").textContent = fits.every(Boolean) ? "" : `The mechanism cannot take an error × ${state.factor.toPrecision(2)} here.`;
+  byId("said").textContent = fits.every(Boolean) ? "" : `The mechanism cannot take an error × ${+state.factor.toPrecision(2)} here.`;
   const channel = { torque: "tau", error: "e" }[state.colour];
   const values = channel && at(DATA.runs[0].frames, channel, state.t);
   const most = channel ? tops[channel] || 1 : 1;
@@ -190,7 +190,7 @@ function frame(now) {
 
 async function start() {
   setTheme(window.matchMedia("(prefers-color-scheme: dark)").matches);
-  plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t, "plot"); } }, zoom: setRange });
+  plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t); } }, zoom: setRange });
   fill();
   listen();
   await loadThree();

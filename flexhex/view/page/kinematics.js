@@ -101,7 +101,7 @@ function endEffector(machine, theta, near) {
 
 // All bodies for angles (6): end-effector {x, lam}; per arm Q, P and the frames lam_B, lam_Q, rod
 // direction, and where the neutral rod points to when the upper arm (rodB) or the end-effector
-// (rodE) carries it. The universal joint has no twist: Q follows from rodB by the shortest turn.
+// (rodE) carries it; fits: it closes, and nothing turns or bends by a right angle. The universal joint has no twist: Q follows from rodB by the shortest turn.
 function bodies(machine, neutral, theta, near) {
   const E = endEffector(machine, theta, near);
   const arms = machine.arms.map((arm, i) => {
@@ -116,5 +116,7 @@ function bodies(machine, neutral, theta, near) {
       lam_Q: quat.multiply(quat.between(rodB, rod), quat.multiply(turn, rest.lam_Q)),
     };
   });
-  return { ...E, arms };
+  const bent = arm => vec.dot(arm.rod, arm.rodB) <= 0 || vec.dot(arm.rod, arm.rodE) <= 0;
+  const far = theta.some(angle => Math.abs(angle) >= Math.PI / 2);
+  return { ...E, arms, fits: E.converged && !far && !arms.some(bent) };
 }

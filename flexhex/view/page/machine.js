@@ -187,8 +187,8 @@ class Mechanism {
   // bodies for these angles; false where the mechanism cannot take them
   place(theta) {
     let found = bodies(this.machine, this.neutral, theta, this.near);
-    if (!found.converged) { found = bodies(this.machine, this.neutral, theta, this.home(this.machine)); }
-    if (!found.converged) { this.near = this.home(this.machine); return false; }
+    if (!found.fits) { found = bodies(this.machine, this.neutral, theta, this.home(this.machine)); }
+    if (!found.fits) { this.near = this.home(this.machine); return false; }
     this.near = found;
     const h = this.h, up = new THREE.Vector3(0, 1, 0);
     found.arms.forEach((arm, i) => {

@@ -75,9 +75,9 @@ class Plots {
     }));
     const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "12px system-ui" };
     chart.plot = new uPlot({
-      width: this.width, height: this.height, legend: { show: false }, padding: [8, 8, 0, 0],
+      width: this.width, height: this.height, legend: { show: false }, padding: [8, 14, 0, 0],
       cursor: {
-        sync: { key: "time" }, y: false, points: { show: false }, drag: { x: true, y: false, setScale: false },
+        y: false, points: { show: false }, drag: { x: true, y: false, setScale: false },
         bind: { dblclick: () => () => { this.on.zoom([DATA.begin, DATA.end]); return null; } },
       },
       scales: {
@@ -159,8 +159,10 @@ class Plots {
   cursor(t) {
     this.time = t;
     for (const chart of this.charts) {
-      const inside = t >= this.range[0] && t <= this.range[1];
-      chart.plot.setCursor({ left: inside ? chart.plot.valToPos(t, "x") : -10, top: 1 }, false);
+      const [begin, end] = this.range, inside = t >= begin && t <= end;
+      // not by the plot's own scale: it follows a change of the range only later
+      const left = (t - begin) / (end - begin) * chart.plot.over.clientWidth;
+      chart.plot.setCursor({ left: inside ? left : -10, top: 1 }, false);
       chart.values.replaceChildren(...chart.lines.map(line => {
         const text = document.createElement("b");
         text.style.color = line.colour;
