@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,31 +17,43 @@ from flexhex.tracking import SETTLE
 from flexhex.view.sources import ERROR, THETA, TORQUE, WANTED, find
 from flexhex.view.thin import held, instants, line, rows
 
-FRAMES = 20_000
-"""Most instants at which the bodies are placed: 33 Hz over ten minutes, more over less."""
-VALUES = 1_000_000
-"""Most points of all plots of a run; its signals share them."""
+
+@dataclass(frozen=True)
+class Size:
+    """Most of what a page holds of a run. frames: instants at which the bodies are placed, 33 Hz
+    over ten minutes; values: points of all plots, which the signals share."""
+
+    frames: int = 20_000
+    values: int = 1_000_000
+
+
 FEWEST = 1000
 """Points of a line, however many lines there are."""
 Span = tuple[float, float]
 """Begin and end of what is shown [s]."""
 
 
-def page_data(runs: Sequence[Run], machine: Machine, span: Span) -> dict[str, Any]:
+def page_data(
+    runs: Sequence[Run], machine: Machine, span: Span, size: Size | None = None, **begins: Any
+) -> dict[str, Any]:
     """Everything that the page draws; numbers are base64 of little-endian float32.
+
+    size: how much, default that of `Size`. begins: what the page begins with, `ghost` and
+    `factor` as its controls call them.
 
     Raises UsageError for a machine without a platform, a run without its angles, and a span that
     no run has.
     """
     if not machine.has_platform or machine.n_arms != 6:
         raise UsageError(f"machine {machine.name!r} is no hexapod: it has no platform on six arms")
-    span = _within(runs, span)
+    span, size = _within(runs, span), size or Size()
     return {
         "machine": geometry(machine),
         "begin": span[0],
         "end": span[1],
         "settled": _settled(runs, span),
-        "runs": [run_data(run, machine.n_arms, span) for run in runs],
+        "begins": begins,
+        "runs": [run_data(run, machine.n_arms, span, size) for run in runs],
     }
 
 
@@ -74,18 +87,18 @@ def geometry(machine: Machine) -> dict[str, Any]:
     }
 
 
-def run_data(run: Run, arms: int, span: Span) -> dict[str, Any]:
+def run_data(run: Run, arms: int, span: Span, size: Size) -> dict[str, Any]:
     """Frames and signals of a run."""
     return {
         "name": run.name,
         "file": run.file,
         "colour": run.colour,
-        "frames": frames(run, arms, span),
-        "signals": signals(run.result, span),
+        "frames": frames(run, arms, span, size.frames),
+        "signals": signals(run.result, span, size.values),
     }
 
 
-def frames(run: Run, arms: int, span: Span) -> dict[str, Any]:
+def frames(run: Run, arms: int, span: Span, most: int) -> dict[str, Any]:
     """Angles [rad], tracking error r - theta [rad], torque [N m] at even instants, (n, 6) each.
 
     Error and torque are null where the run does not have them.
@@ -97,7 +110,7 @@ def frames(run: Run, arms: int, span: Span) -> dict[str, Any]:
             f"{run.file}: has no angles of {arms} joints ({' or '.join(THETA)}), so there is no"
             " machine to show; `flexhex plot` shows signals of any run"
         )
-    times = instants(result.group(name), *span, FRAMES)
+    times = instants(result.group(name), *span, most)
     theta = _at(result, name, times)
     error, wanted, torque = (find(result, names) for names in (ERROR, WANTED, TORQUE))
     e = _at(result, error, times) if error else None
@@ -119,14 +132,14 @@ def _at(result: Result, name: str, times: Array) -> Array:
     return held(result.group(name), result[name], times)
 
 
-def signals(result: Result, span: Span) -> list[dict[str, Any]]:
-    """All signals of a run as lines, columns of an array together."""
+def signals(result: Result, span: Span, values: int) -> list[dict[str, Any]]:
+    """All signals of a run as lines, columns of an array together; at most `values` points."""
     scalars = sum(
-        values.size // max(1, len(values))
+        samples.size // max(1, len(samples))
         for group in result.groups.values()
-        for values in group.signals.values()
+        for samples in group.signals.values()
     )
-    points = max(FEWEST, VALUES // max(1, scalars) // 2 * 2)
+    points = max(FEWEST, values // max(1, scalars) // 2 * 2)
     return [
         _signal(group, name, span, points)
         for group in result.groups.values()

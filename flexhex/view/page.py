@@ -14,21 +14,26 @@ MODULES = ("three.core.min.js", "three.module.min.js", "OrbitControls.js")
 
 
 def write_view(path: Path, title: str, data: dict[str, Any]) -> Path:
-    """Render the page to `path`; every text is escaped."""
+    """Write the page."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(view_html(title, data), encoding="utf-8")
+    return path
+
+
+def view_html(title: str, data: dict[str, Any]) -> str:
+    """The page; every text is escaped."""
     import jinja2
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string(_text("view.html.j2"))
-    text = template.render(
+    text: str = template.render(
         title=title,
         styles=[_asset("uPlot.min.css"), _text("view.css")],
         modules={name: script_text(_asset(name)) for name in MODULES},
         scripts=[script_text(_asset("uPlot.iife.min.js")), *(_text(name) for name in SCRIPTS)],
         data=json_text(data),
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return path
+    return text
 
 
 def script_text(text: str) -> str:

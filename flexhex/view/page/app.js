@@ -6,7 +6,7 @@ const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 const FIRST = [["feedback.e", "e"], ["plant.tau_meas", "tau_meas", "feedback.tau"], ["plant.theta", "theta"]];
 
 const state = { t: DATA.begin, playing: false, speed: 1, factor: 1, colour: "torque", ghost: "none", range: [DATA.begin, DATA.end] };
-let stage, plots, real, ghost, dirty = true, last = 0;
+let stage, plots, real, ghost, other, dirty = true, last = 0;
 
 function setTime(t) {
   state.t = Math.min(Math.max(t, DATA.begin), DATA.end);
@@ -39,24 +39,27 @@ function setRange(range) {
   dirty = true;
 }
 
-// what is drawn in grey or in the colour of the second run
+// what is drawn in green or in the colour of the second run; `beside` is no ghost, but a machine
 function ghosts() {
   const list = [["none", "none"]];
-  if (DATA.runs.length > 1) { list.unshift(["second", DATA.runs[1].name]); }
+  if (DATA.runs.length > 1) { list.unshift(["second", DATA.runs[1].name], ["beside", `${DATA.runs[1].name}, beside`]); }
   if (DATA.runs[0].frames.e) { list.splice(list.length - 1, 0, ["wanted", "wanted pose"]); }
   return list;
 }
 
 function place() {
   const fits = [real.place(angles(DATA.runs[0].frames, state.t, state.factor))];
-  ghost.root.visible = state.ghost !== "none";
+  ghost.root.visible = ["second", "wanted"].includes(state.ghost);
   if (state.ghost === "second") { fits.push(ghost.place(angles(DATA.runs[1].frames, state.t, state.factor))); }
   if (state.ghost === "wanted") { fits.push(ghost.place(angles(DATA.runs[0].frames, state.t, 0))); }
+  if (state.ghost === "beside") { fits.push(other.place(angles(DATA.runs[1].frames, state.t, state.factor))); }
   byId("said").textContent = fits.every(Boolean) ? "" : `The mechanism cannot take an error × ${+state.factor.toPrecision(2)} here.`;
   const channel = { torque: "tau", error: "e" }[state.colour];
-  const values = channel && at(DATA.runs[0].frames, channel, state.t);
   const most = channel ? tops[channel] || 1 : 1;
-  real.paint(values ? values.map(v => Math.abs(v) / most) : null);
+  for (const [machine, run] of [[real, DATA.runs[0]], [other, DATA.runs[1]]]) {
+    const values = run && channel && at(run.frames, channel, state.t);
+    machine?.paint(values ? values.map(v => Math.abs(v) / most) : null);
+  }
 }
 
 const tops = {};
@@ -75,6 +78,15 @@ function setColour(name) {
 function setGhost(name) {
   state.ghost = byId("ghost").value = name;
   const colour = name === "second" ? DATA.runs[1].colour : WANTED;
+  byId("names").replaceChildren(...(name === "beside" ? DATA.runs : []).map(run =>
+    Object.assign(document.createElement("span"), { textContent: run.name, style: `color: ${run.colour}` })));
+  const apart = name === "beside" ? 0.78 * stage.reach : 0;
+  if (other) {
+    other.root.visible = apart > 0;
+    other.root.position.x = apart;
+    real.root.position.x = -apart;
+  }
+  if (stage.wide !== 2 * apart) { stage.wide = 2 * apart; stage.look(apart ? "front" : "home"); byId("camera").value = apart ? "front" : "home"; }
   ghost.root.traverse(part => { if (part.material) { part.material.color.set(colour); } });
   dirty = true;
 }
@@ -125,10 +137,10 @@ function setSpeed(by) {
 }
 
 function fill() {
-  for (const [k, run] of DATA.runs.entries()) {
+  for (const run of DATA.runs) {
     const text = document.createElement("span"), dot = document.createElement("i");
     dot.style.background = run.colour;
-    text.append(dot, k ? `${run.name} (ghost)` : run.name);
+    text.append(dot, run.name);
     text.title = run.file;
     byId("runs").append(text);
   }
@@ -189,7 +201,9 @@ function frame(now) {
 }
 
 async function start() {
-  setTheme(window.matchMedia("(prefers-color-scheme: dark)").matches);
+  document.documentElement.classList.toggle("framed", window.parent !== window);
+  const framed = document.documentElement.classList.contains("framed");  // by the report, which is light
+  setTheme(!framed && window.matchMedia("(prefers-color-scheme: dark)").matches);
   plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t); } }, zoom: setRange });
   fill();
   listen();
@@ -199,12 +213,14 @@ async function start() {
   stage.onChange = () => { dirty = true; };
   real = new Mechanism(DATA.machine, neutral, null);
   ghost = new Mechanism(DATA.machine, neutral, "#888888");
+  other = DATA.runs.length > 1 ? new Mechanism(DATA.machine, neutral, null) : null;
   stage.add(real);
+  if (other) { stage.add(other); }
   stage.add(ghost);
   stage.colours();
   setColour(DATA.runs[0].frames.tau ? "torque" : "error");
-  setGhost(ghosts()[0][0]);
-  setFactor(0);
+  setGhost(DATA.begins.ghost ?? ghosts()[0][0]);
+  setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);
   setTime(DATA.settled);
   requestAnimationFrame(now => { last = now; frame(now); document.documentElement.dataset.ready = "yes"; });

@@ -15,13 +15,14 @@ async function loadThree() {
 }
 
 // where the camera stands: directions from the middle of the machine
-const CAMERAS = { home: [0.6, -0.72, 0.36], top: [0, -0.001, 1], front: [0, -1, 0.12], side: [1, 0, 0.12] };
+const CAMERAS = { home: [0.6, -0.72, 0.36], top: [0, -0.001, 1], front: [0, -1, 0.26], side: [1, 0, 0.12] };
 const FOV = 30;
 
 class Stage {
   constructor(canvas, machine) {
     this.canvas = canvas;
     this.reach = machine.L + machine.l;
+    this.wide = 0;  // between the middles of two machines beside each other [m]
     this.middle = vector([machine.x_E0[0], machine.x_E0[1], machine.x_E0[2] * 0.46]);
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -48,7 +49,7 @@ class Stage {
     sun.position.set(0.7 * size, -0.9 * size, 2.4 * size);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
-    Object.assign(sun.shadow.camera, { left: -size, right: size, top: size, bottom: -size, far: 6 * size });
+    Object.assign(sun.shadow.camera, { left: -1.6 * size, right: 1.6 * size, top: size, bottom: -size, far: 6 * size });
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = 0.004;
     sun.shadow.radius = 5;
@@ -89,7 +90,8 @@ class Stage {
   distance() {
     const half = Math.tan(FOV / 2 * Math.PI / 180);
     const free = Math.min(this.camera.aspect, 1.12 * (1 - this.covered / this.canvas.clientHeight));
-    return 0.72 * this.reach / half / Math.min(free, 1);
+    const alone = 0.72 * this.reach / half / Math.min(free, 1);
+    return Math.max(alone, 0.5 * (this.wide + 1.5 * this.reach) / half / this.camera.aspect + 0.3 * this.wide);
   }
 
   colours() {
@@ -102,7 +104,7 @@ class Stage {
     const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (!clientWidth || !clientHeight) { return; }
     // the controls at the bottom cover a stretch: the machine stands in the middle of the rest
-    this.covered = document.getElementById("controls").offsetHeight + 12;
+    this.covered = document.getElementById("bottom").offsetHeight + 12;
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.setViewOffset(clientWidth, clientHeight, 0, this.covered / 2, clientWidth, clientHeight);
