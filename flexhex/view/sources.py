@@ -8,12 +8,11 @@ import numpy as np
 
 from flexhex.compare.runs import Run, named_runs
 from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.logs.units import SI
 from flexhex.fmus.common.errors import LogError, unreadable
 from flexhex.recording import load_run
 from flexhex.ssp.result import Array, Group, Result, rate_name
 
-LOG_UNITS = {"theta": "rad", "r": "rad", "e": "rad", "tau": "N m", "tau_meas": "N m"}
-"""Units of the channels of a log that has been read, by name."""
 THETA = ("plant.theta", "theta")
 WANTED = ("reference.r", "r")
 ERROR = ("feedback.e", "e")
@@ -60,7 +59,7 @@ def of_log(log: Log) -> Result:
         if known:
             key = f"{key} {name}"
             old = Group(1, channel.ts, {})
-        units = {**old.units, name: LOG_UNITS.get(name, "")}
+        units = {**old.units, name: SI.get(name, "")}
         groups[key] = Group(1, channel.ts, {**old.signals, name: samples}, units)
     duration = max(group.rows * group.Ts for group in groups.values())
     return Result(groups, duration=duration, meta=dict(log.meta))

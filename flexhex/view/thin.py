@@ -60,7 +60,8 @@ def rows(group: Group, begin: float, end: float) -> tuple[int, int]:
     """First row of a group at or after begin [s], and the one behind the last until end."""
     slack = 1e-6
     first = int(np.ceil(begin / group.Ts - slack))
-    return max(0, first), min(group.rows, int(np.floor(end / group.Ts + slack)) + 1)
+    last = int(min(np.floor(end / group.Ts + slack), group.rows - 1))
+    return max(0, first), last + 1
 
 
 def held(group: Group, samples: Array, times: Array) -> Array:

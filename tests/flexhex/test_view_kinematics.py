@@ -90,7 +90,9 @@ def test_bodies_of_the_page_are_those_of_the_closed_mechanism(even: bool) -> Non
 
 
 def test_angles_that_the_mechanism_cannot_take_are_told() -> None:
-    """Neighbours apart by 2.8 rad: where the legs still close, flexures bend by a right angle."""
-    angles = np.array([[1.4, -1.4] * 3, [3.0, -3.0] * 3, [0.3, -0.3] * 3])
+    """Neighbours apart by 2.8 rad: where the legs still close, flexures bend by a right angle.
+    All angles a whole turn on: it closes as before, but no arm gets there."""
+    angles = np.array([[1.4, -1.4] * 3, [0.3 + 2 * np.pi] * 6, [0.3, -0.3] * 3])
     found = in_node(read_machine(), angles)
     assert [pose["fits"] for pose in found] == [False, False, True]
+    assert found[1]["converged"]
