@@ -15,6 +15,7 @@ from flexhex import __version__
 from flexhex.build.command import build_command
 from flexhex.check.command import check_command
 from flexhex.compare.command import compare_command
+from flexhex.convert.command import convert_command
 from flexhex.diagnose.command import diagnose_command
 from flexhex.diagnose.options import Greedy
 from flexhex.drive.command import drive_command
@@ -23,10 +24,12 @@ from flexhex.fmus.common.errors import FlexhexError
 from flexhex.identify.command import identify_command
 from flexhex.init.command import init_command
 from flexhex.output.interrupt import Interruptible
+from flexhex.plot.command import plot_command
 from flexhex.report.command import report_command
 from flexhex.run.command import run_command
 from flexhex.simulate.command import simulate_command
 from flexhex.study.command import study_command
+from flexhex.view.command import view_command
 
 app = typer.Typer(
     cls=Interruptible,
@@ -66,6 +69,9 @@ app.command("diagnose", short_help="Find effects that the model lacks.", cls=Gre
     diagnose_command
 )
 app.command("init", short_help="Write an example of a base model.")(init_command)
+app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
+app.command("plot", short_help="Plot signals of a run.")(plot_command)
+app.command("convert", short_help="Write a run in another format.")(convert_command)
 app.command("compare", short_help="Compare two runs.")(compare_command)
 app.command("check", short_help="Check FMUs, .ssp and machine files.")(check_command)
 app.command("study", short_help="Simulate many machines drawn at random.")(study_command)

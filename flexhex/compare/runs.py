@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,15 +53,20 @@ class Figures:
 
 def load_runs(first: Path, second: Path) -> tuple[Run, Run]:
     """Both runs, results or recordings. LogError for a file that is neither."""
-    results = [load_run(path) for path in (first, second)]
-    names = [_name(path, r) for path, r in zip((first, second), results, strict=True)]
-    if names[0] == names[1]:
-        names = [str(first), str(second)]
-    if names[0] == names[1]:
-        names = [f"{names[0]} (1)", f"{names[1]} (2)"]
-    files, colours = (str(first), str(second)), _colours([_case(r) for r in results])
-    a, b = (Run(*facts) for facts in zip(names, files, colours, results, strict=True))
+    paths = [first, second]
+    a, b = named_runs(paths, [load_run(path) for path in paths])
     return a, b
+
+
+def named_runs(paths: Sequence[Path], results: Sequence[Result]) -> list[Run]:
+    """One or two runs with names and colours that differ."""
+    names = [_name(path, r) for path, r in zip(paths, results, strict=True)]
+    if len(set(names)) < len(names):
+        names = [str(path) for path in paths]
+    if len(set(names)) < len(names):
+        names = [f"{name} ({k})" for k, name in enumerate(names, start=1)]
+    files, colours = [str(path) for path in paths], _colours([_case(r) for r in results])
+    return [Run(*facts) for facts in zip(names, files, colours, results, strict=True)]
 
 
 def _name(path: Path, result: Result) -> str:
@@ -75,8 +81,8 @@ def _case(result: Result) -> str:
 def _colours(cases: list[str]) -> list[str]:
     """Colour of each run: that of its case in the report, never the same twice."""
     known = [COLOURS.get(case, "") for case in cases]
-    if known[0] == known[1]:
-        known[1] = ""
+    if known[-1] in known[:-1]:
+        known[-1] = ""
     free = [colour for colour in SPARE if colour not in known]
     return [colour or free.pop(0) for colour in known]
 

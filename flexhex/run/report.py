@@ -15,6 +15,7 @@ from flexhex.output.page import plotly_js
 from flexhex.output.plots import COLOURS, Figure, figure, moving_rms, spectrum, trace
 from flexhex.output.tables import Column, html
 from flexhex.run import loop
+from flexhex.run.clip import clip
 from flexhex.run.outcome import Outcome, PaperRun, figure_rows
 from flexhex.run.view import (
     ACTUATOR_COLUMNS,
@@ -51,6 +52,7 @@ def write_report(run: PaperRun, path: Path) -> Path:
         run=run,
         machine=run.builder.machine,
         tables=_tables(run),
+        clip=clip(run),
         model_sentence=model_sentence(run) if run.is_model else "",
         beside=beside(run.table),
         sources=sentence(run.builder.machine_file),

@@ -1,0 +1,1 @@
+"""`flexhex convert`: a run in another format."""

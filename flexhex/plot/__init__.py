@@ -1,0 +1,1 @@
+"""`flexhex plot`: signals of a run at a glance."""

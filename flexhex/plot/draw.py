@@ -1,0 +1,125 @@
+"""What `plot` shows: a row with a small curve for each scalar, and the plots of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.fmus.common.errors import UsageError
+from flexhex.output.page import Part, write_page
+from flexhex.output.plots import figure, trace
+from flexhex.output.tables import Column, Row, console, table
+from flexhex.ssp.result import Array, Result
+from flexhex.view.thin import rows
+
+WIDTH = 40
+"""Characters of a small curve."""
+LEVELS = "▁▂▃▄▅▆▇█"
+
+
+@dataclass(frozen=True)
+class Picked:
+    """A signal over the shown time: time (n,) [s], values (n, columns), names, unit of each."""
+
+    name: str
+    time: Array
+    values: Array
+    columns: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+def chosen(result: Result, signals: Sequence[str], span: tuple[float, float]) -> list[Picked]:
+    """The signals in that time. LogError for an unknown one, UsageError where it has no sample."""
+    found = []
+    for signal in signals:
+        group = result.group(signal)
+        array = group.array(signal)
+        first, end = rows(group, *span)
+        if first >= end:
+            raise UsageError(
+                f"--from {span[0]:g} --to {span[1]:g}: {signal} lasts from 0 to"
+                f" {group.time[-1]:g} s"
+            )
+        every = group.columns(array)
+        names = every if signal == array else [signal]
+        places = [every.index(name) for name in names]
+        values = group.signals[array].reshape(group.rows, -1)[first:end, places]
+        units = tuple(group.column_units(array)[place] for place in places)
+        found.append(Picked(signal, group.time[first:end], values, tuple(names), units))
+    return found
+
+
+def curve(values: Array, width: int = WIDTH) -> str:
+    """A mark for the mean of each of `width` stretches, on a scale from lowest to highest sample.
+
+    Blank where a stretch holds no number.
+    """
+    parts = [part[np.isfinite(part)] for part in np.array_split(values, min(width, len(values)))]
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return " " * len(parts)
+    low, height = known.min(), np.ptp(known)
+    shares = [(part.mean() - low) / height if part.size and height else 0.0 for part in parts]
+    marks = [LEVELS[min(int(share * len(LEVELS)), len(LEVELS) - 1)] for share in shares]
+    return "".join(mark if part.size else " " for mark, part in zip(marks, parts, strict=True))
+
+
+COLUMNS = (
+    Column("name", "signal"),
+    Column("curve", "over time"),
+    Column("low", "lowest", "", ".4g"),
+    Column("high", "highest", "", ".4g"),
+    Column("rms", "RMS", "", ".4g"),
+    Column("unit", "unit"),
+)
+
+
+def overview(picked: Sequence[Picked]) -> None:
+    """The table of all scalars."""
+    listed: list[Row] = []
+    for one in picked:
+        for name, unit, values in zip(one.columns, one.units, one.values.T, strict=True):
+            known = values[np.isfinite(values)]
+            figures = (known.min(), known.max(), np.sqrt(np.mean(known**2))) if known.size else ()
+            low, high, rms = figures or (np.nan,) * 3
+            listed.append(
+                {
+                    "name": name,
+                    "curve": curve(values),
+                    "low": float(low),
+                    "high": float(high),
+                    "rms": float(rms),
+                    "unit": unit,
+                }
+            )
+    times = [one.time for one in picked]
+    begin, end = min(t[0] for t in times), max(t[-1] for t in times)
+    console().print(table(f"{begin:g} s to {end:g} s", COLUMNS, listed))
+
+
+def listing(result: Result) -> None:
+    """All signals of a run by rate."""
+    out = console()
+    for group in result.groups.values():
+        out.print(f"every {group.Ts * 1e3:g} ms, {group.rows} samples", markup=False)
+        for name in group.signals:
+            columns = group.columns(name)
+            size = f"{len(columns)} × " if len(columns) > 1 else ""
+            out.print(f"  {name:<24} {size}{group.units.get(name, '')[:24]}", markup=False)
+
+
+def write_plots(picked: Sequence[Picked], name: str, path: Path) -> Path:
+    """The page: a plot for each signal, on linked time axes."""
+    parts = []
+    for k, one in enumerate(picked):
+        lines = [
+            trace(one.time, values, column)
+            for column, values in zip(one.columns, one.values.T, strict=True)
+        ]
+        units = sorted(set(one.units))
+        drawn = figure(one.name, "time [s]", ", ".join(units), lines, hovermode="x unified")
+        parts.append(Part(one.name, figures={f"signal{k}": drawn}, timed=True))
+    return write_page(path, "Signals of a run", name, parts)

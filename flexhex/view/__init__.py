@@ -1,0 +1,1 @@
+"""`flexhex view`: runs as one offline page, the machine in 3D beside the signals."""

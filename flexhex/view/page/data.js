@@ -1,0 +1,67 @@
+"use strict";
+// The data of the page: numbers out of base64, values at a time, lines of runs.
+
+const DATA = JSON.parse(document.getElementById("data").textContent);
+
+function floats(text) {
+  if (text === null) { return null; }
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let k = 0; k < raw.length; k++) { bytes[k] = raw.charCodeAt(k); }
+  return new Float32Array(bytes.buffer);
+}
+
+for (const run of DATA.runs) {
+  for (const name of ["theta", "e", "tau"]) { run.frames[name] = floats(run.frames[name]); }
+}
+
+const WIDTH = DATA.machine.arms.length;
+
+// six values of a channel of the frames at time t [s], linear between them; null without them
+function at(frames, name, t) {
+  const values = frames[name];
+  if (!values) { return null; }
+  const place = Math.min(Math.max((t - frames.t0) / frames.step, 0), frames.count - 1);
+  const k = Math.min(Math.floor(place), Math.max(frames.count - 2, 0)), f = place - k, found = [];
+  for (let i = 0; i < WIDTH; i++) {
+    const a = values[k * WIDTH + i], b = frames.count > 1 ? values[(k + 1) * WIDTH + i] : a;
+    found.push(a + f * (b - a));
+  }
+  return found;
+}
+
+// angles at t with the error r - theta taken `factor` times; the wanted ones for factor 0
+function angles(frames, t, factor) {
+  const theta = at(frames, "theta", t), e = at(frames, "e", t);
+  return e ? theta.map((value, i) => value + e[i] - factor * e[i]) : theta;
+}
+
+// the largest magnitude of a channel in all runs, after `from` [s]
+function largest(name, from) {
+  let most = 0;
+  for (const { frames } of DATA.runs) {
+    const values = frames[name];
+    if (!values) { continue; }
+    const first = Math.min(Math.max(0, Math.ceil((from - frames.t0) / frames.step)), frames.count - 1);
+    for (let k = first * WIDTH; k < values.length; k++) {
+      const size = Math.abs(values[k]);
+      if (size > most) { most = size; }
+    }
+  }
+  return most;
+}
+
+// value of a line at t: the point before it
+function valueAt(line, t) {
+  const k = Math.floor((t - line.t0) / line.step + 1e-6);
+  return k < 0 || k >= line.points.length ? NaN : line.points[k];
+}
+
+// the lines of a signal are unpacked when it is drawn first
+function unpacked(signal) {
+  for (const line of signal.lines) { line.points ??= floats(line.values); }
+  return signal;
+}
+
+function signalOf(run, name) {
+  return run.signals.find(signal => signal.name === name);
+}

@@ -1,0 +1,176 @@
+"use strict";
+// The plots: one for each chosen signal, all on one time axis and one cursor.
+
+const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
+const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
+
+class Plots {
+  // on: {hover(t), zoom(range)}
+  constructor(place, on) {
+    Object.assign(this, { place, on, charts: [], joints: new Set(), range: [DATA.begin, DATA.end] });
+    new ResizeObserver(() => this.resize()).observe(place);
+  }
+
+  get width() { return Math.max(200, this.place.clientWidth - 28); }
+
+  get height() {
+    const room = this.place.clientHeight / Math.max(1, this.charts.length) - 66;
+    return getComputedStyle(this.place).overflowY === "auto" ? Math.min(Math.max(room, LEAST), MOST) : 170;
+  }
+
+  has(name) { return this.charts.some(chart => chart.name === name); }
+
+  add(name) {
+    if (this.has(name)) { return; }
+    const box = document.createElement("div");
+    box.className = "chart";
+    box.innerHTML = '<h2></h2><button class="close" type="button">✕</button><div class="values"></div><div class="plot"></div>';
+    box.querySelector(".close").setAttribute("aria-label", `close ${name}`);
+    box.querySelector(".close").addEventListener("click", () => this.close(name));
+    this.place.append(box);
+    const chart = { name, box, values: box.querySelector(".values"), plot: null, lines: [] };
+    this.charts.push(chart);
+    this.build(chart);
+    this.resize();
+  }
+
+  close(name) {
+    const chart = this.charts.find(one => one.name === name);
+    chart.plot?.destroy();
+    chart.box.remove();
+    this.charts = this.charts.filter(one => one !== chart);
+    this.resize();
+  }
+
+  rebuild() { this.charts.forEach(chart => this.build(chart)); }
+
+  // lines of a chart: of every run that has the signal the chosen columns
+  lines(chart) {
+    const found = [];
+    DATA.runs.forEach((run, r) => {
+      const signal = signalOf(run, chart.name);
+      if (!signal) { return; }
+      const six = signal.columns.length === WIDTH;
+      unpacked(signal).columns.forEach((column, i) => {
+        if (six && !this.joints.has(i)) { return; }
+        const colour = DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length];
+        const label = (column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, "");
+        found.push({ ...signal.lines[i], colour, label, run: r, unit: signal.unit, count: signal.columns.length });
+      });
+    });
+    return found;
+  }
+
+  build(chart) {
+    chart.plot?.destroy();
+    chart.lines = this.lines(chart);
+    const unit = chart.lines[0]?.unit ?? "";
+    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
+    const small = ["rad", "m", "N m"].includes(unit) && most > 0;
+    const [scale, prefix] = small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
+    const bin = Math.max(1, ...chart.lines.map(line => line.bin));
+    chart.box.querySelector("h2").innerHTML = "";
+    chart.box.querySelector("h2").append(chart.name, " ", Object.assign(document.createElement("small"), {
+      textContent: `${prefix}${unit === "1" ? "" : unit}${bin > 1 ? ` · lowest and highest of every ${bin} samples` : ""}`,
+    }));
+    const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "12px system-ui" };
+    chart.plot = new uPlot({
+      width: this.width, height: this.height, legend: { show: false }, padding: [8, 14, 0, 0],
+      cursor: {
+        y: false, points: { show: false }, drag: { x: true, y: false, setScale: false },
+        bind: { dblclick: () => () => { this.on.zoom([DATA.begin, DATA.end]); return null; } },
+      },
+      scales: {
+        x: { time: false, range: () => this.range },
+        y: { range: () => this.extent(chart, scale) },
+      },
+      axes: [{ ...axis, size: 28, values: digits }, { ...axis, size: 50, values: digits }],
+      series: [{}, { show: true, paths: () => null, points: { show: false } }],
+      hooks: {
+        draw: [u => chart.lines.forEach(line => this.stroke(u, line, scale))],
+        setCursor: [u => { if (u.cursor.event && u.cursor.left >= 0) { this.on.hover(u.posToVal(u.cursor.left, "x")); } }],
+        setSelect: [u => {
+          if (u.select.width > 4) {
+            this.on.zoom([u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]);
+          }
+          if (u.select.width) { u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false); }
+        }],
+      },
+    }, [this.range, [0, 0]], chart.box.querySelector(".plot"));
+    this.cursor(this.time ?? DATA.begin);
+  }
+
+  // points of a line in the shown range, one before and one after
+  shown(line) {
+    const place = t => (t - line.t0) / line.step, last = line.points.length - 1;
+    return [Math.max(0, Math.floor(place(this.range[0]))), Math.min(last, Math.ceil(place(this.range[1])))];
+  }
+
+  extent(chart, scale) {
+    let low = Infinity, high = -Infinity;
+    for (const line of chart.lines) {
+      const [first, last] = this.shown(line);
+      for (let k = first; k <= last; k++) {
+        const v = line.points[k];
+        if (v < low) { low = v; }
+        if (v > high) { high = v; }
+      }
+    }
+    if (!(low <= high)) { return [-1, 1]; }
+    const room = 0.06 * (high - low) || Math.abs(high) * 0.1 || scale;
+    return [(low - room) / scale, (high + room) / scale];
+  }
+
+  // level of detail: at most two points a pixel column, the extremes of what falls into it
+  stroke(u, line, scale) {
+    const { ctx, bbox } = u, [first, last] = this.shown(line);
+    const per = 2 * Math.max(1, Math.floor((last - first + 1) / (2 * bbox.width)));
+    const x0 = u.valToPos(line.t0, "x", true), dx = u.valToPos(line.t0 + line.step, "x", true) - x0;
+    const y0 = u.valToPos(0, "y", true), dy = (u.valToPos(1, "y", true) - y0) / scale;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.beginPath();
+    const to = k => { if (Number.isFinite(line.points[k])) { ctx.lineTo(x0 + k * dx, y0 + line.points[k] * dy); } };
+    for (let k = first; k <= last; k += per) {
+      let low = k, high = k;
+      for (let j = k; j < Math.min(k + per, last + 1); j++) {
+        if (line.points[j] < line.points[low]) { low = j; }
+        if (line.points[j] > line.points[high]) { high = j; }
+      }
+      to(Math.min(low, high));
+      if (low !== high) { to(Math.max(low, high)); }
+    }
+    ctx.strokeStyle = line.colour;
+    ctx.lineWidth = 1.3 * devicePixelRatio;
+    ctx.lineJoin = "round";
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  zoom(range) {
+    this.range = range;
+    for (const { plot } of this.charts) { plot.setData([range, [0, 0]]); }
+    this.cursor(this.time);
+  }
+
+  // all cursors to t, values beside them
+  cursor(t) {
+    this.time = t;
+    for (const chart of this.charts) {
+      const [begin, end] = this.range, inside = t >= begin && t <= end;
+      // not by the plot's own scale: it follows a change of the range only later
+      const left = (t - begin) / (end - begin) * chart.plot.over.clientWidth;
+      chart.plot.setCursor({ left: inside ? left : -10, top: 1 }, false);
+      chart.values.replaceChildren(...chart.lines.map(line => {
+        const text = document.createElement("b");
+        text.style.color = line.colour;
+        text.textContent = `${line.label} ${shown(valueAt(line, t), line.unit)}`.trim();
+        return text;
+      }));
+    }
+  }
+
+  resize() { this.charts.forEach(({ plot }) => plot.setSize({ width: this.width, height: this.height })); }
+}

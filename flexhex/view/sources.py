@@ -1,0 +1,78 @@
+"""What `view` and `plot` take: results, recordings of the gateway, logs given to the diagnosis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.compare.runs import Run, named_runs
+from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.logs.units import SI
+from flexhex.fmus.common.errors import LogError, unreadable
+from flexhex.recording import load_run
+from flexhex.ssp.result import Array, Group, Result, rate_name
+
+THETA = ("plant.theta", "theta")
+WANTED = ("reference.r", "r")
+ERROR = ("feedback.e", "e")
+TORQUE = ("plant.tau_meas", "tau_meas", "feedback.tau", "tau")
+"""Where the parts of a motion stand, in results and in logs."""
+
+
+def load_sources(paths: list[Path]) -> list[Run]:
+    """One or two runs with names and colours. LogError for a file that is none."""
+    return named_runs(paths, [load_source(path) for path in paths])
+
+
+def load_source(path: Path) -> Result:
+    """A result, a recording of the gateway, or a measured log as a result."""
+    if not path.is_file():
+        raise LogError(
+            unreadable(path, IsADirectoryError() if path.is_dir() else FileNotFoundError())
+        )
+    try:
+        return load_run(path)
+    except LogError as as_result:
+        try:
+            return of_log(read_log(path))
+        except LogError as as_log:
+            raise LogError(
+                f"{path}: shows no run: as a result: {_reason(path, as_result)};"
+                f" as a measured log: {_reason(path, as_log)}"
+            ) from None
+
+
+def _reason(path: Path, error: LogError) -> str:
+    return str(error).removeprefix(f"{path}: ")
+
+
+def of_log(log: Log) -> Result:
+    """A measured log as a result; time 0 is the first angle, pauses in the record are bridged."""
+    begin, groups = log["theta"].time[0], dict[str, Group]()
+    for name, channel in log.channels.items():
+        values = _even(channel.time - begin, channel.values, channel.ts)
+        samples = values if channel.width > 1 else values[:, 0]
+        key = rate_name(1, channel.ts)
+        old = groups.get(key, Group(1, channel.ts, {}))
+        known = [part for part in old.signals.values() if len(part) != len(samples)]
+        if known:
+            key = f"{key} {name}"
+            old = Group(1, channel.ts, {})
+        units = {**old.units, name: SI.get(name, "")}
+        groups[key] = Group(1, channel.ts, {**old.signals, name: samples}, units)
+    duration = max(group.rows * group.Ts for group in groups.values())
+    return Result(groups, duration=duration, meta=dict(log.meta))
+
+
+def _even(times: Array, values: Array, ts: float) -> Array:
+    """Samples (n, width) at times [s] as samples at 0, ts, 2 ts ... (linear between them)."""
+    wanted = np.arange(int(np.floor(times[-1] / ts + 1e-6)) + 1) * ts
+    if len(wanted) == len(values) and np.allclose(wanted, times, atol=1e-3 * ts):
+        return values
+    return np.stack([np.interp(wanted, times, column) for column in values.T], axis=1)
+
+
+def find(result: Result, names: tuple[str, ...]) -> str:
+    """The first of the signals that a run has; empty for none."""
+    return next((name for name in names if name in result), "")
