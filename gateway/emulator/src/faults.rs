@@ -9,6 +9,7 @@ pub enum FaultKind {
     DriveFault,
     EncoderJump,
     EncoderFrozen,
+    ControlIgnored,
     SafeOp,
     WkcShort,
     CableCut,
@@ -25,6 +26,7 @@ impl FaultKind {
             FaultKind::DriveFault => "drive_fault",
             FaultKind::EncoderJump => "encoder_jump",
             FaultKind::EncoderFrozen => "encoder_frozen",
+            FaultKind::ControlIgnored => "control_ignored",
             FaultKind::SafeOp => "safe_op",
             FaultKind::WkcShort => "wkc_short",
             FaultKind::CableCut => "cable_cut",
@@ -37,7 +39,10 @@ impl FaultKind {
 
     fn default_count(self) -> u64 {
         match self {
-            FaultKind::EncoderJump | FaultKind::EncoderFrozen | FaultKind::CableCut => 0,
+            FaultKind::EncoderJump
+            | FaultKind::EncoderFrozen
+            | FaultKind::ControlIgnored
+            | FaultKind::CableCut => 0,
             _ => 1,
         }
     }

@@ -74,8 +74,11 @@ pub fn run(options: Options) -> Result<(), Error> {
     let trajectory = Trajectory::new(dt, options.log.as_deref())?;
     let timing = (dt, options.lockstep);
     let faults = options.fault.clone();
-    let machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
+    let mut machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
     catch_signals();
+    if let Some(time) = options.plant.resting_s {
+        machine.rest((time / dt).round() as u64)?;
+    }
     let mut run = Run {
         options,
         machine,

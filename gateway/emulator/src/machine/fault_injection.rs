@@ -28,6 +28,7 @@ impl Machine {
                 FaultKind::EncoderFrozen => {
                     drive.encoder.frozen = Some(drive.shown_position());
                 }
+                FaultKind::ControlIgnored => drive.deaf = true,
                 FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }
@@ -51,6 +52,7 @@ impl Machine {
         match fault.kind {
             FaultKind::EncoderJump => device.drive_mut().encoder.jump = 0,
             FaultKind::EncoderFrozen => device.drive_mut().encoder.frozen = None,
+            FaultKind::ControlIgnored => device.drive_mut().deaf = false,
             _ => return,
         }
         device.show_inputs();
