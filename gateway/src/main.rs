@@ -5,6 +5,7 @@ mod check;
 mod config;
 mod cycle;
 mod exit;
+mod motion;
 mod realtime;
 mod record;
 mod report;

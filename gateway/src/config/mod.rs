@@ -2,6 +2,7 @@
 
 mod check;
 mod check_profile;
+mod landing;
 mod mistakes;
 mod profile;
 #[cfg(test)]
@@ -15,6 +16,7 @@ use std::path::{Path, PathBuf};
 pub use check::parse;
 pub use check::read;
 pub use flexhex_system::AXES;
+pub use landing::Landing;
 pub use profile::{Pdo, Profile, Role, Scale};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -26,6 +28,7 @@ pub struct Config {
     pub profile: Profile,
     pub limits: Limits,
     pub safety: Safety,
+    pub landing: Landing,
     #[serde(default)]
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
@@ -130,8 +133,6 @@ pub struct Safety {
     /// `feedback = [2.0]`.
     #[serde(default)]
     pub non_trip_faults: std::collections::BTreeMap<String, Vec<f64>>,
-    /// Duration of the ramp of a reaction.
-    pub ramp_ms: u32,
 }
 
 #[derive(Clone, Debug, Deserialize)]

@@ -3,6 +3,7 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod bounds;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -11,7 +12,8 @@ use crate::bus::al;
 use crate::bus::cia402::{self, State};
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
-pub use reaction::Reaction;
+pub use bounds::Bounds;
+pub use reaction::{disabled, Disabling};
 
 /// Longest window of the mean speed [cycles].
 const LONGEST: usize = 64;
@@ -57,15 +59,15 @@ struct Rules {
     config: Config,
     expected: u16,
     base_step: f64,
-    /// The drives are enabled: following error, frozen encoders and drive states are judged.
-    powered: bool,
+    bounds: Bounds,
 }
 
 impl Safety {
     /// `expected` is the working counter of a complete reply.
     pub fn new(config: &Config, base_step: f64, expected: u16, powered: bool) -> Self {
+        let bounds = Bounds::of(config, powered);
         Safety {
-            rules: Rules { config: config.clone(), expected, base_step, powered },
+            rules: Rules { config: config.clone(), expected, base_step, bounds },
             lost: 0,
             short: 0,
             age: 1,
@@ -133,7 +135,7 @@ impl Safety {
                 return trip(Reason::DriveFault, m.error_code[k], 0);
             }
             let enabled = cia402::state(status) == State::OperationEnabled;
-            if al != 0 && self.rules.powered && !enabled {
+            if al != 0 && self.rules.bounds.powered && !enabled {
                 let shown = status & cia402::STATE_BITS;
                 return trip(Reason::DriveState, shown, cia402::OPERATION_ENABLED);
             }
@@ -149,20 +151,27 @@ impl Safety {
                 let beyond = value.is_nan() || value.abs() > limit;
                 beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
             };
-            let fresh = self.complete(m);
+            let (fresh, bounds) = (self.complete(m), &self.rules.bounds);
+            let torque = over(Reason::Torque, m.tau[k], l.torque)
+                .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque));
+            if torque.is_some() {
+                return torque;
+            }
+            if bounds.blind[k] {
+                continue;
+            }
             let found = None
-                .or_else(|| over(Reason::Torque, m.tau[k], l.torque))
-                .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque))
                 .or_else(|| {
                     let last = self.last.filter(|_| fresh)?;
                     over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
                 })
                 .or_else(|| self.frozen(k, m))
-                .or_else(|| over(Reason::Speed, self.speed(k, m)?, l.speed))
+                .or_else(|| over(Reason::Speed, self.mean_speed(k, m.theta[k])?, bounds.speed[k]))
                 .or_else(|| self.position(k, m))
                 .or_else(|| {
-                    let judged = self.rules.powered;
-                    judged.then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
+                    bounds
+                        .powered
+                        .then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
                 });
             if found.is_some() {
                 return found;
@@ -172,8 +181,7 @@ impl Safety {
     }
 
     fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let l = self.rules.config.limits(k);
-        let (low, high) = (l.position_min, l.position_max);
+        let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
         let limit = if m.theta[k] < low { low } else { high };
         let beyond = !(low..=high).contains(&m.theta[k]);
         beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
@@ -184,7 +192,7 @@ impl Safety {
         let s = &self.rules.config.safety;
         let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
         let moved = (m.r[k] - self.reference_at_change[k]).abs();
-        let frozen = self.rules.powered
+        let frozen = self.rules.bounds.powered
             && self.complete(m)
             && same
             && self.still[k] + 1 >= s.frozen_cycles
@@ -195,11 +203,11 @@ impl Safety {
 
     /// Mean speed over the last cycles [rad/s], over more cycles where the older angle was not
     /// measured; None before there are enough cycles.
-    fn speed(&self, k: usize, m: &Measured) -> Option<f64> {
+    fn mean_speed(&self, k: usize, theta: f64) -> Option<f64> {
         let n = self.rules.config.safety.speed_cycles as usize;
         let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
         let ago = (n..=LONGEST.min(self.seen)).find(|ago| !then(*ago)[k].is_nan())?;
-        Some((m.theta[k] - then(ago)[k]) / (ago as f64 * self.rules.base_step))
+        Some((theta - then(ago)[k]) / (ago as f64 * self.rules.base_step))
     }
 
     fn controller(&self, m: &Measured) -> Option<Trip> {
