@@ -57,7 +57,7 @@ impl Reason {
         let bits = |n: f64| n as u64;
         match self {
             Reason::LostFrames => {
-                format!("{value} frames in a row without a reply, allowed fewer than {limit}")
+                format!("{value} frames without a reply, in a row or too often, allowed fewer than {limit}")
             }
             Reason::WorkingCounter => format!("working counter {value}, expected {limit}"),
             Reason::AlState => {
@@ -72,7 +72,7 @@ impl Reason {
             Reason::Torque => format!("torque {value} N m, allowed {limit} N m"),
             Reason::Jump => format!("angle jumped by {value} rad, allowed {limit} rad"),
             Reason::FrozenEncoder => format!(
-                "encoder counts constant while the reference moved {value} rad, allowed {limit} rad"
+                "encoder counts constant for too long, the reference moved {value} rad meanwhile"
             ),
             Reason::Speed => format!("speed {value} rad/s, allowed {limit} rad/s"),
             Reason::Position => format!("angle {value} rad, limit {limit} rad"),

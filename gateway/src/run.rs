@@ -122,10 +122,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let finished = writer.finish(trip);
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished.map_err(failed)?;
-    Ok(match out.ending {
-        Ending::Done | Ending::StopRequested if out.unconfirmed().is_empty() => Exit::Good,
-        _ => Exit::Failed,
-    })
+    Ok(if out.good() { Exit::Good } else { Exit::Failed })
 }
 
 fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {

@@ -93,7 +93,7 @@ type Row<'a> = (&'a str, f64, f64, f64, &'a str);
 
 /// Numbers that occur once in the file.
 #[rustfmt::skip]
-fn numbers(c: &Config) -> [Row<'_>; 15] {
+fn numbers(c: &Config) -> [Row<'_>; 16] {
     let (b, r, s, w) = (&c.bus, &c.real_time, &c.safety, &c.recorder);
     [
         ("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0, 10_000.0,
@@ -118,6 +118,8 @@ fn numbers(c: &Config) -> [Row<'_>; 15] {
          "cycles with constant encoder counts"),
         ("safety.frozen_motion_rad", s.frozen_motion_rad, 1e-9, 1.0,
          "motion of the reference within which the encoder counts must change"),
+        ("safety.frozen_still_cycles", s.frozen_still_cycles.into(), 0.0, 40_000.0,
+         "cycles with constant encoder counts, whatever the reference does"),
         ("safety.overrun_us", s.overrun_us.into(), 1.0, 1_000_000.0, "longest delay of the start of a cycle"),
         ("recorder.keep_s", w.keep_s, 0.0, 60.0, "seconds kept before a trip"),
         ("recorder.buffer_cycles", w.buffer_cycles as f64, 64.0, 1e6,

@@ -125,8 +125,10 @@ pub struct Safety {
     pub speed_cycles: u32,
     /// An encoder is frozen when its counts are constant for this many cycles ...
     pub frozen_cycles: u32,
-    /// ... while the reference moved by more than this.
+    /// ... while the reference moved by more than this, ...
     pub frozen_motion_rad: f64,
+    /// ... or for this many cycles in any case; 0: not judged, for coarse encoders.
+    pub frozen_still_cycles: u32,
     /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
     /// Values of the output `fault` that are reported but do not trip, by component:

@@ -1,6 +1,7 @@
 //! Enables the drives: from six disabled drives to cycle 0.
 
 use super::{ControlLoop, Ending, Phase};
+use crate::bus::al;
 use crate::bus::cia402::{self, State};
 use crate::bus::Reply;
 use crate::config::AXES;
@@ -30,6 +31,14 @@ impl<L: Link> ControlLoop<'_, L> {
             return false;
         }
         let states = reply.statusword.map(cia402::state);
+        if let Some(axis) = reply.al_state.iter().position(|al| al & al::STATE != al::OP) {
+            let al = reply.al_state[axis];
+            self.refuse(format!(
+                "axis {}: AL status {al:#04x} while enabling, expected OP",
+                axis + 1
+            ));
+            return false;
+        }
         let faulty = states.iter().position(|s| *s == State::Fault);
         if let Some(axis) = faulty.filter(|_| !self.options.reset_faults || tries > 400) {
             let code = reply.error_code[axis];

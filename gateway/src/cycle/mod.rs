@@ -1,6 +1,7 @@
 //! The control loop: wait, exchange, compute, judge, record. It allocates nothing.
 
 mod arming;
+mod ending;
 mod inputs;
 mod moving;
 mod outcome;
@@ -10,7 +11,6 @@ pub mod signals;
 mod timing;
 
 use flexhex_system::Controller;
-use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicI64, AtomicU64};
 use std::time::Duration;
 
@@ -19,13 +19,12 @@ pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
 use crate::bus::cia402::{self, State};
-use crate::bus::{Bus, Reply};
+use crate::bus::Bus;
 use crate::config::{Config, AXES};
 use crate::motion::{Mechanics, Mover};
-use crate::realtime::{now_ns, stop};
+use crate::realtime::now_ns;
 use crate::record::Sink;
-use crate::rules::{ReactionKind, Reason, Trip};
-use crate::safety::{disabled, Disabling, Safety};
+use crate::safety::{Disabling, Safety};
 use crate::wire::Link;
 
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
@@ -157,19 +156,6 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out
     }
 
-    /// A cycle; a panic in it lands the machine, a second one ends the run.
-    fn guarded_cycle(&mut self) -> bool {
-        if let Ok(over) = catch_unwind(AssertUnwindSafe(|| self.cycle())) {
-            return over;
-        }
-        let trip = Trip::of(Reason::Panic, None, 0.0, 0.0, self.controller.now());
-        if std::mem::replace(&mut self.panicked, true) {
-            return true;
-        }
-        self.end(Ending::Tripped(trip, String::new()), Reason::Panic);
-        false
-    }
-
     /// One cycle; true when the run is over.
     fn cycle(&mut self) -> bool {
         let (begin, late_ns) = self.clock.wait();
@@ -237,55 +223,5 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             Phase::Lifting(mover) | Phase::Landing(mover) => (mover.tau, self.kept_enabled()),
             Phase::Disabling(disabling) => ([0.0; AXES], [disabling.next(); AXES]),
         }
-    }
-
-    /// Begin the reaction; later events do not change the reason.
-    fn end(&mut self, ending: Ending, reason: Reason) {
-        let powered = match self.phase {
-            Phase::Running => !self.options.dry_run,
-            Phase::Lifting(_) | Phase::Landing(_) => true,
-            _ => false,
-        };
-        let mut kind = if powered { self.config.reactions.to(reason) } else { ReactionKind::Zero };
-        if stop::requested_twice() {
-            kind = ReactionKind::Zero;
-        }
-        let mut blind = [false; AXES];
-        if let (ReactionKind::Damp, Ending::Tripped(Trip { axis: Some(axis), .. }, _)) =
-            (kind, &ending)
-        {
-            blind[*axis] = true;
-        }
-        (self.out.ending, self.out.reaction) = (ending, kind);
-        if kind.lands() {
-            self.land(blind);
-        } else {
-            self.take_power(kind);
-        }
-    }
-
-    /// Zero torque until every drive is confirmed as disabled; true when the run is over.
-    fn disabling(&mut self, reply: &Reply) -> bool {
-        let now =
-            disabled(&reply.statusword, &reply.al_state, (reply.answered, reply.working_counter));
-        let Phase::Disabling(disabling) = &self.phase else { return true };
-        let over = disabling.over(&now);
-        self.out.disabled = now;
-        let n = self.after_end();
-        if now == [true; AXES] {
-            self.out.to_disabled.get_or_insert(self.stopped_for);
-        }
-        self.fill(n, reply, 0, 0);
-        self.push(0);
-        over || self.unanswered >= UNANSWERED_LIMIT
-    }
-
-    /// Number of a cycle after the end of the run; counts it.
-    fn after_end(&mut self) -> i64 {
-        self.stopped_for += 1;
-        if self.out.to_zero == 0 && self.sent.iter().all(|t| *t == 0.0) {
-            self.out.to_zero = self.stopped_for;
-        }
-        self.controller.now() - 1 + i64::from(self.stopped_for)
     }
 }

@@ -95,20 +95,27 @@ impl Outcome {
         (0..AXES).filter(|k| !self.disabled[*k]).map(|k| k + 1).collect()
     }
 
+    /// It ended as wanted: on its rest pose, every drive disabled.
+    pub fn good(&self) -> bool {
+        let wanted = matches!(self.ending, Ending::Done | Ending::StopRequested);
+        wanted && self.landing_trip.is_none() && self.unconfirmed().is_empty()
+    }
+
     /// The axis of a drive fault whose code is not in the process data.
     pub fn axis_with_fault(&self) -> Option<usize> {
+        let unknown = |trip: &Trip| trip.reason == Reason::DriveFault && trip.value == 0.0;
         match &self.ending {
-            Ending::Tripped(trip, _) if trip.reason == Reason::DriveFault && trip.value == 0.0 => {
-                trip.axis
-            }
-            _ => None,
+            Ending::Tripped(trip, _) if unknown(trip) => trip.axis,
+            _ => self.landing_trip.filter(unknown)?.axis,
         }
     }
 
     /// Sets the fault code that was read from the drive afterwards.
     pub fn set_error_code(&mut self, code: Option<u16>) {
-        if let (Ending::Tripped(trip, _), Some(code)) = (&mut self.ending, code) {
-            trip.value = code.into();
+        let Some(code) = code else { return };
+        match (&mut self.ending, &mut self.landing_trip) {
+            (Ending::Tripped(trip, _), _) | (_, Some(trip)) => trip.value = code.into(),
+            _ => {}
         }
     }
 }

@@ -2,6 +2,8 @@
 //! sockets, clocks or FMUs, so it works when these have failed.
 
 mod path;
+#[cfg(test)]
+mod tests;
 
 use crate::config::AXES;
 pub use path::{Pace, Path};
@@ -77,10 +79,6 @@ impl Mover {
             e: [0.0; AXES],
             tau: [0.0; AXES],
         }
-    }
-
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Cycles left.

@@ -35,9 +35,9 @@ impl Reporter {
     /// How a run ended, with its figures.
     pub fn outcome(&self, out: &Outcome, written: &Written) {
         match &out.ending {
-            Ending::Done => self.mark(out.unconfirmed().is_empty(), &ended("done", out)),
+            Ending::Done => self.mark(out.good(), &ended("done", out)),
             Ending::StopRequested => {
-                self.mark(out.unconfirmed().is_empty(), &ended("stopped on request", out));
+                self.mark(out.good(), &ended("stopped on request", out));
             }
             Ending::Refused(why) => self.refused(why),
             Ending::Tripped(trip, detail) => self.trip(trip, detail, out),

@@ -4,6 +4,7 @@
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
 mod bounds;
+mod level;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -13,6 +14,7 @@ use crate::bus::cia402::{self, State};
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
 pub use bounds::Bounds;
+use level::Failures;
 pub use reaction::{disabled, Disabling};
 
 /// Longest window of the mean speed [cycles].
@@ -44,8 +46,8 @@ pub struct Measured<'a> {
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
     rules: Rules,
-    lost: u32,
-    short: u32,
+    lost: Failures,
+    short: Failures,
     /// Cycles since the last complete reply.
     age: u32,
     last: Option<[f64; AXES]>,
@@ -68,8 +70,8 @@ impl Safety {
         let bounds = Bounds::of(config, powered);
         Safety {
             rules: Rules { config: config.clone(), expected, base_step, bounds },
-            lost: 0,
-            short: 0,
+            lost: Failures::default(),
+            short: Failures::default(),
             age: 1,
             last: None,
             past: [[0.0; AXES]; LONGEST],
@@ -100,20 +102,18 @@ impl Safety {
         found
     }
 
-    /// Consecutive cycles without a complete reply.
+    /// Cycles without a complete reply, in a row or too often.
     fn wire(&mut self, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
-        self.lost = if m.answered { 0 } else { self.lost + 1 };
-        if self.lost >= s.lost_frame_limit {
-            let (n, most) = (f64::from(self.lost), f64::from(s.lost_frame_limit));
+        if let Some(lost) = self.lost.note(!m.answered, s.lost_frame_limit) {
+            let (n, most) = (f64::from(lost), f64::from(s.lost_frame_limit));
             return Some(Trip::of(Reason::LostFrames, None, n, most, m.cycle));
         }
         if !m.answered {
             return None;
         }
         let short = m.working_counter != self.rules.expected;
-        self.short = if short { self.short + 1 } else { 0 };
-        if self.short >= s.working_counter_limit {
+        if self.short.note(short, s.working_counter_limit).is_some() {
             let (n, most) = (f64::from(m.working_counter), f64::from(self.rules.expected));
             return Some(Trip::of(Reason::WorkingCounter, None, n, most, m.cycle));
         }
@@ -187,16 +187,18 @@ impl Safety {
         beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
     }
 
-    /// Constant encoder counts over many cycles while the reference moved.
+    /// Constant encoder counts over many cycles while the reference moved, or over very many: counts as
+    /// fine as these never stand still under control.
     fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
         let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
         let moved = (m.r[k] - self.reference_at_change[k]).abs();
+        let still = self.still[k] + 1;
+        let (moving, always) = (s.frozen_cycles, s.frozen_still_cycles);
         let frozen = self.rules.bounds.powered
             && self.complete(m)
             && same
-            && self.still[k] + 1 >= s.frozen_cycles
-            && moved > s.frozen_motion_rad;
+            && (still >= moving && moved > s.frozen_motion_rad || always > 0 && still >= always);
         frozen
             .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }

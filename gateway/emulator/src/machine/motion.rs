@@ -5,6 +5,11 @@ use crate::event::EventKind;
 use crate::plant::AXES;
 
 impl Machine {
+    /// Base steps in a time [s].
+    pub fn steps(&self, time: f64) -> u64 {
+        (time / self.dt).round() as u64
+    }
+
     /// Lets go of the plant: it moves without torque for `steps` base steps, and from then on.
     pub fn rest(&mut self, steps: u64) -> Result<(), Error> {
         self.held = false;
