@@ -88,7 +88,7 @@ def test_machine_from_power_up_is_the_simulated_one(
 
 
 class Pid:
-    """The moves of the gateway, anew: a path, six PIDs as in feedback.fmu, a line for the weight."""
+    """The gateway's moves, anew: a path, six PIDs as in feedback.fmu, a line for the weight."""
 
     def __init__(self, ssp: Path, rest: Rows) -> None:
         instance = read_ssp(ssp).instance("feedback")
@@ -130,7 +130,7 @@ def test_lift_off_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp
         share = smooth(k / travel) if k < travel else 1.0
         r = rest + (0.0 - rest) * share if k < travel else np.zeros(6)
         wanted.append(pid.torque(r, theta[k]))
-    # the torque computed from a cycle's angles acts in the next; after the last the controller begins
+    # the torque from a cycle's angles acts in the next; after the last the controller begins
     assert same(fallen.tau[1:cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
 
 

@@ -68,9 +68,12 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Number of a cycle after the end of the run; counts it.
     pub(super) fn after_end(&mut self) -> i64 {
         self.stopped_for += 1;
-        if self.out.to_zero == 0 && self.sent.iter().all(|t| *t == 0.0) {
-            self.out.to_zero = self.stopped_for;
-        }
+        let zero = self.sent.iter().all(|t| *t == 0.0);
+        self.out.to_zero = match self.out.to_zero {
+            _ if !zero => 0,
+            0 => self.stopped_for,
+            since => since,
+        };
         self.controller.now() - 1 + i64::from(self.stopped_for)
     }
 }

@@ -64,7 +64,6 @@ impl<L: Link> ControlLoop<'_, L> {
         let values = self.inputs.of(&Reply { answered: complete, ..*reply }, skipped);
         self.previous = values;
         mover.step(&values.theta, skipped);
-        self.count(reply);
         self.moved += 1;
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
         self.fill(n, reply, 0, 0);

@@ -99,7 +99,7 @@ impl<L: Link> ControlLoop<'_, L> {
     }
 
     /// Count missing and incomplete replies.
-    pub(super) fn count(&mut self, reply: &Reply) {
+    fn count(&mut self, reply: &Reply) {
         let complete = reply.working_counter == self.bus.complete();
         self.out.lost += u64::from(!reply.answered);
         self.out.short += u64::from(reply.answered && !complete);

@@ -8,6 +8,8 @@ const WEIGHT: Axes = [0.6; AXES];
 /// Inertia [kg m2] and friction [N m s/rad] of every axis of the model in these tests.
 const INERTIA: f64 = 0.098;
 const FRICTION: f64 = 0.3;
+/// End stops at 30 degrees to either side.
+const STROKE: f64 = std::f64::consts::FRAC_PI_6;
 
 fn pace() -> Pace {
     Pace { speed: 0.25, brake: 0.1, pause: 0.3, base_step: H }
@@ -93,8 +95,8 @@ impl Machine {
             let held = self.weight * WEIGHT[k] * (1.0 - self.theta[k] / REST[k]);
             self.rate[k] += H * (tau[k] - held - FRICTION * self.rate[k]) / INERTIA;
             self.theta[k] += H * self.rate[k];
-            if self.theta[k].abs() > 0.5236 {
-                (self.theta[k], self.rate[k]) = (0.5236_f64.copysign(self.theta[k]), 0.0);
+            if self.theta[k].abs() > STROKE {
+                (self.theta[k], self.rate[k]) = (STROKE.copysign(self.theta[k]), 0.0);
             }
         }
     }

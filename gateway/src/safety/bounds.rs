@@ -66,11 +66,16 @@ impl Safety {
         &self.rules.bounds
     }
 
+    /// Enough angles were seen for a mean speed.
+    pub fn knows_rates(&self) -> bool {
+        self.seen > self.rules.config.safety.speed_cycles.min(LONGEST as u32 - 1) as usize
+    }
+
     /// Mean speed of each axis [rad/s] up to the newest cycle; 0 where it is not known.
     pub fn rates(&self) -> [f64; AXES] {
         let n = self.rules.config.safety.speed_cycles as usize;
         let n = n.min(LONGEST - 1);
-        if self.seen <= n {
+        if !self.knows_rates() {
             return [0.0; AXES];
         }
         let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
