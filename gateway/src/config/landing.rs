@@ -1,9 +1,9 @@
 //! Lift-off and landing of a machine that has weight.
 
+use flexhex_system::AXES;
 use serde::Deserialize;
 
 use super::mistakes::Mistakes;
-use super::AXES;
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -75,7 +75,7 @@ impl<L: Link> ControlLoop<'_, L> {
         let landing = &self.config.landing;
         let (speed, rest) = (landing.rest_speed, landing.rest);
         self.safety.note_rest(&reply.theta);
-        let rates = self.safety.rates();
+        let rates = self.safety.history().rates();
         (0..AXES).find_map(|k| {
             let (l, theta) = (self.config.limits(k), reply.theta[k]);
             let (low, high) = (l.position_min, l.position_max);

@@ -214,7 +214,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             Phase::Arming(_) => {
                 let now = self.bus.reply().statusword.map(cia402::state);
                 let reset = self.options.reset_faults;
-                let still = self.safety.knows_rates();
+                let still = self.safety.history().knows_rates();
                 let word = |s| match s {
                     _ if !still => cia402::DISABLE_VOLTAGE,
                     State::Fault if reset => cia402::FAULT_RESET,

@@ -30,7 +30,7 @@ impl<L: Link> ControlLoop<'_, L> {
 
     /// From this pose and rate to where the machine rested before it was enabled.
     pub(super) fn land(&mut self, blind: [bool; AXES]) {
-        let (theta, mut rate) = (self.previous.theta, self.safety.rates());
+        let (theta, mut rate) = (self.previous.theta, self.safety.history().rates());
         for k in (0..AXES).filter(|k| blind[*k]) {
             rate[k] = 0.0;
         }

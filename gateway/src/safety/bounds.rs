@@ -1,6 +1,5 @@
 //! Limits that differ from one phase of a run to the next.
 
-use super::{Safety, LONGEST};
 use crate::config::{Config, Limits, AXES};
 
 /// What differs from one phase of a run to the next.
@@ -46,46 +45,5 @@ impl Bounds {
             }
         }
         wide
-    }
-}
-
-impl Safety {
-    /// A phase of the run with bounds of its own begins.
-    pub fn enter(&mut self, bounds: Bounds) {
-        self.rules.bounds = bounds;
-        self.still = [0; AXES];
-    }
-
-    /// Angles [rad] of a cycle before power: only their rate is judged then.
-    pub fn note_rest(&mut self, theta: &[f64; AXES]) {
-        self.past[self.seen % LONGEST] = *theta;
-        self.seen += 1;
-    }
-
-    pub fn bounds(&self) -> &Bounds {
-        &self.rules.bounds
-    }
-
-    /// Enough angles were seen for a mean speed.
-    pub fn knows_rates(&self) -> bool {
-        self.seen > self.rules.config.safety.speed_cycles.min(LONGEST as u32 - 1) as usize
-    }
-
-    /// Mean speed of each axis [rad/s] up to the newest cycle; 0 where it is not known.
-    pub fn rates(&self) -> [f64; AXES] {
-        let n = self.rules.config.safety.speed_cycles as usize;
-        let n = n.min(LONGEST - 1);
-        if !self.knows_rates() {
-            return [0.0; AXES];
-        }
-        let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
-        std::array::from_fn(|k| {
-            let rate = (then(1)[k] - then(1 + n)[k]) / (n as f64 * self.rules.base_step);
-            if rate.is_nan() {
-                0.0
-            } else {
-                rate
-            }
-        })
     }
 }

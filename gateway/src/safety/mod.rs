@@ -4,7 +4,9 @@
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
 mod bounds;
+mod history;
 mod level;
+mod measured;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -14,34 +16,10 @@ use crate::bus::cia402::{self, State};
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
 pub use bounds::Bounds;
+use history::History;
 use level::Failures;
+pub use measured::Measured;
 pub use reaction::{disabled, Disabling};
-
-/// Longest window of the mean speed [cycles].
-const LONGEST: usize = 64;
-
-/// Measurements of one cycle. Arrays are by axis.
-pub struct Measured<'a> {
-    pub cycle: i64,
-    /// Cycles that the clock skipped before this one.
-    pub skipped: u64,
-    /// A reply came in time.
-    pub answered: bool,
-    pub working_counter: u16,
-    pub theta: &'a [f64; AXES],
-    pub tau_meas: &'a [f64; AXES],
-    /// Torque of the next frame [N m].
-    pub tau: &'a [f64],
-    pub r: &'a [f64; AXES],
-    pub e: &'a [f64; AXES],
-    pub statusword: &'a [u16; AXES],
-    pub error_code: &'a [u16; AXES],
-    /// AL status, 0 where a device did not answer.
-    pub al_state: &'a [u8; AXES],
-    /// Failure of the controller, with its value.
-    pub controller: Option<(Reason, f64)>,
-    pub overrun_us: f64,
-}
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
@@ -51,8 +29,7 @@ pub struct Safety {
     /// Cycles since the last complete reply.
     age: u32,
     last: Option<[f64; AXES]>,
-    past: [[f64; AXES]; LONGEST],
-    seen: usize,
+    history: History,
     still: [u32; AXES],
     reference_at_change: [f64; AXES],
 }
@@ -74,11 +51,29 @@ impl Safety {
             short: Failures::default(),
             age: 1,
             last: None,
-            past: [[0.0; AXES]; LONGEST],
-            seen: 0,
+            history: History::new(config.safety.speed_cycles, base_step),
             still: [0; AXES],
             reference_at_change: [0.0; AXES],
         }
+    }
+
+    /// A phase of the run with bounds of its own begins.
+    pub fn enter(&mut self, bounds: Bounds) {
+        self.rules.bounds = bounds;
+        self.still = [0; AXES];
+    }
+
+    pub fn bounds(&self) -> &Bounds {
+        &self.rules.bounds
+    }
+
+    /// Angles [rad] of a cycle before power: only their rate is judged then.
+    pub fn note_rest(&mut self, theta: &[f64; AXES]) {
+        self.history.note(*theta);
+    }
+
+    pub fn history(&self) -> &History {
+        &self.history
     }
 
     /// Cycle time [s].
@@ -91,7 +86,7 @@ impl Safety {
         if m.skipped > 0 {
             // time passed without cycles: a larger change of angle is allowed and the mean speed restarts
             self.age += m.skipped as u32;
-            self.seen = 0;
+            self.history.restart();
         }
         let found = self
             .wire(m)
@@ -166,7 +161,9 @@ impl Safety {
                     over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
                 })
                 .or_else(|| self.frozen(k, m))
-                .or_else(|| over(Reason::Speed, self.mean_speed(k, m.theta[k])?, bounds.speed[k]))
+                .or_else(|| {
+                    over(Reason::Speed, self.history.mean_speed(k, m.theta[k])?, bounds.speed[k])
+                })
                 .or_else(|| self.position(k, m))
                 .or_else(|| {
                     bounds
@@ -203,15 +200,6 @@ impl Safety {
             .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
-    /// Mean speed over the last cycles [rad/s], over more cycles where the older angle was not
-    /// measured; None before there are enough cycles.
-    fn mean_speed(&self, k: usize, theta: f64) -> Option<f64> {
-        let n = self.rules.config.safety.speed_cycles as usize;
-        let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
-        let ago = (n..=LONGEST.min(self.seen)).find(|ago| !then(*ago)[k].is_nan())?;
-        Some((theta - then(ago)[k]) / (ago as f64 * self.rules.base_step))
-    }
-
     fn controller(&self, m: &Measured) -> Option<Trip> {
         let limit = f64::from(self.rules.config.safety.overrun_us);
         m.controller.map(|(reason, value)| Trip::of(reason, None, value, 0.0, m.cycle)).or_else(
@@ -237,8 +225,7 @@ impl Safety {
                 self.still[k] += 1;
             }
         }
-        self.past[self.seen % LONGEST] = if complete { *m.theta } else { [f64::NAN; AXES] };
-        self.seen += 1;
+        self.history.note(if complete { *m.theta } else { [f64::NAN; AXES] });
         self.age = if complete { 1 } else { self.age + 1 };
         if complete {
             self.last = Some(*m.theta);
