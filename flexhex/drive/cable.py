@@ -29,6 +29,7 @@ PATIENT = {
     "watchdog_ms": "1000",
     "lost_frame_limit": "1000",
     "frozen_cycles": "4000",
+    "frozen_still_cycles": "4000",
     "jump_rad": "0.05",
 }
 """Limits of that configuration which an ordinary computer does not keep, and what takes their

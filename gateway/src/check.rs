@@ -57,6 +57,7 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
     let system = session::open_system(&config, reporter).map_err(bad)?;
     let controller = signals::open(&config, &system, true).map_err(bad)?;
     Signals::find(&config, &controller).map_err(bad)?;
+    session::mechanics(&config, &system).map_err(bad)?;
     reporter.mark(true, "every FMU loads and initialises");
     for note in session::request_real_time(&config, false, false).map_err(bad)? {
         reporter.line("note", &note);

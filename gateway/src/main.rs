@@ -6,6 +6,7 @@ mod config;
 mod cycle;
 mod exit;
 mod limits;
+mod motion;
 mod off;
 mod realtime;
 mod record;

@@ -69,26 +69,31 @@ fn refused(what: &str, mend: &str) -> String {
     format!("{what} ({}): {mend}", std::io::Error::last_os_error())
 }
 
-/// Stop requests by SIGINT (Ctrl-C) or SIGTERM.
+/// Stop requests by SIGINT (Ctrl-C), SIGTERM or SIGHUP.
 pub mod stop {
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::atomic::{AtomicU32, Ordering};
 
-    static REQUESTED: AtomicBool = AtomicBool::new(false);
+    static REQUESTS: AtomicU32 = AtomicU32::new(0);
 
     extern "C" fn note(_: libc::c_int) {
-        REQUESTED.store(true, Ordering::Relaxed);
+        REQUESTS.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// From here on SIGINT and SIGTERM request an orderly end.
+    /// From here on SIGINT, SIGTERM and SIGHUP (a closed terminal) request an orderly end.
     pub fn listen() {
         let handler = note as extern "C" fn(libc::c_int);
-        for signal in [libc::SIGINT, libc::SIGTERM] {
-            // SAFETY: the handler only stores an atomic, which is allowed in a signal handler.
+        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+            // SAFETY: the handler only adds to an atomic, which is allowed in a signal handler.
             unsafe { libc::signal(signal, handler as libc::sighandler_t) };
         }
     }
 
     pub fn requested() -> bool {
-        REQUESTED.load(Ordering::Relaxed)
+        REQUESTS.load(Ordering::Relaxed) > 0
+    }
+
+    /// Requested again: stop at once.
+    pub fn requested_twice() -> bool {
+        REQUESTS.load(Ordering::Relaxed) > 1
     }
 }

@@ -23,6 +23,7 @@ pub enum Reason {
     FmuOverrun,
     LateThread,
     Overrun,
+    Panic,
     Stopped,
 }
 
@@ -48,6 +49,7 @@ impl Reason {
             Reason::FmuOverrun => "fmu_overrun",
             Reason::LateThread => "late_thread",
             Reason::Overrun => "overrun",
+            Reason::Panic => "panic",
             Reason::Stopped => "stopped",
         }
     }
@@ -57,7 +59,7 @@ impl Reason {
         let bits = |n: f64| n as u64;
         match self {
             Reason::LostFrames => {
-                format!("{value} frames in a row without a reply, allowed fewer than {limit}")
+                format!("{value} frames without a reply, in a row or too often, allowed fewer than {limit}")
             }
             Reason::WorkingCounter => format!("working counter {value}, expected {limit}"),
             Reason::AlState => {
@@ -73,7 +75,7 @@ impl Reason {
             Reason::Torque => format!("torque {value} N m, allowed {limit} N m"),
             Reason::Jump => format!("angle jumped by {value} rad, allowed {limit} rad"),
             Reason::FrozenEncoder => format!(
-                "encoder counts constant while the reference moved {value} rad, allowed {limit} rad"
+                "encoder counts constant for too long, the reference moved {value} rad meanwhile"
             ),
             Reason::Speed => format!("speed {value} rad/s, allowed {limit} rad/s"),
             Reason::Position => format!("angle {value} rad, limit {limit} rad"),
@@ -84,6 +86,7 @@ impl Reason {
             Reason::FmuOverrun => format!("one FMU step took {value} us"),
             Reason::LateThread => "a component in a thread of its own was late".to_owned(),
             Reason::Overrun => format!("cycle started {value} us late, allowed {limit} us"),
+            Reason::Panic => "the control loop panicked".to_owned(),
             Reason::Stopped => "stopped".to_owned(),
         }
     }
@@ -125,13 +128,32 @@ fn brief(value: f64) -> f64 {
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ReactionKind {
-    /// Ramp the last torque to zero, then disable.
-    Ramp,
-    /// Zero torque and quick stop of the drive, then disable.
+    /// Category 2: stop and hold by feedback alone, land, then disable.
     #[default]
+    Land,
+    /// Category 1: the same, but the axis of the trip gets only the torque of its weight.
+    Damp,
+    /// Category 0: zero torque and quick stop of the drive, then disable.
     QuickStop,
-    /// Zero torque and disable at once.
+    /// Category 0: zero torque and disable at once.
     Zero,
+}
+
+impl ReactionKind {
+    /// The torque stays on until the machine has landed.
+    pub fn lands(self) -> bool {
+        matches!(self, ReactionKind::Land | ReactionKind::Damp)
+    }
+
+    /// Name in the configuration and in JSON.
+    pub fn key(self) -> &'static str {
+        match self {
+            ReactionKind::Land => "land",
+            ReactionKind::Damp => "damp",
+            ReactionKind::QuickStop => "quick_stop",
+            ReactionKind::Zero => "zero",
+        }
+    }
 }
 
 macro_rules! reactions {
@@ -160,17 +182,18 @@ reactions! {
     drive_fault = DriveFault / Zero,
     drive_state = DriveState / Zero,
     mode = Mode / Zero,
-    torque = Torque / Zero,
-    jump = Jump / Zero,
-    frozen_encoder = FrozenEncoder / Zero,
-    speed = Speed / QuickStop,
-    position = Position / QuickStop,
-    following_error = FollowingError / QuickStop,
-    not_finite = NotFinite / Ramp,
-    fmu_error = FmuError / Ramp,
-    fmu_fault = FmuFault / Ramp,
-    fmu_overrun = FmuOverrun / Ramp,
-    late_thread = LateThread / Ramp,
-    overrun = Overrun / QuickStop,
-    stopped = Stopped / Ramp,
+    torque = Torque / Land,
+    jump = Jump / Damp,
+    frozen_encoder = FrozenEncoder / Damp,
+    speed = Speed / Land,
+    position = Position / Land,
+    following_error = FollowingError / Land,
+    not_finite = NotFinite / Land,
+    fmu_error = FmuError / Land,
+    fmu_fault = FmuFault / Land,
+    fmu_overrun = FmuOverrun / Land,
+    late_thread = LateThread / Land,
+    overrun = Overrun / Land,
+    panic = Panic / Land,
+    stopped = Stopped / Land,
 }

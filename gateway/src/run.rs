@@ -24,7 +24,8 @@ Examples:
   flexhex-gateway run gateway/machines/akd.toml --enable --duration 20 --record a.csv
   flexhex-gateway run gateway/machines/akd.toml --enable --interface veth1 --lockstep
 
-Ctrl-C ends a run: the torque is ramped down and the drives are disabled.";
+Ctrl-C ends a run: the machine lands and the drives are disabled. A second Ctrl-C takes the torque
+at once.";
 
 #[derive(Args)]
 pub struct Run {
@@ -89,6 +90,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let system = session::open_system(&config, reporter).map_err(bad)?;
     let controller = signals::open(&config, &system, args.lockstep).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
+    let mechanics = session::mechanics(&config, &system).map_err(bad)?;
     let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
@@ -107,7 +109,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
         let bring_up = bring_up_options(args, base_step);
         let bus =
             bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
-        let (parts, sinks) = ((controller, signals), (sink, buffers));
+        let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
         let options = run_options(args, base_step);
         Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&status, base_step)).run())
     });
@@ -120,10 +122,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let finished = writer.finish(trip);
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished.map_err(failed)?;
-    Ok(match out.ending {
-        Ending::Done | Ending::StopRequested => Exit::Good,
-        _ => Exit::Failed,
-    })
+    Ok(if out.good() { Exit::Good } else { Exit::Failed })
 }
 
 fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
@@ -215,6 +214,6 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         recording: args.record.clone(),
         before_trip: folder.join(format!("{stem}-trip.csv")),
         keep: (config.recorder.keep_s / system.base_step()).round() as usize,
-        reaction: (f64::from(config.safety.ramp_ms) * 1e-3 / system.base_step()) as usize + 400,
+        reaction: session::longest_landing(config, system) + 400,
     })
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use crate::config::{self, Config, AXES};
 use crate::limits;
+use crate::motion::{Gains, Mechanics, Pace, Path};
 use crate::realtime;
 use crate::report::Reporter;
 use crate::wire::Socket;
@@ -198,4 +199,49 @@ pub fn request_real_time(
         ));
     }
     Ok(missing)
+}
+
+/// What lift-off and landing take from the system description: gains, weight, cycle time.
+pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, String> {
+    let (path, landing) = (config.system.ssp.display(), &config.landing);
+    let missing = |what: &str| {
+        let name = &landing.feedback;
+        format!("{path}: component {name:?} has no {what}: set landing.feedback to the feedback")
+    };
+    let component = system.component(&landing.feedback).ok_or_else(|| {
+        format!("landing.feedback: no component {:?}, only {:?}", landing.feedback, names(system))
+    })?;
+    let value = |name: &str| {
+        let key = format!("{}.{name}", landing.feedback);
+        let set = config.system.parameters.get(&key).copied();
+        set.or_else(|| component.parameter(name)).ok_or_else(|| missing(name))
+    };
+    let (mut kp, mut weight) = ([0.0; AXES], [0.0; AXES]);
+    for axis in 0..AXES {
+        kp[axis] = value(&format!("kp[{}]", axis + 1))?;
+        let input = format!("tau_ff[{}]", axis + 1);
+        let start = component.variable(&input).and_then(|v| v.start);
+        weight[axis] = start.ok_or_else(|| missing(&input))?;
+    }
+    let gains = Gains { kp, t_i: value("t_i")?, t_d: value("t_d")?, t_f: value("t_f")? };
+    Ok(Mechanics { gains, weight, torque: landing.torque, pace: pace(config, system) })
+}
+
+fn pace(config: &Config, system: &System) -> Pace {
+    let l = &config.landing;
+    Pace {
+        speed: l.speed,
+        brake: f64::from(l.brake_ms) * 1e-3,
+        pause: f64::from(l.hold_ms) * 1e-3,
+        base_step: system.base_step(),
+    }
+}
+
+/// Cycles of a landing through the whole range of angles.
+pub fn longest_landing(config: &Config, system: &System) -> usize {
+    let axes = (0..AXES).map(|k| config.limits(k));
+    let low = axes.clone().map(|l| l.position_min).fold(f64::INFINITY, f64::min);
+    let high = axes.map(|l| l.position_max).fold(f64::NEG_INFINITY, f64::max);
+    let path = Path::new([high; AXES], [1e-9; AXES], [low; AXES], pace(config, system));
+    path.cycles() as usize
 }

@@ -39,8 +39,11 @@ ONLY_RUN = {
         "position 1: AL status code 0x001e",
     ),
     "an angle outside its limits": (drive(4, "offset = 500000000"), "axis 5: theta = 0.731"),
-    "an angle far from the reference": (drive(4, "offset = 50000000"), "the reference starts at"),
+    "an angle far from the rest pose": (drive(4, "offset = 50000000"), "landing.rest_rad = 0 rad"),
 }
+
+
+REST = ("# rest_rad = [-0.34, -0.35, -0.34, -0.37, -0.35, -0.37]", "rest_rad = [0, 0, 0, 0, 0, 0]")
 
 
 def serials(position: int) -> tuple[str, str]:
@@ -55,6 +58,7 @@ def test_wrong_bus_is_refused_before_power(
 ) -> None:
     options, wanted = (BAD | ONLY_RUN)[name]
     changes = tuple(serials(k) for k in (0, 1)) if "swapped" in name else ()
+    changes += (REST,) if "rest pose" in name else ()
     bench = Bench(hexapod_ssp, tmp_path)
     for command in (RUN, CHECK) if name in BAD else (RUN,):
         ran = bench.run(options=options, changes=changes, command=command)

@@ -10,6 +10,7 @@ pub enum FaultKind {
     EncoderJump,
     EncoderFrozen,
     ModeChange,
+    ControlIgnored,
     SafeOp,
     WkcShort,
     CableCut,
@@ -27,6 +28,7 @@ impl FaultKind {
             FaultKind::EncoderJump => "encoder_jump",
             FaultKind::EncoderFrozen => "encoder_frozen",
             FaultKind::ModeChange => "mode_change",
+            FaultKind::ControlIgnored => "control_ignored",
             FaultKind::SafeOp => "safe_op",
             FaultKind::WkcShort => "wkc_short",
             FaultKind::CableCut => "cable_cut",
@@ -39,7 +41,10 @@ impl FaultKind {
 
     fn default_count(self) -> u64 {
         match self {
-            FaultKind::EncoderJump | FaultKind::EncoderFrozen | FaultKind::CableCut => 0,
+            FaultKind::EncoderJump
+            | FaultKind::EncoderFrozen
+            | FaultKind::ControlIgnored
+            | FaultKind::CableCut => 0,
             _ => 1,
         }
     }

@@ -45,6 +45,9 @@ pub struct PlantOptions {
     pub fmu: Option<PathBuf>,
     /// "plant.name" = value; replaces the value of the system.
     pub parameters: BTreeMap<String, f64>,
+    /// Time without torque before the first frame `[s]`: the machine comes to rest under its weight
+    /// and moves from then on. None: something holds it until all drives are enabled.
+    pub resting_s: Option<f64>,
 }
 
 /// Settings of all drives.
@@ -62,6 +65,8 @@ pub struct Drives {
     /// Largest current [mA] or torque [0.1 %]; none: 9 A, or three times the rated torque.
     pub limit: Option<i64>,
     pub counts_per_rev: f64,
+    /// Dynamic braking of drives without power `[N m s/rad]`; 0: they coast.
+    pub braking: f64,
     /// Largest relative error of the clocks.
     pub drift_ppm: f64,
     pub seed: u64,
@@ -80,6 +85,7 @@ impl Default for Drives {
             rated_torque_mnm: 9000,
             limit: None,
             counts_per_rev: 4_294_967_296.0,
+            braking: 0.0,
             drift_ppm: 30.0,
             seed: 1,
             mailbox_bytes: None,
@@ -127,6 +133,12 @@ impl Options {
         if drives.limit.is_some_and(|limit| !(0..=1_000_000).contains(&limit)) {
             return wrong("drives.limit: allowed 0 to 1000000".into());
         }
+        if !(0.0..=100.0).contains(&drives.braking) {
+            return wrong("drives.braking: allowed 0 to 100".into());
+        }
+        if self.plant.resting_s.is_some_and(|time| !(0.0..=3600.0).contains(&time)) {
+            return wrong("plant.resting_s: allowed 0 to 3600".into());
+        }
         if self.silence_s.is_some_and(|time| !(0.0..=3600.0).contains(&time)) {
             return wrong("silence_s: allowed 0 to 3600".into());
         }
@@ -154,6 +166,7 @@ impl Options {
             counts_per_rev: drives.counts_per_rev,
             direction: 1,
             offset: 0,
+            braking: drives.braking,
         }
     }
 

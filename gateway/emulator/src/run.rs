@@ -74,8 +74,11 @@ pub fn run(options: Options) -> Result<(), Error> {
     let trajectory = Trajectory::new(dt, options.log.as_deref())?;
     let timing = (dt, options.lockstep);
     let faults = options.fault.clone();
-    let machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
+    let mut machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
     catch_signals();
+    if let Some(time) = options.plant.resting_s {
+        machine.rest(machine.steps(time))?;
+    }
     let mut run = Run {
         options,
         machine,
@@ -92,6 +95,7 @@ pub fn run(options: Options) -> Result<(), Error> {
     run.print()?;
     if run.options.lockstep {
         run.lockstep()?;
+        run.come_to_rest()?;
     } else {
         run.wall_clock((dt * 1e9).round() as i64)?;
     }
@@ -120,6 +124,15 @@ impl Run {
             } else {
                 self.socket.wait(Some(silence.unwrap_or(LONGEST_SLEEP).min(LONGEST_SLEEP)));
             }
+        }
+        Ok(())
+    }
+
+    /// At the end a plant that nothing holds comes to rest, after the watchdogs.
+    fn come_to_rest(&mut self) -> Result<(), Error> {
+        if self.machine.cycle().is_some() {
+            let time = self.options.plant.resting_s.unwrap_or(0.0);
+            (0..self.machine.steps(time)).try_for_each(|_| self.machine.advance(0))?;
         }
         Ok(())
     }

@@ -14,6 +14,7 @@ pub(super) const IMAGE: usize = 512;
 pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S, D>;
 
 const ERROR_CODE: u16 = 0x603f;
+const STATUSWORD: u16 = 0x6041;
 /// Longest wait for each reply while the bus is shut down.
 const LEAVE_TIMEOUT_NS: u64 = 100_000_000;
 
@@ -36,6 +37,14 @@ pub struct Reply {
     pub al_state: [u8; AXES],
     /// Mode of operation display, where the process data has it.
     pub mode: [Option<i8>; AXES],
+}
+
+/// What is known after the bus has left OP.
+pub struct Left {
+    pub counts: Counts,
+    pub error_code: Option<u16>,
+    /// None: known to be disabled before, or no reply.
+    pub statusword: [Option<u16>; AXES],
 }
 
 /// The drives in operation.
@@ -132,23 +141,30 @@ impl<L: Link> Bus<L> {
     }
 
     /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
-    /// frame counts and, for axis `ask`, the error code of its drive.
-    pub fn leave(mut self, ask: Option<usize>) -> (Counts, Option<u16>) {
+    /// frame counts, for axis `ask` the error code of its drive, and the statusword of every drive that is
+    /// not known to be disabled.
+    pub fn leave(mut self, ask: Option<usize>, disabled: &[bool; AXES]) -> Left {
         // a device in PRE-OP would take a request of SAFE-OP for a step up
         if !self.others {
             self.request(al::SAFE_OP);
         }
         self.request(al::PRE_OP);
-        let place = ask.map(|axis| self.order[axis]);
-        let code = place.and_then(|place| {
-            with_group!(&self.group, group => {
-                let device = group.subdevice(self.main, place).ok()?;
-                let read = device.sdo_read::<u16>(ERROR_CODE, 0);
-                self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok()
-            })
-        });
+        let error_code = ask.and_then(|axis| self.read_word(axis, ERROR_CODE));
+        let mut statusword = [None; AXES];
+        for axis in (0..AXES).filter(|axis| !disabled[*axis]) {
+            statusword[axis] = self.read_word(axis, STATUSWORD);
+        }
         self.request(al::INIT);
-        (self.wire.counts, code)
+        Left { counts: self.wire.counts, error_code, statusword }
+    }
+
+    fn read_word(&mut self, axis: usize, object: u16) -> Option<u16> {
+        let place = self.order[axis];
+        with_group!(&self.group, group => {
+            let device = group.subdevice(self.main, place).ok()?;
+            let read = device.sdo_read::<u16>(object, 0);
+            self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok()
+        })
     }
 
     fn request(&mut self, state: u8) {

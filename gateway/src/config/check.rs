@@ -65,6 +65,7 @@ fn check(config: &Config) -> Result<(), String> {
         mistakes.check_range("real_time.cpu", cpu as f64, 0.0..=1023.0, mend);
     }
     interface(config, &mut mistakes);
+    config.landing.check(&mut mistakes);
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {
@@ -119,8 +120,9 @@ fn numbers(c: &Config) -> [Row<'_>; 16] {
          "cycles with constant encoder counts"),
         ("safety.frozen_motion_rad", s.frozen_motion_rad, 1e-9, 1.0,
          "motion of the reference within which the encoder counts must change"),
+        ("safety.frozen_still_cycles", s.frozen_still_cycles.into(), 0.0, 40_000.0,
+         "cycles with constant encoder counts, whatever the reference does"),
         ("safety.overrun_us", s.overrun_us.into(), 1.0, 1_000_000.0, "longest delay of the start of a cycle"),
-        ("safety.ramp_ms", s.ramp_ms.into(), 0.0, 10_000.0, "duration of the ramp"),
         ("recorder.keep_s", w.keep_s, 0.0, 60.0, "seconds kept before a trip"),
         ("recorder.buffer_cycles", w.buffer_cycles as f64, 64.0, 1e6,
          "rows between control loop and writer; 4000 are 1 s at 4 kHz"),

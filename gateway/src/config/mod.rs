@@ -2,6 +2,7 @@
 
 mod check;
 mod check_profile;
+mod landing;
 mod mistakes;
 mod profile;
 mod startup;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 pub use check::parse;
 pub use check::read;
 pub use flexhex_system::AXES;
+pub use landing::Landing;
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
 
@@ -28,6 +30,7 @@ pub struct Config {
     pub profile: Profile,
     pub limits: Limits,
     pub safety: Safety,
+    pub landing: Landing,
     #[serde(default)]
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
@@ -129,16 +132,16 @@ pub struct Safety {
     pub speed_cycles: u32,
     /// An encoder is frozen when its counts are constant for this many cycles ...
     pub frozen_cycles: u32,
-    /// ... while the reference moved by more than this.
+    /// ... while the reference moved by more than this, ...
     pub frozen_motion_rad: f64,
+    /// ... or for this many cycles in any case; 0: not judged, for coarse encoders.
+    pub frozen_still_cycles: u32,
     /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
     /// Values of the output `fault` that are reported but do not trip, by component:
     /// `feedback = [2.0]`.
     #[serde(default)]
     pub non_trip_faults: std::collections::BTreeMap<String, Vec<f64>>,
-    /// Duration of the ramp of a reaction.
-    pub ramp_ms: u32,
 }
 
 #[derive(Clone, Debug, Deserialize)]

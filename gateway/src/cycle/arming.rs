@@ -1,6 +1,7 @@
 //! Enables the drives: from six disabled drives to cycle 0.
 
 use super::{ControlLoop, Ending, Phase};
+use crate::bus::al;
 use crate::bus::cia402::{self, State};
 use crate::bus::Reply;
 use crate::config::AXES;
@@ -21,13 +22,23 @@ impl<L: Link> ControlLoop<'_, L> {
             }
             return false;
         }
-        if tries == 0 {
-            if let Some(why) = self.not_at_rest(reply) {
-                self.refuse(why);
-                return false;
-            }
+        let complete = reply.working_counter == self.bus.complete();
+        if !complete {
+            return self.waited_too_long(reply, tries);
+        }
+        if let Some(why) = self.not_at_rest(reply) {
+            self.refuse(why);
+            return false;
         }
         let states = reply.statusword.map(cia402::state);
+        if let Some(axis) = reply.al_state.iter().position(|al| al & al::STATE != al::OP) {
+            let al = reply.al_state[axis];
+            self.refuse(format!(
+                "axis {}: AL status {al:#04x} while enabling, expected OP",
+                axis + 1
+            ));
+            return false;
+        }
         let faulty = states.iter().position(|s| *s == State::Fault);
         if let Some(axis) = faulty.filter(|_| !self.options.reset_faults || tries > 400) {
             let code = reply.error_code[axis];
@@ -38,25 +49,35 @@ impl<L: Link> ControlLoop<'_, L> {
             self.end(Ending::StopRequested, Reason::Stopped);
             return false;
         }
-        let complete = reply.working_counter == self.bus.complete();
-        if complete && states.iter().all(|s| *s == State::OperationEnabled) {
-            self.phase = Phase::Running;
+        if states.iter().all(|s| *s == State::OperationEnabled) {
             self.skipped_before = self.clock.skipped;
-            return true;
+            self.previous.theta = reply.theta;
+            let there = self.lift_off(&reply.theta);
+            if there {
+                self.phase = Phase::Running;
+            }
+            return there;
         }
+        self.waited_too_long(reply, tries)
+    }
+
+    fn waited_too_long(&mut self, reply: &Reply, tries: u64) -> bool {
         let most = u64::from(self.config.bus.state_timeout_ms) * 4;
         if tries > most {
-            let names = states.map(State::name);
+            let names = reply.statusword.map(|word| cia402::state(word).name());
             self.refuse(format!("not all drives reached operation enabled: {names:?}"));
         }
         false
     }
 
-    /// Why the drives must not be enabled in this pose.
-    fn not_at_rest(&self, reply: &Reply) -> Option<String> {
+    /// Why the drives must not be enabled, or not stay so: every complete reply is judged.
+    fn not_at_rest(&mut self, reply: &Reply) -> Option<String> {
+        let landing = &self.config.landing;
+        let (speed, rest) = (landing.rest_speed, landing.rest);
+        self.safety.note_rest(&reply.theta);
+        let rates = self.safety.history().rates();
         (0..AXES).find_map(|k| {
             let (l, theta) = (self.config.limits(k), reply.theta[k]);
-            let r = self.controller.bus()[self.signals.r[k]];
             let (low, high) = (l.position_min, l.position_max);
             if !(theta >= low && theta <= high) {
                 return Some(format!(
@@ -64,13 +85,17 @@ impl<L: Link> ControlLoop<'_, L> {
                      check drive[{k}].offset_counts and direction", k + 1
                 ));
             }
-            let far = (r - theta).abs() > l.following_error;
-            far.then(|| {
-                format!(
-                    "axis {}: theta = {theta} rad, the reference starts at {r} rad, more than {} rad away: \
-                     move the axis there by hand, or check drive[{k}].offset_counts", k + 1, l.following_error
-                )
-            })
+            if rates[k].abs() > speed {
+                return Some(format!(
+                    "axis {}: it moves with {:.3} rad/s, allowed {speed} rad/s: wait until the machine \
+                     rests", k + 1, rates[k]
+                ));
+            }
+            let wanted = rest.map(|rest| rest[k]).filter(|r| (r - theta).abs() > l.following_error)?;
+            Some(format!(
+                "axis {}: theta = {theta} rad, landing.rest_rad = {wanted} rad, more than {} rad away: \
+                 check drive[{k}].offset_counts and that nothing blocks the axis", k + 1, l.following_error
+            ))
         })
     }
 

@@ -1,7 +1,9 @@
 //! The control loop: wait, exchange, compute, judge, record. It allocates nothing.
 
 mod arming;
+mod ending;
 mod inputs;
+mod moving;
 mod outcome;
 mod row;
 mod running;
@@ -17,12 +19,12 @@ pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
 use crate::bus::cia402::{self, State};
-use crate::bus::{Bus, Reply};
+use crate::bus::Bus;
 use crate::config::{Config, AXES};
+use crate::motion::{Mechanics, Mover};
 use crate::realtime::now_ns;
 use crate::record::Sink;
-use crate::rules::{ReactionKind, Reason};
-use crate::safety::{Reaction, Safety};
+use crate::safety::{Disabling, Safety};
 use crate::wire::Link;
 
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
@@ -47,10 +49,13 @@ pub struct LiveStatus {
     pub error_nrad: AtomicU64,
 }
 
+/// Lifting, landing and everything between are judged by the same rules (`safety`).
 enum Phase {
     Arming(u64),
+    Lifting(Mover),
     Running,
-    Stopping(Reaction),
+    Landing(Mover),
+    Disabling(Disabling),
 }
 
 /// Buffers that are allocated before the drives are in OP, as the loop must not allocate.
@@ -86,9 +91,15 @@ pub struct ControlLoop<'a, L: Link> {
     /// Inputs of the controller in the cycle before.
     previous: inputs::Values,
     skipped_before: u64,
+    mechanics: Mechanics,
+    /// Where the machine rested before it was enabled [rad].
+    rest: [f64; AXES],
+    /// Cycles of lift-off and landing so far.
+    moved: u64,
     /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
     missed: u64,
     stopped_for: u32,
+    panicked: bool,
 }
 
 impl<'a, L: Link> ControlLoop<'a, L> {
@@ -96,7 +107,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         config: &'a Config,
         options: RunOptions,
         bus: Bus<L>,
-        (controller, signals): (Controller, Signals),
+        (controller, signals, mechanics): (Controller, Signals, Mechanics),
         (sink, out): (Sink, Preallocated),
         (status, base_step): (&'a LiveStatus, f64),
     ) -> Self {
@@ -114,8 +125,12 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             inputs: inputs::Inputs::default(),
             previous: inputs::Values::default(),
             skipped_before: 0,
+            mechanics,
+            rest: [0.0; AXES],
+            moved: 0,
             missed: 0,
             stopped_for: 0,
+            panicked: false,
             config,
             options,
             bus,
@@ -128,12 +143,14 @@ impl<'a, L: Link> ControlLoop<'a, L> {
 
     /// The whole run, from disabled drives to disabled drives.
     pub fn run(mut self) -> Outcome {
-        while !self.cycle() {}
+        while !self.guarded_cycle() {}
         self.out.cycles = self.controller.now();
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.overflowed = self.sink.overflowed();
-        let (counts, code) = self.bus.leave(self.out.axis_with_fault());
+        let left = self.bus.leave(self.out.axis_with_fault(), &self.out.disabled);
+        let (counts, code) = (left.counts, left.error_code);
+        self.out.read_back(&left.statusword);
         self.out.counts = counts;
         self.out.set_error_code(code);
         self.out
@@ -160,14 +177,13 @@ impl<'a, L: Link> ControlLoop<'a, L> {
                 return false;
             }
         }
-        if let Phase::Stopping(reaction) = &self.phase {
-            let over = reaction.over(&reply.statusword);
-            let disabled = reply.answered && over;
-            self.stopping(&reply);
-            if disabled && self.out.to_disabled.is_none() {
-                self.out.to_disabled = Some(self.stopped_for);
+        match self.phase {
+            Phase::Disabling(_) => return self.disabling(&reply),
+            Phase::Lifting(mover) | Phase::Landing(mover) => {
+                self.moving(&reply, mover);
+                return false;
             }
-            return over || self.unanswered >= UNANSWERED_LIMIT;
+            _ => {}
         }
         self.out.timing.wake_up.add(late_ns);
         if reply.answered {
@@ -198,44 +214,16 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             Phase::Arming(_) => {
                 let now = self.bus.reply().statusword.map(cia402::state);
                 let reset = self.options.reset_faults;
+                let still = self.safety.history().knows_rates();
                 let word = |s| match s {
+                    _ if !still => cia402::DISABLE_VOLTAGE,
                     State::Fault if reset => cia402::FAULT_RESET,
                     _ => cia402::towards_enabled(s),
                 };
-                (tau, now.map(word))
+                ([0.0; AXES], now.map(word))
             }
-            Phase::Stopping(reaction) => {
-                let (tau, word) = reaction.next(&self.bus.reply().statusword);
-                (tau, [word; AXES])
-            }
+            Phase::Lifting(mover) | Phase::Landing(mover) => (mover.tau, self.kept_enabled()),
+            Phase::Disabling(disabling) => ([0.0; AXES], [disabling.next(); AXES]),
         }
-    }
-
-    /// Begin the reaction; later events do not change the reason.
-    fn end(&mut self, ending: Ending, reason: Reason) {
-        // a ramp would enable drives that are not yet enabled
-        let kind = match self.phase {
-            Phase::Running if !self.options.dry_run => self.config.reactions.to(reason),
-            _ => ReactionKind::Zero,
-        };
-        let per_ms = self.controller_steps_per_ms();
-        let ramp = f64::from(self.config.safety.ramp_ms) * per_ms;
-        let from = if self.options.dry_run { [0.0; AXES] } else { self.sent };
-        self.phase = Phase::Stopping(Reaction::new(kind, from, ramp as u32));
-        self.out.ending = ending;
-    }
-
-    fn controller_steps_per_ms(&self) -> f64 {
-        1e-3 / self.safety.base_step()
-    }
-
-    fn stopping(&mut self, reply: &Reply) {
-        self.stopped_for += 1;
-        if self.out.to_zero == 0 && self.sent.iter().all(|t| *t == 0.0) {
-            self.out.to_zero = self.stopped_for;
-        }
-        let n = self.controller.now() - 1 + i64::from(self.stopped_for);
-        self.fill(n, reply, 0, 0);
-        self.push(0);
     }
 }

@@ -1,7 +1,9 @@
 //! How a run ended, and its figures.
 
 use super::timing::Histogram;
-use crate::rules::{Reason, Trip};
+use crate::bus::cia402;
+use crate::config::AXES;
+use crate::rules::{ReactionKind, Reason, Trip};
 use crate::wire::Counts;
 
 /// How the run ended.
@@ -34,6 +36,11 @@ pub struct Outcome {
     /// Cycles from the trip, or the end, to the first frame without torque, and to disabled drives.
     pub to_zero: u32,
     pub to_disabled: Option<u32>,
+    pub reaction: ReactionKind,
+    /// What cut a landing short.
+    pub landing_trip: Option<Trip>,
+    /// Axes whose drive was read back as disabled at the end.
+    pub disabled: [bool; AXES],
     pub timing: Timing,
     pub skipped: u64,
     pub lost: u64,
@@ -53,6 +60,9 @@ impl Outcome {
             cycles: 0,
             to_zero: 0,
             to_disabled: None,
+            reaction: ReactionKind::Zero,
+            landing_trip: None,
+            disabled: [false; AXES],
             timing: Timing {
                 wake_up: Histogram::new(),
                 round_trip: Histogram::new(),
@@ -69,20 +79,43 @@ impl Outcome {
         }
     }
 
+    /// Statuswords that were read after the bus left OP.
+    pub fn read_back(&mut self, statusword: &[Option<u16>; AXES]) {
+        for (disabled, word) in self.disabled.iter_mut().zip(statusword) {
+            let off = |word: u16| {
+                let state = cia402::state(word);
+                !state.is_energised() || state == cia402::State::Fault
+            };
+            *disabled |= word.is_some_and(off);
+        }
+    }
+
+    /// Axes, from 1, whose drive may still have power.
+    pub fn unconfirmed(&self) -> Vec<usize> {
+        (0..AXES).filter(|k| !self.disabled[*k]).map(|k| k + 1).collect()
+    }
+
+    /// It ended as wanted: on its rest pose, every drive disabled.
+    pub fn good(&self) -> bool {
+        let wanted = matches!(self.ending, Ending::Done | Ending::StopRequested);
+        wanted && self.landing_trip.is_none() && self.unconfirmed().is_empty()
+    }
+
     /// The axis of a drive fault whose code is not in the process data.
     pub fn axis_with_fault(&self) -> Option<usize> {
+        let unknown = |trip: &Trip| trip.reason == Reason::DriveFault && trip.value == 0.0;
         match &self.ending {
-            Ending::Tripped(trip, _) if trip.reason == Reason::DriveFault && trip.value == 0.0 => {
-                trip.axis
-            }
-            _ => None,
+            Ending::Tripped(trip, _) if unknown(trip) => trip.axis,
+            _ => self.landing_trip.filter(unknown)?.axis,
         }
     }
 
     /// Sets the fault code that was read from the drive afterwards.
     pub fn set_error_code(&mut self, code: Option<u16>) {
-        if let (Ending::Tripped(trip, _), Some(code)) = (&mut self.ending, code) {
-            trip.value = code.into();
+        let Some(code) = code else { return };
+        match (&mut self.ending, &mut self.landing_trip) {
+            (Ending::Tripped(trip, _), _) | (_, Some(trip)) => trip.value = code.into(),
+            _ => {}
         }
     }
 }

@@ -13,14 +13,18 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Fill the row of cycle n with the signals published at n.
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
         let bus = self.controller.bus();
+        let (r, e) = match &self.phase {
+            Phase::Lifting(mover) | Phase::Landing(mover) => (mover.r, mover.e),
+            _ => (self.pick(self.signals.r), self.pick(self.signals.e)),
+        };
         let mut row = Cursor(&mut self.row, 0);
         row.put(time_of(n, self.missed, self.safety.base_step()));
         row.all(&measured(reply.answered, &reply.theta));
         row.all(&measured(reply.answered, &reply.tau));
-        row.all(&self.signals.r.map(|slot| bus[slot]));
+        row.all(&r);
         row.all(&self.sent);
         row.all(&self.signals.tau_ff.map(|slot| bus[slot]));
-        row.all(&self.signals.e.map(|slot| bus[slot]));
+        row.all(&e);
         row.all(&reply.statusword.map(f64::from));
         row.all(&reply.error_code.map(f64::from));
         row.all(&reply.al_state.map(f64::from));
@@ -28,7 +32,9 @@ impl<L: Link> ControlLoop<'_, L> {
         row.put(match self.phase {
             Phase::Arming(_) => 0.0,
             Phase::Running => 1.0,
-            Phase::Stopping(_) => 2.0,
+            Phase::Disabling(_) => 2.0,
+            Phase::Lifting(_) => 3.0,
+            Phase::Landing(_) => 4.0,
         });
         row.put(f64::from(u8::from(reply.answered)));
         row.put(f64::from(reply.working_counter));

@@ -20,8 +20,7 @@ const MOST_CAUGHT_UP: u64 = 400;
 impl<L: Link> ControlLoop<'_, L> {
     /// A cycle of the controller: judge what was measured, compute what comes next.
     pub(super) fn running(&mut self, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
-        let skipped = self.clock.skipped - self.skipped_before;
-        self.skipped_before = self.clock.skipped;
+        let skipped = self.newly_skipped();
         let values = self.inputs.of(reply, skipped);
         let begin = now_ns();
         let mut failure = self.catch_up(&values, skipped).err();
@@ -40,9 +39,7 @@ impl<L: Link> ControlLoop<'_, L> {
             Some(failure) => Some(signals::reason(failure)),
             None => self.trip_fault().map(|(_, fault)| (Reason::FmuFault, fault)),
         };
-        let counters = (reply.answered, reply.working_counter == self.bus.complete());
-        self.out.lost += u64::from(!counters.0);
-        self.out.short += u64::from(counters.0 && !counters.1);
+        self.count(reply);
         let trip = self.safety.judge(&Measured {
             cycle: n,
             skipped,
@@ -104,7 +101,21 @@ impl<L: Link> ControlLoop<'_, L> {
         first.map(|(component, fault)| component.fault_text(fault)).unwrap_or_default()
     }
 
-    fn pick(&self, slots: [usize; AXES]) -> [f64; AXES] {
+    /// Cycles that the clock skipped since the last call.
+    pub(super) fn newly_skipped(&mut self) -> u64 {
+        let skipped = self.clock.skipped - self.skipped_before;
+        self.skipped_before = self.clock.skipped;
+        skipped
+    }
+
+    /// Count missing and incomplete replies.
+    fn count(&mut self, reply: &Reply) {
+        let complete = reply.working_counter == self.bus.complete();
+        self.out.lost += u64::from(!reply.answered);
+        self.out.short += u64::from(reply.answered && !complete);
+    }
+
+    pub(super) fn pick(&self, slots: [usize; AXES]) -> [f64; AXES] {
         slots.map(|slot| self.controller.bus()[slot])
     }
 

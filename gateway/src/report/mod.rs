@@ -35,8 +35,10 @@ impl Reporter {
     /// How a run ended, with its figures.
     pub fn outcome(&self, out: &Outcome, written: &Written) {
         match &out.ending {
-            Ending::Done => self.mark(true, "done, drives disabled"),
-            Ending::StopRequested => self.mark(true, "stopped on request, drives disabled"),
+            Ending::Done => self.mark(out.good(), &ended("done", out)),
+            Ending::StopRequested => {
+                self.mark(out.good(), &ended("stopped on request", out));
+            }
             Ending::Refused(why) => self.refused(why),
             Ending::Tripped(trip, detail) => self.trip(trip, detail, out),
         }
@@ -48,19 +50,26 @@ impl Reporter {
         if !detail.is_empty() {
             self.line("", detail);
         }
-        let disabled = out.to_disabled.map_or("not confirmed as disabled".to_owned(), |n| {
-            format!("disabled {n} cycles after the trip")
-        });
-        self.line(
-            "reaction",
-            &format!("zero torque {} cycles after the trip, drives {disabled}", out.to_zero),
-        );
+        let zero =
+            format!("{}, zero torque {} cycles after the trip", out.reaction.key(), out.to_zero);
+        self.line("reaction", &ended(&zero, out));
         self.event(
             "trip",
             json!({"reason": trip.reason.key(), "axis": trip.axis.map(|a| a + 1),
                 "value": trip.value, "limit": trip.limit, "cycle": trip.cycle,
-                "message": trip.to_string(), "detail": detail,
+                "message": trip.to_string(), "detail": detail, "reaction": out.reaction.key(),
                 "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled}),
         );
+    }
+}
+
+/// How the run ended, and whether every drive was read back as disabled.
+fn ended(how: &str, out: &Outcome) -> String {
+    let cut = out.landing_trip.map_or(String::new(), |trip| format!(", during the landing {trip}"));
+    match out.unconfirmed()[..] {
+        [] => format!("{how}{cut}, drives disabled"),
+        ref axes => format!(
+            "{how}{cut}, drives not confirmed as disabled: axes {axes:?}: use the emergency stop"
+        ),
     }
 }

@@ -28,6 +28,8 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "after_reply_us": quantiles(&out.timing.after_reply),
             "largest_error_rad": out.most_error,
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
+            "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
+            "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
             "recording": written.recording, "before_trip": written.before_trip,
             "rows": written.rows}),
     );

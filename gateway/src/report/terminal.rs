@@ -60,32 +60,33 @@ impl Reporter {
     pub fn live(&self, text: &str) {
         if self.colour {
             let text = format!("\r\x1b[2K  {}{text}", self.dim("running"));
-            if self.json {
-                eprint!("{text}");
-            } else {
-                print!("{text}");
-            }
-            let _ = std::io::stdout().flush();
+            self.raw(&text);
         }
     }
 
     pub fn live_over(&self) {
         if self.colour {
-            let clear = "\r\x1b[2K";
-            if self.json {
-                eprint!("{clear}");
-            } else {
-                print!("{clear}");
-            }
+            self.raw("\r\x1b[2K");
         }
     }
 
-    fn print(&self, text: &str) {
-        if self.json {
-            eprintln!("{text}");
+    /// Without a line end. The terminal may be gone; the run goes on.
+    fn raw(&self, text: &str) {
+        let _ = if self.json {
+            write!(std::io::stderr(), "{text}")
         } else {
-            println!("{text}");
-        }
+            write!(std::io::stdout(), "{text}")
+        };
+        let _ = std::io::stdout().flush();
+    }
+
+    fn print(&self, text: &str) {
+        // the terminal may be gone; the run goes on
+        let _ = if self.json {
+            writeln!(std::io::stderr(), "{text}")
+        } else {
+            writeln!(std::io::stdout(), "{text}")
+        };
     }
 
     fn dim(&self, label: &str) -> String {

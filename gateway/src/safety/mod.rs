@@ -3,6 +3,10 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod bounds;
+mod history;
+mod level;
+mod measured;
 mod mode;
 mod reaction;
 #[cfg(test)]
@@ -12,46 +16,21 @@ use crate::bus::al;
 use crate::bus::cia402::{self, State};
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
-pub use reaction::Reaction;
-
-/// Longest window of the mean speed [cycles].
-const LONGEST: usize = 64;
-
-/// Measurements of one cycle. Arrays are by axis.
-pub struct Measured<'a> {
-    pub cycle: i64,
-    /// Cycles that the clock skipped before this one.
-    pub skipped: u64,
-    /// A reply came in time.
-    pub answered: bool,
-    pub working_counter: u16,
-    pub theta: &'a [f64; AXES],
-    pub tau_meas: &'a [f64; AXES],
-    /// Torque of the next frame [N m].
-    pub tau: &'a [f64],
-    pub r: &'a [f64; AXES],
-    pub e: &'a [f64; AXES],
-    pub statusword: &'a [u16; AXES],
-    pub error_code: &'a [u16; AXES],
-    /// AL status, 0 where a device did not answer.
-    pub al_state: &'a [u8; AXES],
-    /// Mode of operation display, where the process data has it.
-    pub mode: &'a [Option<i8>; AXES],
-    /// Failure of the controller, with its value.
-    pub controller: Option<(Reason, f64)>,
-    pub overrun_us: f64,
-}
+pub use bounds::Bounds;
+use history::History;
+use level::Failures;
+pub use measured::Measured;
+pub use reaction::{disabled, Disabling};
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
     rules: Rules,
-    lost: u32,
-    short: u32,
+    lost: Failures,
+    short: Failures,
     /// Cycles since the last complete reply.
     age: u32,
     last: Option<[f64; AXES]>,
-    past: [[f64; AXES]; LONGEST],
-    seen: usize,
+    history: History,
     still: [u32; AXES],
     reference_at_change: [f64; AXES],
 }
@@ -60,24 +39,42 @@ struct Rules {
     config: Config,
     expected: u16,
     base_step: f64,
-    /// The drives are enabled: following error, frozen encoders and drive states are judged.
-    powered: bool,
+    bounds: Bounds,
 }
 
 impl Safety {
     /// `expected` is the working counter of a complete reply.
     pub fn new(config: &Config, base_step: f64, expected: u16, powered: bool) -> Self {
+        let bounds = Bounds::of(config, powered);
         Safety {
-            rules: Rules { config: config.clone(), expected, base_step, powered },
-            lost: 0,
-            short: 0,
+            rules: Rules { config: config.clone(), expected, base_step, bounds },
+            lost: Failures::default(),
+            short: Failures::default(),
             age: 1,
             last: None,
-            past: [[0.0; AXES]; LONGEST],
-            seen: 0,
+            history: History::new(config.safety.speed_cycles, base_step),
             still: [0; AXES],
             reference_at_change: [0.0; AXES],
         }
+    }
+
+    /// A phase of the run with bounds of its own begins.
+    pub fn enter(&mut self, bounds: Bounds) {
+        self.rules.bounds = bounds;
+        self.still = [0; AXES];
+    }
+
+    pub fn bounds(&self) -> &Bounds {
+        &self.rules.bounds
+    }
+
+    /// Angles [rad] of a cycle before power: only their rate is judged then.
+    pub fn note_rest(&mut self, theta: &[f64; AXES]) {
+        self.history.note(*theta);
+    }
+
+    pub fn history(&self) -> &History {
+        &self.history
     }
 
     /// Cycle time [s].
@@ -90,7 +87,7 @@ impl Safety {
         if m.skipped > 0 {
             // time passed without cycles: a larger change of angle is allowed and the mean speed restarts
             self.age += m.skipped as u32;
-            self.seen = 0;
+            self.history.restart();
         }
         let found = self
             .wire(m)
@@ -101,20 +98,18 @@ impl Safety {
         found
     }
 
-    /// Consecutive cycles without a complete reply.
+    /// Cycles without a complete reply, in a row or too often.
     fn wire(&mut self, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
-        self.lost = if m.answered { 0 } else { self.lost + 1 };
-        if self.lost >= s.lost_frame_limit {
-            let (n, most) = (f64::from(self.lost), f64::from(s.lost_frame_limit));
+        if let Some(lost) = self.lost.note(!m.answered, s.lost_frame_limit) {
+            let (n, most) = (f64::from(lost), f64::from(s.lost_frame_limit));
             return Some(Trip::of(Reason::LostFrames, None, n, most, m.cycle));
         }
         if !m.answered {
             return None;
         }
         let short = m.working_counter != self.rules.expected;
-        self.short = if short { self.short + 1 } else { 0 };
-        if self.short >= s.working_counter_limit {
+        if self.short.note(short, s.working_counter_limit).is_some() {
             let (n, most) = (f64::from(m.working_counter), f64::from(self.rules.expected));
             return Some(Trip::of(Reason::WorkingCounter, None, n, most, m.cycle));
         }
@@ -136,7 +131,7 @@ impl Safety {
                 return trip(Reason::DriveFault, m.error_code[k], 0);
             }
             let enabled = cia402::state(status) == State::OperationEnabled;
-            if al != 0 && self.rules.powered && !enabled {
+            if al != 0 && self.rules.bounds.powered && !enabled {
                 let shown = status & cia402::STATE_BITS;
                 return trip(Reason::DriveState, shown, cia402::OPERATION_ENABLED);
             }
@@ -152,20 +147,29 @@ impl Safety {
                 let beyond = value.is_nan() || value.abs() > limit;
                 beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
             };
-            let fresh = self.complete(m);
+            let (fresh, bounds) = (self.complete(m), &self.rules.bounds);
+            let torque = over(Reason::Torque, m.tau[k], l.torque)
+                .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque));
+            if torque.is_some() {
+                return torque;
+            }
+            if bounds.blind[k] {
+                continue;
+            }
             let found = None
-                .or_else(|| over(Reason::Torque, m.tau[k], l.torque))
-                .or_else(|| over(Reason::Torque, m.tau_meas[k], l.torque))
                 .or_else(|| {
                     let last = self.last.filter(|_| fresh)?;
                     over(Reason::Jump, m.theta[k] - last[k], l.jump * f64::from(self.age))
                 })
                 .or_else(|| self.frozen(k, m))
-                .or_else(|| over(Reason::Speed, self.speed(k, m)?, l.speed))
+                .or_else(|| {
+                    over(Reason::Speed, self.history.mean_speed(k, m.theta[k])?, bounds.speed[k])
+                })
                 .or_else(|| self.position(k, m))
                 .or_else(|| {
-                    let judged = self.rules.powered;
-                    judged.then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
+                    bounds
+                        .powered
+                        .then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
                 });
             if found.is_some() {
                 return found;
@@ -175,34 +179,26 @@ impl Safety {
     }
 
     fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let l = self.rules.config.limits(k);
-        let (low, high) = (l.position_min, l.position_max);
+        let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
         let limit = if m.theta[k] < low { low } else { high };
         let beyond = !(low..=high).contains(&m.theta[k]);
         beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
     }
 
-    /// Constant encoder counts over many cycles while the reference moved.
+    /// Constant encoder counts over many cycles while the reference moved, or over very many: counts as
+    /// fine as these never stand still under control.
     fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
         let s = &self.rules.config.safety;
         let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
         let moved = (m.r[k] - self.reference_at_change[k]).abs();
-        let frozen = self.rules.powered
+        let still = self.still[k] + 1;
+        let (moving, always) = (s.frozen_cycles, s.frozen_still_cycles);
+        let frozen = self.rules.bounds.powered
             && self.complete(m)
             && same
-            && self.still[k] + 1 >= s.frozen_cycles
-            && moved > s.frozen_motion_rad;
+            && (still >= moving && moved > s.frozen_motion_rad || always > 0 && still >= always);
         frozen
             .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
-    }
-
-    /// Mean speed over the last cycles [rad/s], over more cycles where the older angle was not
-    /// measured; None before there are enough cycles.
-    fn speed(&self, k: usize, m: &Measured) -> Option<f64> {
-        let n = self.rules.config.safety.speed_cycles as usize;
-        let then = |ago: usize| self.past[(self.seen - ago) % LONGEST];
-        let ago = (n..=LONGEST.min(self.seen)).find(|ago| !then(*ago)[k].is_nan())?;
-        Some((m.theta[k] - then(ago)[k]) / (ago as f64 * self.rules.base_step))
     }
 
     fn controller(&self, m: &Measured) -> Option<Trip> {
@@ -230,8 +226,7 @@ impl Safety {
                 self.still[k] += 1;
             }
         }
-        self.past[self.seen % LONGEST] = if complete { *m.theta } else { [f64::NAN; AXES] };
-        self.seen += 1;
+        self.history.note(if complete { *m.theta } else { [f64::NAN; AXES] });
         self.age = if complete { 1 } else { self.age + 1 };
         if complete {
             self.last = Some(*m.theta);

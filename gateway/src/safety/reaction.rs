@@ -1,4 +1,4 @@
-//! From a trip to disabled drives: torque and controlword of every cycle.
+//! Taking the power away: controlword of every cycle, and whether it is confirmed by statuswords.
 
 use crate::bus::cia402::{self, State};
 use crate::config::AXES;
@@ -7,49 +7,47 @@ use crate::rules::ReactionKind;
 /// Cycles that a drive may take to follow a controlword before the next one is sent regardless.
 const RESPONSE_LIMIT: u32 = 400;
 
-/// A reaction in progress.
+/// Drives that lose their power, under zero torque.
 #[derive(Clone, Debug)]
-pub struct Reaction {
+pub struct Disabling {
     kind: ReactionKind,
-    from: [f64; AXES],
-    ramp: u32,
     done: u32,
 }
 
-impl Reaction {
-    /// `from`: torque of the last good cycle [N m]; `ramp`: cycles that a ramp takes.
-    pub fn new(kind: ReactionKind, from: [f64; AXES], ramp: u32) -> Self {
-        Reaction { kind, from, ramp: if kind == ReactionKind::Ramp { ramp } else { 0 }, done: 0 }
+impl Disabling {
+    pub fn new(kind: ReactionKind) -> Self {
+        Disabling { kind, done: 0 }
     }
 
-    /// Torque [N m] and controlword of the next frame, after these statuswords.
-    pub fn next(&mut self, statusword: &[u16; AXES]) -> ([f64; AXES], u16) {
+    /// Controlword of the next frame.
+    pub fn next(&mut self) -> u16 {
         self.done += 1;
-        let enabled = |s: &u16| cia402::state(*s) == State::OperationEnabled;
-        if self.done < self.ramp && !statusword.iter().all(enabled) {
-            // the controlword of a ramp would enable a drive again that has left operation enabled
-            self.done = self.ramp;
-            self.kind = ReactionKind::Zero;
-        }
-        if self.done < self.ramp {
-            let share = 1.0 - f64::from(self.done) / f64::from(self.ramp);
-            return (self.from.map(|t| t * share), cia402::ENABLE_OPERATION);
-        }
-        let since = self.done - self.ramp.max(1);
-        let word = match self.kind {
-            ReactionKind::QuickStop if since < RESPONSE_LIMIT / 2 => cia402::QUICK_STOP,
-            ReactionKind::Ramp if since < RESPONSE_LIMIT / 2 => cia402::SHUTDOWN,
+        match self.kind {
+            ReactionKind::QuickStop if self.done <= RESPONSE_LIMIT / 2 => cia402::QUICK_STOP,
+            ReactionKind::Land if self.done <= RESPONSE_LIMIT / 2 => cia402::SHUTDOWN,
             _ => cia402::DISABLE_VOLTAGE,
-        };
-        ([0.0; AXES], word)
+        }
     }
 
-    /// All drives are without power, or the time limit has passed.
-    pub fn over(&self, statusword: &[u16; AXES]) -> bool {
-        let off = |s: &u16| !cia402::state(*s).is_energised() || cia402::state(*s) == State::Fault;
-        let disabled = self.done > self.ramp && statusword.iter().all(off);
-        disabled || self.done > self.ramp + RESPONSE_LIMIT
+    /// Every drive is confirmed as disabled, or the time limit has passed.
+    pub fn over(&self, disabled: &[bool; AXES]) -> bool {
+        self.done > 0 && disabled.iter().all(|d| *d) || self.done > RESPONSE_LIMIT
     }
+}
+
+/// Axes whose statusword in this reply says that they have no power. An incomplete reply says it of the
+/// devices that answered; where the counter does not tell which these are, of none.
+pub fn disabled(
+    statusword: &[u16; AXES],
+    al_state: &[u8; AXES],
+    (answered, working_counter): (bool, u16),
+) -> [bool; AXES] {
+    let present = al_state.iter().filter(|al| **al != 0).count();
+    let told = answered && usize::from(working_counter) == 3 * present;
+    std::array::from_fn(|k| {
+        let state = cia402::state(statusword[k]);
+        told && al_state[k] != 0 && (!state.is_energised() || state == State::Fault)
+    })
 }
 
 #[cfg(test)]

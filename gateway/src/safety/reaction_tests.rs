@@ -1,41 +1,47 @@
-use super::Reaction;
+use super::{disabled, Disabling};
 use crate::config::AXES;
 use crate::rules::ReactionKind;
 
-#[test]
-fn a_ramp_fades_the_torque_and_then_takes_the_power() {
-    let mut ramp = Reaction::new(ReactionKind::Ramp, [8.0; AXES], 4);
-    let steps: Vec<_> =
-        (0..5).map(|_| ramp.next(&[0x0237; AXES])).map(|(t, w)| (t[0], w)).collect();
-    assert_eq!(steps, [(6.0, 0x0f), (4.0, 0x0f), (2.0, 0x0f), (0.0, 0x06), (0.0, 0x06)]);
-    assert!(ramp.over(&[0x0231; AXES]));
-    assert!(!ramp.over(&[0x0237; AXES]));
-}
+const OFF: [u16; AXES] = [0x0250; AXES];
+const ON: [u16; AXES] = [0x0237; AXES];
 
 #[test]
-fn quick_stop_and_zero_give_no_torque_from_the_first_frame() {
-    for (kind, word) in [(ReactionKind::QuickStop, 0x02), (ReactionKind::Zero, 0x00)] {
-        let mut reaction = Reaction::new(kind, [8.0; AXES], 4);
-        assert_eq!(reaction.next(&[0x0237; AXES]), ([0.0; AXES], word));
+fn controlwords_follow_the_kind_of_stop() {
+    for (kind, word) in [
+        (ReactionKind::QuickStop, 0x02),
+        (ReactionKind::Zero, 0x00),
+        (ReactionKind::Damp, 0x00),
+        (ReactionKind::Land, 0x06),
+    ] {
+        let mut disabling = Disabling::new(kind);
+        let words: Vec<_> = (0..300).map(|_| disabling.next()).collect();
+        assert_eq!((words[0], words[299]), (word, 0x00));
     }
 }
 
 #[test]
-fn drives_that_do_not_answer_end_a_reaction_in_time() {
-    let mut reaction = Reaction::new(ReactionKind::QuickStop, [0.0; AXES], 0);
+fn drives_that_keep_their_power_end_it_in_time() {
+    let mut disabling = Disabling::new(ReactionKind::QuickStop);
     let n = (0..1000).take_while(|_| {
-        reaction.next(&[0x0237; AXES]);
-        !reaction.over(&[0x0237; AXES])
+        disabling.next();
+        !disabling.over(&[false; AXES])
     });
     assert_eq!(n.count(), 400);
 }
 
 #[test]
-fn a_ramp_never_leads_a_drive_back_to_power() {
-    let mut ramp = Reaction::new(ReactionKind::Ramp, [8.0; AXES], 400);
-    assert_eq!(ramp.next(&[0x0237; AXES]).1, 0x0f);
-    let mut left = [0x0237; AXES];
-    left[3] = 0x0231; // ready to switch on
-    assert_eq!(ramp.next(&left), ([0.0; AXES], 0x00));
-    assert_eq!(ramp.next(&[0x0237; AXES]), ([0.0; AXES], 0x00));
+fn disabled_is_what_a_reply_of_this_drive_says() {
+    let op = [8; AXES];
+    assert_eq!(disabled(&OFF, &op, (true, 18)), [true; AXES]);
+    assert_eq!(disabled(&ON, &op, (true, 18)), [false; AXES]);
+    assert_eq!(disabled(&OFF, &op, (false, 18)), [false; AXES], "an old reply");
+    assert_eq!(disabled(&OFF, &op, (true, 15)), [false; AXES], "one did not take part");
+    let mut one = OFF;
+    one[2] = 0x0237;
+    assert_eq!(disabled(&one, &op, (true, 18)), [true, true, false, true, true, true]);
+    // cut between 3 and 4: the counter is that of three, and AL states say which
+    let cut = [8, 8, 8, 0, 0, 0];
+    assert_eq!(disabled(&OFF, &cut, (true, 9)), [true, true, true, false, false, false]);
+    // a drive with a fault has no power
+    assert_eq!(disabled(&[0x0218; AXES], &op, (true, 18)), [true; AXES]);
 }

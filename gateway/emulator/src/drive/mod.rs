@@ -26,6 +26,8 @@ pub struct Setting {
     pub direction: i64,
     /// Counts where the axis is at 0.
     pub offset: i64,
+    /// Dynamic braking while not enabled: short-circuited windings `[N m s/rad]`; 0: it coasts.
+    pub braking: f64,
 }
 
 impl Setting {
@@ -58,6 +60,8 @@ pub struct Drive {
     pub parameters: Parameters,
     /// Shown and used in place of the mode that was set.
     pub forced_mode: Option<i8>,
+    /// Controlwords have no effect.
+    pub deaf: bool,
     control: u16,
     mode: i8,
     mode_display: i8,
@@ -67,6 +71,8 @@ pub struct Drive {
     torque: i64,
     velocity: i64,
     angle: Option<f64>,
+    /// Of the axis `[rad/s]`.
+    rate: f64,
 }
 
 impl Drive {
@@ -77,6 +83,7 @@ impl Drive {
             setting,
             machine: Machine::new(state, error),
             encoder: Encoder::default(),
+            deaf: false,
             control: 0,
             mode: 0,
             mode_display: 0,
@@ -85,6 +92,7 @@ impl Drive {
             torque: 0,
             velocity: 0,
             angle: None,
+            rate: 0.0,
         }
     }
 
@@ -94,17 +102,27 @@ impl Drive {
             self.mode_display = self.mode;
         }
         self.mode_display = self.forced_mode.unwrap_or(self.mode_display);
-        self.machine.control(self.control);
+        if !self.deaf {
+            self.machine.control(self.control);
+        }
     }
 
-    /// Torque on the axis [N m]; zero unless enabled in the torque mode.
+    /// Torque on the axis [N m]: of the braked motor, unless enabled in the torque mode.
     pub fn torque(&self) -> f64 {
-        let torque_mode = self.mode_display == self.setting.kind.torque_mode();
-        if self.machine.state != State::OperationEnabled || !torque_mode {
+        if self.machine.state != State::OperationEnabled {
+            return self.braking();
+        }
+        if self.mode_display != self.setting.kind.torque_mode() {
             return 0.0;
         }
         let steps = self.target.clamp(-self.setting.limit, self.setting.limit);
         (self.setting.direction * steps) as f64 * self.setting.torque_step()
+    }
+
+    /// Torque of the motor whose windings are short-circuited [N m].
+    pub fn braking(&self) -> f64 {
+        // no negative zero: a drive that coasts gives 0
+        0.0 - self.setting.braking * self.rate
     }
 
     /// Takes the measurements of the plant `[rad]`, `[N m]`; dt `[s]` since the last call, None: at rest.
@@ -116,7 +134,8 @@ impl Drive {
         self.torque = setting.direction.wrapping_mul(current);
         if let Some(dt) = dt {
             let before = self.angle.unwrap_or(angle);
-            let mrpm = (angle - before) / dt / std::f64::consts::TAU * 60_000.0;
+            self.rate = (angle - before) / dt;
+            let mrpm = self.rate / std::f64::consts::TAU * 60_000.0;
             self.velocity = setting.direction.wrapping_mul(mrpm.round() as i64);
         }
         self.angle = Some(angle);

@@ -3,6 +3,7 @@ use super::*;
 
 pub fn setting(kind: Kind) -> Setting {
     Setting {
+        braking: 0.0,
         kind,
         torque_constant: 3.0,
         rated_torque_mnm: 9000,

@@ -29,6 +29,7 @@ impl Machine {
                     drive.encoder.frozen = Some(drive.shown_position());
                 }
                 FaultKind::ModeChange => drive.forced_mode = Some(fault.size as i8),
+                FaultKind::ControlIgnored => drive.deaf = true,
                 FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }
@@ -52,6 +53,7 @@ impl Machine {
         match fault.kind {
             FaultKind::EncoderJump => device.drive_mut().encoder.jump = 0,
             FaultKind::EncoderFrozen => device.drive_mut().encoder.frozen = None,
+            FaultKind::ControlIgnored => device.drive_mut().deaf = false,
             _ => return,
         }
         device.show_inputs();

@@ -1,5 +1,6 @@
 //! Six drives on one plant: start, cycle, and faults at their exact cycles.
 mod fault_injection;
+mod motion;
 
 use crate::error::Error;
 use crate::event::{Event, EventKind};
@@ -20,8 +21,10 @@ pub struct Machine {
     lockstep: bool,
     /// Base step `[s]`.
     dt: f64,
-    /// None: the plant is held until all drives are enabled.
+    /// Since a reply showed all drives enabled; None before.
     cycle: Option<u64>,
+    /// Something holds the plant until then.
+    held: bool,
     /// Process-data frames so far, or base steps in their place.
     pub frames: u64,
     other_frames: u64,
@@ -65,6 +68,7 @@ impl Machine {
             lockstep,
             dt,
             cycle: None,
+            held: true,
             frames: 0,
             other_frames: 0,
             dropped: 0,
@@ -162,45 +166,21 @@ impl Machine {
         if self.lockstep {
             self.frames += 1;
         }
-        if let Some(cycle) = self.cycle {
-            self.push(cycle)?;
+        if self.cycle.is_some() || !self.held {
+            self.push()?;
         }
         self.record_changes();
         for device in &mut self.devices {
             device.drive_mut().machine.settle();
         }
         let Some(cycle) = self.cycle else {
-            self.measure(None);
+            self.measure((!self.held).then_some(self.dt));
             return Ok(());
         };
         self.cycle = Some(cycle + 1);
         self.measure(Some(self.dt));
         self.begin_faults(cycle + 1);
         Ok(())
-    }
-
-    fn push(&mut self, cycle: u64) -> Result<(), Error> {
-        let mut tau = [0.0; AXES];
-        for (position, axis) in self.order.clone().into_iter().enumerate() {
-            let Some(axis) = axis else { continue };
-            tau[axis] = self.devices[position].torque();
-            let pushes = self.devices[position].is_enabled();
-            if self.pushed[axis] && !pushes {
-                self.record(EventKind::TorqueZero { position });
-            }
-            self.pushed[axis] = pushes;
-        }
-        self.trajectory.note(cycle, &self.theta, &self.tau_meas, &tau)?;
-        self.plant.step(&tau)
-    }
-
-    fn measure(&mut self, dt: Option<f64>) {
-        self.plant.read(&mut self.theta, &mut self.tau_meas);
-        for (device, axis) in self.devices.iter_mut().zip(&self.order) {
-            let Some(axis) = axis else { continue };
-            device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);
-            device.show_inputs();
-        }
     }
 
     pub fn record(&mut self, what: EventKind) {

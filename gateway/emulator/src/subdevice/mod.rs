@@ -168,7 +168,7 @@ impl SubDevice {
         if self.layer.state == State::Op {
             self.drive().torque()
         } else {
-            0.0
+            self.drive().braking()
         }
     }
 

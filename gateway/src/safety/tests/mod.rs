@@ -160,6 +160,28 @@ fn a_short_working_counter_trips_at_the_third_in_a_row() {
 }
 
 #[test]
+fn replies_that_fail_too_often_trip_and_seldom_ones_do_not() {
+    // n of every m cycles fail, for ever; the limits are 8 lost and 3 incomplete
+    for (n, m, lost) in [(1, 5, None), (1, 3, Some(true)), (7, 8, Some(true))] {
+        for short in [false, true] {
+            let mut safety = safety();
+            let mut cycle = Cycle::rest();
+            let mut found = None;
+            for k in 0..2000 {
+                cycle.n = k;
+                let fails = k % m < n;
+                (cycle.answered, cycle.working_counter) =
+                    if short { (true, if fails { 15 } else { 18 }) } else { (!fails, 18) };
+                cycle.theta = [1e-9 * k as f64; AXES];
+                found = found.or(cycle.judged(&mut safety));
+            }
+            let reason = if short { Reason::WorkingCounter } else { Reason::LostFrames };
+            assert_eq!(found.map(|t| t.reason), lost.map(|_| reason), "{n} of {m}");
+        }
+    }
+}
+
+#[test]
 fn lost_frames_trip_at_the_eighth_in_a_row() {
     let mut safety = safety();
     let mut cycle = Cycle::rest();

@@ -3,7 +3,7 @@
 use super::{after_rest, config, next_up, safety, Cycle, COMPLETE, TS};
 use crate::config::AXES;
 use crate::rules::Reason;
-use crate::safety::Safety;
+use crate::safety::{Bounds, Safety};
 
 #[test]
 fn a_jump_is_told_by_its_size_and_not_as_speed() {
@@ -121,6 +121,50 @@ fn a_frozen_encoder_needs_time_and_motion() {
         assert_eq!(found.map(|t| t.cycle), wanted, "{motion}");
         assert!(found.is_none_or(|t| t.reason == Reason::FrozenEncoder && t.axis == Some(1)));
     }
+}
+
+#[test]
+fn counts_that_never_change_are_frozen_whatever_the_reference_does() {
+    for (changes, wanted) in [(false, Some(400)), (true, None)] {
+        let mut safety = safety();
+        let mut cycle = Cycle::rest();
+        let mut found = None;
+        for n in 0..900 {
+            cycle.n = n;
+            // a live encoder shows another count now and then
+            cycle.theta = [1e-9 * (n / 30) as f64; AXES];
+            cycle.theta[4] = if changes { cycle.theta[4] } else { 0.0 };
+            found = found.or(cycle.judged(&mut safety));
+        }
+        assert_eq!(
+            found.map(|t| (t.reason, t.axis, t.cycle)),
+            wanted.map(|n| (Reason::FrozenEncoder, Some(4), n))
+        );
+    }
+}
+
+#[test]
+fn a_blind_axis_is_not_judged_by_its_encoder_and_the_others_are() {
+    for (axis, wanted) in [(2, None), (3, Some(Reason::Jump))] {
+        let mut safety = safety();
+        let blind = std::array::from_fn(|k| k == 2);
+        safety.enter(Bounds { blind, ..Bounds::of(&config(), true) });
+        let mut cycle = Cycle::rest();
+        cycle.judged(&mut safety);
+        (cycle.theta[axis], cycle.e[axis]) = (0.7, 0.7);
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted);
+    }
+}
+
+#[test]
+fn a_landing_may_begin_fast_and_outside_and_keeps_its_own_limits() {
+    let bounds = Bounds::of(&config(), true).slower(1.0);
+    assert_eq!((bounds.speed[0], bounds.low[0], bounds.high[0]), (1.0, -0.52, 0.52));
+    let mut pose = [0.0; AXES];
+    pose[1] = 0.6;
+    let wide = bounds.wider(&[0.0, 3.0, 0.5, 0.0, 0.0, 0.0], &[pose], 0.05);
+    assert_eq!(wide.speed, [1.0, 3.0, 1.0, 1.0, 1.0, 1.0]);
+    assert_eq!((wide.high[1], wide.high[0], wide.low[1]), (0.6 + 0.05, 0.52, -0.52));
 }
 
 #[test]

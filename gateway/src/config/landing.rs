@@ -1,0 +1,46 @@
+//! Lift-off and landing of a machine that has weight.
+
+use flexhex_system::AXES;
+use serde::Deserialize;
+
+use super::mistakes::Mistakes;
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Landing {
+    /// Component with the gains kp, t_i, t_d, t_f, and the weight as start values of `tau_ff`.
+    pub feedback: String,
+    /// Highest speed of the planned path.
+    #[serde(rename = "speed_rad_per_s")]
+    pub speed: f64,
+    /// Limit of the rule `speed` in lift-off and landing.
+    #[serde(rename = "speed_limit_rad_per_s")]
+    pub speed_limit: f64,
+    /// The drives are enabled only below this speed.
+    #[serde(rename = "rest_speed_rad_per_s")]
+    pub rest_speed: f64,
+    pub brake_ms: u32,
+    pub hold_ms: u32,
+    /// Largest torque in lift-off and landing.
+    #[serde(rename = "torque_N_m")]
+    pub torque: f64,
+    /// Where the machine rests without torque. Left out: wherever it rests when it is enabled.
+    #[serde(rename = "rest_rad")]
+    pub rest: Option<[f64; AXES]>,
+}
+
+impl Landing {
+    #[rustfmt::skip]
+    pub(super) fn check(&self, mistakes: &mut Mistakes) {
+        for (key, value, low, high, mend) in [
+            ("speed_rad_per_s", self.speed, 1e-3, 10.0, "highest speed of lift-off and landing"),
+            ("speed_limit_rad_per_s", self.speed_limit, self.speed, 100.0, "above speed_rad_per_s"),
+            ("rest_speed_rad_per_s", self.rest_speed, 1e-4, 10.0, "speed below which a machine rests"),
+            ("brake_ms", self.brake_ms.into(), 1.0, 10_000.0, "time of braking before a landing"),
+            ("hold_ms", self.hold_ms.into(), 0.0, 60_000.0, "time of standing still before and after a move"),
+            ("torque_N_m", self.torque, 1e-3, 1e4, "largest torque of lift-off and landing"),
+        ] {
+            mistakes.check_range(&format!("landing.{key}"), value, low..=high, mend);
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! A planned motion of all axes: brake, pause, move to a pose, wait there.
+
+use crate::config::AXES;
+
+type Angles = [f64; AXES];
+
+/// Highest speed of `smooth` over its mean speed.
+const PEAK: f64 = 1.875;
+
+/// Positions by cycle, without a step in position or rate.
+#[derive(Clone, Copy, Debug)]
+pub struct Path {
+    from: Angles,
+    rate: Angles,
+    to: Angles,
+    /// Cycles of each part.
+    brake: u32,
+    pause: u32,
+    travel: u32,
+    wait: u32,
+    base_step: f64,
+}
+
+/// Times [s] and highest speed [rad/s] of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Pace {
+    pub speed: f64,
+    pub brake: f64,
+    /// Between braking and moving, and at the end.
+    pub pause: f64,
+    pub base_step: f64,
+}
+
+impl Path {
+    /// From `from` [rad] at `rate` [rad/s] to `to` at rest.
+    pub fn new(from: Angles, rate: Angles, to: Angles, pace: Pace) -> Path {
+        let cycles = |time: f64| (time / pace.base_step).round() as u32;
+        let still = rate.iter().all(|rate| *rate == 0.0);
+        let mut path = Path {
+            from,
+            rate,
+            to,
+            brake: if still { 0 } else { cycles(pace.brake) },
+            pause: if still { 0 } else { cycles(pace.pause) },
+            travel: 0,
+            wait: cycles(pace.pause),
+            base_step: pace.base_step,
+        };
+        let stop = path.stop();
+        let far = (0..AXES).fold(0.0, |far: f64, k| far.max((to[k] - stop[k]).abs()));
+        path.travel = (PEAK * far / pace.speed / pace.base_step).ceil() as u32;
+        path
+    }
+
+    /// Where braking ends.
+    pub fn stop(&self) -> Angles {
+        let time = f64::from(self.brake) * self.base_step;
+        std::array::from_fn(|k| self.from[k] + self.rate[k] * time / 2.0)
+    }
+
+    pub fn end(&self) -> Angles {
+        self.to
+    }
+
+    /// Cycles until all is over.
+    pub fn cycles(&self) -> u32 {
+        self.brake + self.pause + self.travel + self.wait
+    }
+
+    /// Positions in cycle k [rad].
+    pub fn at(&self, k: u32) -> Angles {
+        if k < self.brake {
+            let time = f64::from(self.brake) * self.base_step;
+            let s = f64::from(k) / f64::from(self.brake);
+            // the rate falls as 1 - 3 s^2 + 2 s^3
+            let share = s - s * s * s + s * s * s * s / 2.0;
+            return std::array::from_fn(|axis| self.from[axis] + self.rate[axis] * time * share);
+        }
+        let moved = k.saturating_sub(self.brake + self.pause);
+        if moved >= self.travel {
+            return self.to;
+        }
+        let share = smooth(f64::from(moved) / f64::from(self.travel));
+        let stop = self.stop();
+        std::array::from_fn(|axis| stop[axis] + (self.to[axis] - stop[axis]) * share)
+    }
+}
+
+/// From 0 to 1, with rate and acceleration 0 at both ends.
+fn smooth(s: f64) -> f64 {
+    s * s * s * (10.0 + s * (6.0 * s - 15.0))
+}

@@ -1,0 +1,65 @@
+//! Angles of the last cycles, and the speeds that follow from them.
+
+use crate::config::AXES;
+
+/// Longest window of the mean speed [cycles].
+const LONGEST: usize = 64;
+
+#[derive(Clone, Debug)]
+pub struct History {
+    past: [[f64; AXES]; LONGEST],
+    seen: usize,
+    /// Window [cycles] and its cycle time [s].
+    window: usize,
+    base_step: f64,
+}
+
+impl History {
+    pub fn new(window: u32, base_step: f64) -> Self {
+        let window = window as usize;
+        History { past: [[0.0; AXES]; LONGEST], seen: 0, window, base_step }
+    }
+
+    /// Angles of a cycle [rad]; NaN where they were not measured.
+    pub fn note(&mut self, theta: [f64; AXES]) {
+        self.past[self.seen % LONGEST] = theta;
+        self.seen += 1;
+    }
+
+    pub fn restart(&mut self) {
+        self.seen = 0;
+    }
+
+    fn then(&self, ago: usize) -> &[f64; AXES] {
+        &self.past[(self.seen - ago) % LONGEST]
+    }
+
+    /// Mean speed of an axis that is at `theta` now [rad/s], over more cycles where the older angle was
+    /// not measured; None before there are enough cycles.
+    pub fn mean_speed(&self, k: usize, theta: f64) -> Option<f64> {
+        let agos = self.window..=LONGEST.min(self.seen);
+        let ago = agos.into_iter().find(|ago| !self.then(*ago)[k].is_nan())?;
+        Some((theta - self.then(ago)[k]) / (ago as f64 * self.base_step))
+    }
+
+    /// Enough angles were seen for a mean speed.
+    pub fn knows_rates(&self) -> bool {
+        self.seen > self.window.min(LONGEST - 1)
+    }
+
+    /// Mean speed of each axis [rad/s] up to the newest cycle; 0 where it is not known.
+    pub fn rates(&self) -> [f64; AXES] {
+        if !self.knows_rates() {
+            return [0.0; AXES];
+        }
+        let n = self.window.min(LONGEST - 1);
+        std::array::from_fn(|k| {
+            let rate = (self.then(1)[k] - self.then(1 + n)[k]) / (n as f64 * self.base_step);
+            if rate.is_nan() {
+                0.0
+            } else {
+                rate
+            }
+        })
+    }
+}

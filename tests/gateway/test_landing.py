@@ -1,0 +1,222 @@
+"""Faults of a machine with weight: which stop follows, how fast it falls, and what is said."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.gateway.archives import Spoil, spoiled
+from tests.gateway.bench import Bench
+from tests.gateway.test_refusals import when_running
+from tests.gateway.weight import free
+
+AT = 21_000
+"""Cycle of every fault since enabling: the machine has lifted off and moves at 0.7 rad/s."""
+STEP = 9000
+"""Step of an FMU that goes wrong: 2.25 s after the controller began."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fault of drives, encoders or cable; the rule, the stop, and axes that are not confirmed."""
+
+    name: str
+    fault: str
+    reason: str
+    stop: str
+    axis: int | None = None
+    unknown: tuple[int, ...] = ()
+
+
+ALL = (1, 2, 3, 4, 5, 6)
+CASES = (
+    Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", "zero", 3),
+    Case("SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
+    Case("jump", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
+    Case("frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
+    Case("short", 'kind = "wkc_short"\ncount = 3', "working_counter", "zero"),
+    Case("cut", 'kind = "cable_cut"\nposition = 0', "lost_frames", "zero", None, ALL),
+    Case("cut at 4", 'kind = "cable_cut"\nposition = 3', "working_counter", "zero", None, ALL[3:]),
+)  # fmt: skip
+
+
+def at(fault: str, cycle: int = AT) -> str:
+    """Options of the emulator for a fault."""
+    return f"[[fault]]\ncycle = {cycle}\n{fault}\n"
+
+
+@pytest.mark.sample(4)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_fault_of_drives_and_encoders_lands_the_machine(
+    case: Case, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    fallen = free(Bench(hexapod_ssp, tmp_path), at(case.fault))
+    trip = fallen.ran.one("trip")
+    assert fallen.ran.code == 1
+    assert (trip["reason"], trip["axis"], trip["reaction"]) == (case.reason, case.axis, case.stop)
+    fallen.ends_at_rest(AT)
+    assert fallen.disabled() == [0, 1, 2, 3, 4, 5]
+    # what could not be asked is not said to be disabled
+    summary = fallen.ran.one("summary")
+    assert summary["not_disabled"] == list(case.unknown)
+    assert ("not confirmed as disabled" in fallen.ran.words) == bool(case.unknown)
+
+
+BROKEN = {
+    "not_finite": Spoil("feedback", STEP, "set", "tau[2]", math.nan),
+    "fmu_error": Spoil("F", STEP // 2, "error"),
+    "fmu_fault": Spoil("N_E", STEP // 2, "set", "fault", 4.0),
+    "following_error": Spoil("reference", STEP, "set", "r[2]", 0.3, 400),
+    "torque": Spoil("feedback", STEP, "set", "tau[2]", 30.0),
+}
+
+
+@pytest.mark.sample(3)
+@pytest.mark.parametrize("reason", BROKEN)
+def test_fault_of_the_controller_lands_the_machine_without_it(
+    reason: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    bad = spoiled(hexapod_ssp, BROKEN[reason], tmp_path / "bad.ssp")
+    fallen = free(Bench(bad, tmp_path), plant=hexapod_ssp)
+    trip = fallen.ran.one("trip")
+    assert (fallen.ran.code, trip["reason"], trip["reaction"]) == (1, reason, "land")
+    fallen.ends_at_rest(AT)
+    assert fallen.ran.one("summary")["not_disabled"] == []
+    assert fallen.ran.one("summary")["landing_trip"] is None
+    # nobody pulls it down: power is taken where the machine rests anyway
+    assert np.ptp(fallen.theta[-20_000:], axis=0).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "reason"),
+    [
+        ("lost", 'kind = "frame_lost"\ncount = 0\nprobability = 0.6', "lost_frames"),
+        ("short", 'kind = "wkc_short"\ncount = 0\nprobability = 0.5', "working_counter"),
+    ],
+)
+def test_replies_that_fail_too_often_stop_the_machine(
+    name: str, options: str, reason: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    changes = (("lost_frame_limit = 8", "lost_frame_limit = 40"),
+               ("working_counter_limit = 3", "working_counter_limit = 40"),
+               ("lockstep_timeout_ms = 200", "lockstep_timeout_ms = 30"))  # fmt: skip
+    fallen = free(Bench(hexapod_ssp, tmp_path), at(options, 8000), changes=changes)
+    assert fallen.ran.one("trip")["reason"] == reason, name
+    fallen.ends_at_rest(8000)
+
+
+def test_wrong_estimate_at_full_torque_is_landed_and_not_faded(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """16 N m on an axis when the run is over: fading them drove it to 12.5 rad/s (D1)."""
+    more = ("--set", 'system.parameters={"K.p0.actuator[1].o"=-21.6}')
+    fallen = free(
+        Bench(hexapod_ssp, tmp_path),
+        seconds=0.008,
+        command=("run", "--enable", "--lockstep", *more),
+    )
+    assert np.abs(fallen.tau).max() > 10, "the estimate is wrong"
+    assert np.abs(fallen.theta).max() <= 0.5236
+    end = int(np.flatnonzero(np.abs(fallen.tau).max(axis=1) > 10)[-1]) + 400
+    fallen.ends_at_rest(end)
+    assert fallen.ran.one("summary")["not_disabled"] == []
+
+
+@pytest.mark.parametrize("kind", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_signals_land_the_machine(kind: signal.Signals, hexapod_ssp: Path, tmp_path: Path) -> None:
+    fallen = free(
+        Bench(hexapod_ssp, tmp_path),
+        seconds=100.0,
+        during=when_running(lambda pid: os.kill(pid, kind)),
+    )
+    assert fallen.ran.code == 0, fallen.ran.words
+    assert "stopped on request, drives disabled" in fallen.ran.words
+    fallen.ends_at_rest(0)
+
+
+def twice(pid: int) -> None:
+    """Two requests, the second while the machine lands."""
+    os.kill(pid, signal.SIGINT)
+    subprocess.run(["sleep", "0.1"], check=True)
+    os.kill(pid, signal.SIGINT)
+
+
+def test_second_request_takes_the_torque_at_once(hexapod_ssp: Path, tmp_path: Path) -> None:
+    bench = Bench(hexapod_ssp, tmp_path)
+    one = free(bench, seconds=100.0, during=when_running(lambda pid: os.kill(pid, signal.SIGINT)))
+    two = free(bench, seconds=100.0, during=when_running(twice))
+    cycles = [fallen.ran.one("summary")["cycles_to_zero"] for fallen in (one, two)]
+    assert cycles[1] < cycles[0], cycles
+    two.ends_at_rest(0)
+
+
+def test_closed_terminal_lands_the_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """Nobody reads what the gateway writes any more."""
+
+    def close(gateway: subprocess.Popen[str]) -> None:
+        assert gateway.stderr is not None
+        gateway.stderr.close()
+        gateway.stderr = None
+        when_running(lambda pid: os.kill(pid, signal.SIGHUP))(gateway)
+
+    fallen = free(Bench(hexapod_ssp, tmp_path), seconds=100.0, during=close)
+    assert fallen.ran.code == 0
+    assert fallen.ran.one("summary")["not_disabled"] == []
+    fallen.ends_at_rest(0)
+
+
+LATE: dict[str, tuple[str, list[int], Callable[[str], bool]]] = {
+    "cable cut in the landing": (
+        'kind = "cable_cut"\nposition = 3', [4, 5, 6], lambda text: "working counter" in text,
+    ),
+    "drive fault in the landing": (
+        'kind = "drive_fault"\nposition = 2', [], lambda text: "drive fault 0x7305" in text,
+    ),
+    "encoder jumps in the landing": (
+        'kind = "encoder_jump"\nposition = 1', [], lambda text: "jumped" in text,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LATE)
+def test_fault_in_the_landing_of_a_good_run_is_judged(
+    name: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    fault, unknown, said = LATE[name]
+    fallen = free(Bench(hexapod_ssp, tmp_path), at(fault, 28_000))
+    summary = fallen.ran.one("summary")
+    assert fallen.ran.code == 1
+    assert said(summary["landing_trip"])
+    assert summary["not_disabled"] == unknown
+    fallen.ends_at_rest(28_000)
+
+
+def test_drive_that_keeps_its_power_is_named(hexapod_ssp: Path, tmp_path: Path) -> None:
+    options = at('kind = "control_ignored"\nposition = 1')
+    ran = free(Bench(hexapod_ssp, tmp_path), options).ran
+    assert ran.code == 1
+    assert ran.one("summary")["not_disabled"] == [2]
+    assert "done, drives not confirmed as disabled: axes [2]" in ran.words
+
+
+def test_fault_while_lifting_off_lands_the_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
+    fallen = free(Bench(hexapod_ssp, tmp_path), at('kind = "encoder_jump"\nposition = 1', 6000))
+    trip = fallen.ran.one("trip")
+    assert (trip["reason"], trip["reaction"]) == ("jump", "damp")
+    fallen.ends_at_rest(0)
+
+
+def test_machine_that_moves_is_not_enabled(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """A fifth of a second after it was let go it falls."""
+    options = "plant = { resting_s = 0.2 }\n"
+    ran = Bench(hexapod_ssp, tmp_path).run(options=options, seconds=0.1)
+    assert ran.code == 1
+    assert "wait until the machine rests" in ran.one("refused")["message"]

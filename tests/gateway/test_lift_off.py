@@ -1,0 +1,157 @@
+"""Lift-off, run and landing against the simulation of the same schedule, bit by bit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+
+from flexhex.ssp.read import read_ssp
+from tests.gateway.bench import Bench, Rows
+from tests.gateway.test_lockstep import STEPS, same
+from tests.gateway.weight import REST_S, TS, Fallen, free
+
+SECONDS = 3.0
+SPEED, BRAKE, PAUSE, MOST = 0.25, 0.1, 0.3, 6.0
+"""[landing] of the template: rad/s, s, s, N m."""
+
+
+@pytest.fixture(scope="module")
+def fallen(hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> Fallen:
+    """Three seconds with lift-off and landing, drives that coast."""
+    return free(Bench(hexapod_ssp, tmp_path_factory.mktemp("lift")), braking=0.0, seconds=SECONDS)
+
+
+def test_good_run_lifts_off_and_lands(fallen: Fallen) -> None:
+    assert fallen.ran.code == 0, fallen.ran.words
+    assert "done, drives disabled" in fallen.ran.words
+    fallen.ends_at_rest(0)
+    start, end = fallen.theta[0], fallen.theta[-1]
+    assert start.max() < -0.3, "it rests on its weight"
+    assert np.abs(end - start).max() < 0.02, "it ends where it began"
+    # nothing falls when the power is taken: the drives carried nothing any more
+    off = np.flatnonzero(np.abs(fallen.tau).max(axis=1) > 0)[-1]
+    assert np.abs(fallen.tau[off]).max() < 0.3
+    assert fallen.speed[off:].max() < 0.2
+    # the run itself begins at the start of the reference
+    running = fallen.ran.table["phase"] == 1
+    assert np.abs(fallen.ran.table["theta"][running][0]).max() < 1e-3
+
+
+class Slave:
+    """plant.fmu by FMPy, with the steps of the drives."""
+
+    def __init__(self, fmu: Path, folder: Path) -> None:
+        described = read_model_description(str(fmu))
+        self.references = {v.name: v.valueReference for v in described.modelVariables}
+        self.fmu = FMU2Slave(
+            guid=described.guid,
+            unzipDirectory=extract(str(fmu), str(folder)),
+            modelIdentifier=described.coSimulation.modelIdentifier,
+            instanceName="plant",
+        )
+        self.fmu.instantiate()
+        for name, value in {"tau_step": STEPS["akd"], "theta_step": 2 * np.pi / 2**32}.items():
+            self.fmu.setReal([self.references[name]], [value])
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        self.steps = 0
+
+    def step(self, tau: Rows) -> None:
+        """One base step."""
+        self.fmu.setReal([self.references[f"tau[{k}]"] for k in range(1, 7)], list(tau))
+        self.fmu.doStep(self.steps * TS, TS)
+        self.steps += 1
+
+    def theta(self) -> Rows:
+        """Encoder readings."""
+        return np.array(self.fmu.getReal([self.references[f"theta[{k}]"] for k in range(1, 7)]))
+
+
+def test_machine_from_power_up_is_the_simulated_one(
+    fallen: Fallen, fmu_dir: Path, tmp_path: Path
+) -> None:
+    """plant.fmu alone: first without torque, then under the torques that the gateway sent."""
+    plant = Slave(fmu_dir / "plant.fmu", tmp_path)
+    frames = next(e["frame"] for e in fallen.ran.drives if e["event"] == "enabled")
+    for _ in range(round(REST_S / TS) + frames):
+        plant.step(np.zeros(6))
+    theirs = []
+    for tau in fallen.tau:
+        theirs.append(plant.theta())
+        plant.step(tau)
+    assert same(fallen.theta + 0.0, np.array(theirs) + 0.0)
+
+
+class Pid:
+    """The gateway's moves, anew: a path, six PIDs as in feedback.fmu, a line for the weight."""
+
+    def __init__(self, ssp: Path, rest: Rows) -> None:
+        instance = read_ssp(ssp).instance("feedback")
+        value = instance.parameters | {
+            name: v.start for name, v in instance.fmu.variables.items() if v.start is not None
+        }
+        named = {**value, **instance.parameters}
+        self.kp = np.array([float(named[f"kp[{k}]"]) for k in range(1, 7)])
+        self.t_i, self.t_d, self.t_f = (float(named[k]) for k in ("t_i", "t_d", "t_f"))
+        self.weight = np.array([float(named[f"tau_ff[{k}]"]) for k in range(1, 7)])
+        self.rest, self.sum, self.rate, self.last = rest, np.zeros(6), np.zeros(6), None
+
+    def torque(self, r: Rows, theta: Rows) -> Rows:
+        """Torque of the next frame, in whole steps of the drive."""
+        e = r - theta
+        last = e if self.last is None else self.last
+        self.sum = self.sum + TS / 2.0 * (last + e)
+        slope, lag = 2.0 * self.t_f - TS, 2.0 * self.t_f + TS
+        self.rate = (slope * self.rate + 2.0 * (e - last)) / lag
+        self.last = e
+        hold = self.weight * np.clip(1.0 - r / self.rest, 0.0, 2.0)
+        tau = hold + self.kp * (e + self.sum / self.t_i + self.t_d * self.rate)
+        assert np.abs(tau).max() < MOST
+        return np.round(tau / STEPS["akd"]) * STEPS["akd"]
+
+
+def smooth(s: float) -> float:
+    """The fifth-order polynomial with rate and acceleration 0 at both ends."""
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+def test_lift_off_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp: Path) -> None:
+    theta, rest = fallen.theta, fallen.theta[0]
+    pid = Pid(hexapod_ssp, rest)
+    travel = int(np.ceil(1.875 * np.abs(rest).max() / SPEED / TS))
+    cycles = travel + round(PAUSE / TS)
+    wanted = []
+    for k in range(cycles):
+        share = smooth(k / travel) if k < travel else 1.0
+        r = rest + (0.0 - rest) * share if k < travel else np.zeros(6)
+        wanted.append(pid.torque(r, theta[k]))
+    # the torque from a cycle's angles acts in the next; after the last the controller begins
+    assert same(fallen.tau[1:cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
+
+
+def test_landing_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp: Path) -> None:
+    theta, rest = fallen.theta, fallen.theta[0]
+    running = fallen.ran.table["phase"] == 1
+    travel = int(np.ceil(1.875 * np.abs(rest).max() / SPEED / TS))
+    end = travel + round(PAUSE / TS) + int(np.count_nonzero(running)) - 1
+    start, brake, pause = theta[end], round(BRAKE / TS), round(PAUSE / TS)
+    rate = (theta[end] - theta[end - 8]) / (8.0 * TS)
+    stop = start + rate * (brake * TS) / 2.0
+    travel = int(np.ceil(1.875 * np.abs(rest - stop).max() / SPEED / TS))
+    pid, wanted = Pid(hexapod_ssp, rest), []
+    cycles = brake + pause + travel + pause
+    for k in range(cycles):
+        if k < brake:
+            s = k / brake
+            r = start + rate * (brake * TS) * (s - s * s * s + s * s * s * s / 2.0)
+        elif (moved := max(k - brake - pause, 0)) < travel:
+            r = stop + (rest - stop) * smooth(moved / travel)
+        else:
+            r = rest
+        wanted.append(pid.torque(r, theta[end + k]))
+    assert same(fallen.tau[end + 1 : end + cycles] + 0.0, np.array(wanted[:-1]) + 0.0)

@@ -1,0 +1,67 @@
+"""A machine with weight: at rest before the first frame, free from then on, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.gateway.bench import Bench, Ran, Rows, columns
+
+REST_S = 5.0
+"""Time that the machine sinks before the first frame, and after the last."""
+BRAKING = 1.8
+"""Torque over speed of short-circuited windings [N m s/rad]: K_t^2 / R of 3 N m/A and 5 ohm."""
+STROKE, FASTEST = 0.5236, 1.0
+"""End stops [rad], and the highest speed that a reaction may cause [rad/s]."""
+TS = 0.00025
+
+
+@dataclass(frozen=True)
+class Fallen:
+    """A run, and what the machine did from enabling to rest: (cycles, 6)."""
+
+    ran: Ran
+    theta: Rows
+    tau: Rows
+
+    @property
+    def speed(self) -> Rows:
+        """Largest speed of the axes in each cycle, mean over 1 ms [rad/s]."""
+        moved = np.abs(self.theta[4:] - self.theta[:-4]).max(axis=1)
+        return moved / (4 * TS)  # type: ignore[no-any-return]
+
+    def ends_at_rest(self, since: int) -> None:
+        """From this cycle on no axis is faster than allowed or leaves its stroke; then all rest."""
+        assert self.speed[since:].max() <= FASTEST, self.ran.words
+        assert np.abs(self.theta[since:]).max() <= STROKE
+        last = self.theta[-2000:]
+        # the model has hardly any damping in its flexures: what is left is a slow swing
+        assert np.ptp(last, axis=0).max() < 0.1
+        assert not np.any(np.abs(self.tau[-2000:]) > 1.0)
+
+    def disabled(self) -> list[int]:
+        """Positions whose drive ended without power."""
+        last = {e["position"]: e["to"] for e in self.ran.happened("drive")}
+        off = {"switch on disabled", "ready to switch on", "fault"}
+        return sorted(position for position, to in last.items() if to in off)
+
+
+def free(
+    bench: Bench,
+    options: str = "",
+    *,
+    braking: float = BRAKING,
+    changes: Sequence[tuple[str, str]] = (),
+    **more: Any,
+) -> Fallen:
+    """A run against a machine that nothing holds."""
+    log = bench.folder / "drives.csv"
+    text = f'log = "{log}"\nplant = {{ resting_s = {REST_S} }}\ndrives.braking = {braking}\n'
+    ran = bench.run(options=text + options, changes=changes, **more)
+    table = columns(log) if Path(log).stat().st_size > 1000 else {}
+    none = np.empty((0, 6))
+    return Fallen(ran, table.get("theta", none), table.get("tau", none))
