@@ -13,6 +13,7 @@ mod event;
 mod faults;
 mod machine;
 mod options;
+mod places;
 mod plant;
 mod replies;
 mod run;

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use super::cia402::{self, State};
 use super::identity::{self, DeviceInfo};
-use super::setup::{find_any, master, BringUpOptions};
+use super::options::BringUpOptions;
+use super::setup::{find_any, master};
 use super::{al, sdo};
 use crate::config::Config;
 use crate::realtime::{now_ns, sleep_until};

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use super::difference::lines;
 use super::exchange::Bus;
+use super::options::BringUpOptions;
 use super::sdo::words;
-use super::setup::BringUpOptions;
 use super::{al, watchdog, Difference};
 use crate::config::{Config, AXES};
 use crate::realtime::{now_ns, sleep_until};

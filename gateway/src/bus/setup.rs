@@ -13,6 +13,7 @@ use super::exchange::{Bus, Group, Reply, Running, MOST};
 use super::identity::{self, DeviceInfo, Groups};
 use super::objects::{self, Site};
 use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
+use super::options::BringUpOptions;
 use super::sdo::words;
 use crate::config::{Config, AXES};
 use crate::realtime::now_ns;
@@ -25,21 +26,6 @@ static STORAGE: PduStorage<FRAMES, { PduStorage::element_size(1100) }> = PduStor
 const TIMEOUT_NS: u64 = 60_000_000_000;
 const STATIC_SYNC_FRAMES: u32 = 5000;
 const SYNC_START: Duration = Duration::from_millis(50);
-
-/// Options of the bring-up.
-#[derive(Clone, Copy, Debug)]
-pub struct BringUpOptions {
-    pub cycle: Duration,
-    pub lockstep: bool,
-    pub reset_faults: bool,
-}
-
-impl BringUpOptions {
-    /// SYNC0 of distributed clocks is used.
-    fn synced(self, config: &Config) -> bool {
-        config.bus.distributed_clocks && !self.lockstep
-    }
-}
 
 /// The MainDevice on a link; only one exists in a process.
 pub(super) fn master<L: Link>(

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::hash::hash;
 use super::mistakes::Mistakes;
 use super::{check_profile, startup, toml_error, Config, Limits, AXES};
 
@@ -18,7 +19,7 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     };
     let text = changed(&text, changes).map_err(named)?;
     let mut config = parse(&text).map_err(named)?;
-    config.hash = crate::record::hash(&text);
+    config.hash = hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     Ok(config)

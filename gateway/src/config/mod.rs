@@ -2,6 +2,7 @@
 
 mod check;
 mod check_profile;
+mod hash;
 mod landing;
 mod mistakes;
 mod profile;

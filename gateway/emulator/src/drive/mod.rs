@@ -1,49 +1,19 @@
 //! One servo drive: objects, process data, quantised current and encoder. The plant computes the motion.
+mod bytes;
 pub mod cia402;
 pub mod kind;
 pub mod parameters;
+mod setting;
 
 use crate::coe::abort;
+use bytes::signed;
 use cia402::{Machine, State};
 use kind::{Kind, Use};
 use parameters::Parameters;
+pub use setting::Setting;
 
 /// Heartbeat or watchdog error in object 0x603F; the AKD shows it as F706.
 pub const ERROR_WATCHDOG: u16 = 0x8130;
-
-/// Settings of a drive.
-#[derive(Debug, Clone)]
-pub struct Setting {
-    pub kind: Kind,
-    /// `[N m/A]`
-    pub torque_constant: f64,
-    /// Object 0x6076 `[mN m]`.
-    pub rated_torque_mnm: u32,
-    /// Largest current `[mA]`, or largest torque [0.1 % of the rated one].
-    pub limit: i64,
-    pub counts_per_rev: f64,
-    /// 1 or -1: counts and current against the axis.
-    pub direction: i64,
-    /// Counts where the axis is at 0.
-    pub offset: i64,
-    /// Dynamic braking while not enabled: short-circuited windings `[N m s/rad]`; 0: it coasts.
-    pub braking: f64,
-}
-
-impl Setting {
-    /// Torque of one step of target and measured torque `[N m]`.
-    pub fn torque_step(&self) -> f64 {
-        match self.kind {
-            Kind::Akd => self.torque_constant * 0.001,
-            Kind::Cst => f64::from(self.rated_torque_mnm) * 0.001 * 0.001,
-        }
-    }
-
-    /// Angle of one count `[rad]`.
-    pub fn angle_step(&self) -> f64 {
-        std::f64::consts::TAU / self.counts_per_rev
-    }
-}
 
 /// Faults of the encoder.
 #[derive(Debug, Clone, Copy, Default)]
@@ -232,16 +202,6 @@ impl Drive {
         }
         Ok(())
     }
-}
-
-/// Little-endian two's complement of any width up to 8 bytes.
-fn signed(data: &[u8]) -> i64 {
-    let negative = data.last().is_some_and(|byte| byte & 0x80 != 0);
-    let mut bytes = [if negative { 0xFF } else { 0 }; 8];
-    for (byte, value) in bytes.iter_mut().zip(data) {
-        *byte = *value;
-    }
-    i64::from_le_bytes(bytes)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Objects that a drive stores and shows; only the SYNC0 period is compared with one of them.
-use super::Setting;
+use super::bytes::signed;
+use super::setting::Setting;
 use crate::coe::abort;
 use serde::Deserialize;
 
@@ -113,8 +114,8 @@ impl Parameters {
             Access::ReadOnly => return Err(abort::READ_ONLY),
             _ if data.len() != usize::from(parameter.bits / 8) => return Err(abort::LENGTH),
             Access::Stuck => {}
-            Access::Writable if object == STORE => self.stored = super::signed(data) == SAVE,
-            Access::Writable => parameter.value = super::signed(data),
+            Access::Writable if object == STORE => self.stored = signed(data) == SAVE,
+            Access::Writable => parameter.value = signed(data),
         }
         Ok(())
     }

@@ -1,0 +1,20 @@
+//! How the bus is brought up.
+
+use std::time::Duration;
+
+use crate::config::Config;
+
+/// Options of the bring-up.
+#[derive(Clone, Copy, Debug)]
+pub struct BringUpOptions {
+    pub cycle: Duration,
+    pub lockstep: bool,
+    pub reset_faults: bool,
+}
+
+impl BringUpOptions {
+    /// SYNC0 of distributed clocks is used.
+    pub(super) fn synced(self, config: &Config) -> bool {
+        config.bus.distributed_clocks && !self.lockstep
+    }
+}
