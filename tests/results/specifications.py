@@ -25,6 +25,8 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     },
     "docs/gateway.md": {
         "10 s": "length of a run of `flexhex drive`",
+        "1 mrad": "how near the start a run needs no lift-off",
+        "1 rad": "speed that the tests of the landing hold",
         "100 us": "limit for cyclictest",
         "100 ms": "watchdog in the drive's manual",
         "20 s": "length of the simulation",
