@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import zipfile
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -71,13 +73,16 @@ def test_toolbox_container_gives_the_same_bits(
     assembly(filename="hexapod.ssp", fmu_directory=tmp_path).make_fmu()
     inside = _names_inside(loop_ssp)
     names = {f"{c}.{s}": f"{inside[c]}.{s}" for c, s in (n.split(".", 1) for n in expected)}
-    rows = simulate_fmu(
-        str(tmp_path / "hexapod.fmu"),
-        stop_time=N_STEPS * BASE,
-        step_size=BASE,
-        output_interval=BASE,
-        output=list(names.values()),
-    )
+    # in a process of its own: beside libraries that other tests loaded it was seen to abort
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        rows = pool.submit(
+            simulate_fmu,
+            str(tmp_path / "hexapod.fmu"),
+            stop_time=N_STEPS * BASE,
+            step_size=BASE,
+            output_interval=BASE,
+            output=list(names.values()),
+        ).result()
     found = {ours: rows[theirs][1 : N_STEPS + 1] for ours, theirs in names.items()}
     assert_same_bits(found, expected, "toolbox container")
 
