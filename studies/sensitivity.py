@@ -57,6 +57,7 @@ ELSEWHERE = (
     ("workflow", "BENT"),
     ("workflow", "LATER"),
     ("selection.orders", "PERIODS"),
+    ("selection.orders", "SLOW"),
 )
 """Numbers of modules of `flexhex.diagnosis` that decide what is asked or what is said."""
 Answer = dict[str, Any]
