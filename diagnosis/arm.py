@@ -11,7 +11,6 @@ find.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
@@ -20,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis import geometry
-from flexhex.diagnosis.base import LATE, Geometry, Known, Motion
+from flexhex.diagnosis.base import Geometry, Known, Motion
+from flexhex.diagnosis.columns import ColumnBase
 from flexhex.diagnosis.kinds import Kinds
 from flexhex.diagnosis.serial import Arm, misplacements, newton_euler
-from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.numeric.rows import native
 
 Array = NDArray[np.float64]
@@ -33,23 +32,12 @@ THICK = 0.05
 """Radius of gyration of a link about its own centre of mass [m]."""
 
 
-class RigidArmBase:
+class RigidArmBase(ColumnBase):
     """Base model of a serial arm sampled every ts [s]; see `flexhex.diagnosis.base.Base`."""
 
-    settle = 0.0
-    curved: tuple[Known, ...] = ()
-    widths: tuple[Known, ...] = ()
-    late = LATE
-    holds: frozenset[str] = frozenset()
-    given: tuple[EffectUse, ...] = ()
-    complete = False
-
     def __init__(self, arm: Arm, ts: float) -> None:
-        self.arm, self.n = arm, len(arm.links)
-        self.window = max(0.0105, 16 * ts)
-        self.spacing = max(0.005, 2 * ts)
-        self.kinds = tuple(link.kind for link in arm.links)
-        self.linear = (*_inertias(arm), *_rotors(self.kinds))
+        self.arm, kinds = arm, tuple(link.kind for link in arm.links)
+        super().__init__(kinds, (*_inertias(arm), *_rotors(kinds)), ts)
         self.payload = tuple(range(10 * (self.n - 1), 10 * self.n))
         self.reach = float(sum(np.linalg.norm(link.at) for link in arm.links))
         n = self.n
@@ -79,20 +67,11 @@ class RigidArmBase:
         found[list(self.payload)] += payload * np.array(_ten(1.0, self.arm.links[-1].centre, 0.0))
         return found
 
-    def directions(self) -> Mapping[str, Array]:
-        """Masses are guesses: nothing more may change together."""
-        return {}
-
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, n_p)."""
         dense = np.zeros((weights.shape[0], self.n, len(self.linear)))
         dense[:, self._at[0], self._at[1]] = weights @ self._values(motion)
         return dense
-
-    def bend(self, motion: Motion, widths: Array) -> tuple[Array, Array]:
-        """No curved terms."""
-        empty = np.zeros((len(motion.theta), 0))
-        return empty, empty
 
     def torque(self, motion: Motion, p: Array) -> Array:
         """B p (samples, n) [N m, N]."""
@@ -100,10 +79,6 @@ class RigidArmBase:
         pick = np.zeros((len(rows), self.n))
         pick[np.arange(len(rows)), rows] = p[cols]
         return np.asarray(self._values(motion) @ pick)
-
-    def whole(self, motion: Motion, p: Array) -> Mapping[str, Array]:
-        """Masses that are guesses cannot tell a tilted foot."""
-        return {}
 
     def _values(self, motion: Motion) -> Array:
         """Nonzero columns (samples, nonzeros)."""
