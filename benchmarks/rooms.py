@@ -130,11 +130,13 @@ class Instance:
         return self.y[place(self.interface.outputs, name)].copy()
 
 
-def room(name: str, machine: Machine, rows: Array, **parameters: Any) -> Instance:
-    """Instance of one of the house's rooms."""
+def room(
+    name: str, machine: Machine, rows: Array, flags: Sequence[str] = (), **parameters: Any
+) -> Instance:
+    """Instance of one of the house's rooms; flags: for step.c."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
     interface = room_interface(name, machine)
-    path = library(interface, equations.functions(machine), step_file(name))
+    path = library(interface, equations.functions(machine), step_file(name), flags=flags)
     return Instance(path, interface, rows, **parameters)
 
 

@@ -15,7 +15,7 @@
 typedef struct {
   double motor[3][PLANT_N], taud[PLANT_N], time[3];
   double lag[PLANT_N], delay[PLANT_N], lagged[PLANT_N];
-  double late[PLANT_LINE][3][PLANT_N];
+  double late[PLANT_LINE][4][PLANT_N];
   double newest;
 } plant_effects;
 
@@ -39,19 +39,19 @@ static bool plant_effects_refuse(const plant_effects *e, double h, char *message
 }
 
 /* The torque of a substep as it was `delay` [s] before: between two whole numbers of substeps. */
-static void plant_delay(const plant_effects *e, int i, double h, double tau[3][PLANT_N]) {
+static void plant_delay(const plant_effects *e, int i, double h, double tau[4][PLANT_N]) {
   const double steps = e->delay[i] / h, whole = floor(steps), share = steps - whole;
   const int newer = ((int)e->newest + PLANT_LINE - (int)whole) % PLANT_LINE;
   const int older = (newer + PLANT_LINE - 1) % PLANT_LINE;
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 4; ++k) {
     tau[k][i] = (1.0 - share) * e->late[newer][k][i] + share * e->late[older][k][i];
   }
 }
 
-/* From the torque that the drives report, tau at start, middle and end of the substep of h at
-   `time`, to the torque at their output. f_current [Hz]: of the current loop. */
+/* From the torque that the drives report, tau as in `action` for the substep of h at `time`, to the
+   torque at their output. f_current [Hz]: of the current loop. */
 static void plant_transmit(plant_effects *e, const double *command, double f_current, double time,
-                           double h, double tau[3][PLANT_N]) {
+                           double h, double tau[4][PLANT_N]) {
   memcpy(e->motor, tau, sizeof e->motor);
   for (int k = 0; k < 3; ++k) {
     e->time[k] = time + k * h / 2;
@@ -63,6 +63,7 @@ static void plant_transmit(plant_effects *e, const double *command, double f_cur
       plant_effect_lag(&tau[0][i], &command[i], &f_current, &e->lag[i], &h, &e->lagged[i], &own[0],
                        &own[1], &own[2]);
       tau[0][i] = own[0], tau[1][i] = own[1], tau[2][i] = own[2];
+      tau[3][i] = (own[0] + 2.0 * own[1]) / 6.0; /* by Simpson's rule */
       e->lagged[i] = own[2];
     }
   }

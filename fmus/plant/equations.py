@@ -86,6 +86,12 @@ def with_payload(machine: Machine, par: Mechanism, payload: ca.SX) -> Mechanism:
     return Mechanism(par.upper, par.lower, carried, par.stiffness)
 
 
+def current_decay(f_current: ca.SX, h: ca.SX) -> ca.SX:
+    """How far a current loop gets in a time h [s]: its gap falls to exp(-decay)."""
+    decay: ca.SX = 2 * ca.pi * f_current * h
+    return decay
+
+
 def drive_torque(
     tau: ca.SX, command: ca.SX, f_current: ca.SX, h: ca.SX
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
@@ -96,7 +102,7 @@ def drive_torque(
     in closed form for a constant command. The middle value is the one for which Simpson's rule,
     which the integrator applies, gives the exact impulse.
     """
-    reach = 2 * ca.pi * f_current * h
+    reach = current_decay(f_current, h)
     mean = -ca.expm1(-reach) / reach
     gap = tau - command
     end = command + ca.exp(-reach) * gap
@@ -106,20 +112,22 @@ def drive_torque(
 def functions(machine: Machine) -> list[ca.Function]:
     """Functions of step.c.
 
-    plant_rates(theta, thetad, d, z, tau, mechanism, actuator, payload)
-        -> thetadd (6,), dd (31,), zd (6,)
+    plant_rates(theta, thetad, d, z, mechanism, actuator, payload)
+        -> response (6, 7), dd (31,), zd (6,): thetadd = response (tau, 1)
+    plant_dahl(z, delta) -> z_next (6,): after angle steps of one sign each
     plant_close(theta, d) -> d_next (31,), residual: one Newton correction and |D| before it
     plant_neutral() -> d (31,)
     plant_pose(d) -> x_E (3,), phi_E (3,) rotation vector of E; not without a platform
     plant_drive(tau_motor, command, f_current, h) -> start, middle, end (6,): `drive_torque`
+    plant_decay(f_current, h) -> decay: `current_decay`
 
-    With effects plant_rates has further arguments (`effects.Inputs`), of which tau is then
-    what the joints get, and gives the rates of their states; `effects.functions` come too.
+    With effects plant_rates has further arguments (`effects.Inputs`), tau is what the joints
+    get, and the rates of their states come with it; `effects.functions` come too.
     """
     model = Model(machine)
     n, n_d = model.n, model.n_x - model.n
     theta, thetad, d = ca.SX.sym("theta", n), ca.SX.sym("thetad", n), ca.SX.sym("d", n_d)
-    z, tau, payload = ca.SX.sym("z", n), ca.SX.sym("tau", n), ca.SX.sym("payload")
+    z, delta, payload = ca.SX.sym("z", n), ca.SX.sym("delta", n), ca.SX.sym("payload")
     mechanism = ca.SX.sym("mechanism", len(mechanism_names(n, machine.has_platform)))
     p = ca.SX.sym("actuator", n * model.n_actuator)
 
@@ -129,8 +137,8 @@ def functions(machine: Machine) -> list[ca.Function]:
     rest = linkage.accelerations(xd, ca.SX.zeros(n))
     bias = project(linkage, loads(linkage, model.motion(xd, rest), par))
     chi = model.actuator_torque(p, theta, thetad, model.basis(theta, z))
-    M, force = mass_matrix(linkage, par), tau - chi - bias
-    arguments, more_in = [theta, thetad, d, z, tau, mechanism, p, payload], list[str]()
+    M, force = mass_matrix(linkage, par), -chi - bias
+    arguments, more_in = [theta, thetad, d, z, mechanism, p, payload], list[str]()
     rates, more_out = [xd[n:], actuator.dahl_rate(z, thetad, machine.actuator.sigma)], list[str]()
     bank, symmetric = Bank.all(machine), True
     if bank:
@@ -140,15 +148,17 @@ def functions(machine: Machine) -> list[ca.Function]:
         force, M, symmetric = force - taken, M + added, rows == columns
         arguments, more_in = [*arguments, *given.symbols], list(effects.INPUT_NAMES)
         rates, more_out = [*rates, stated], ["stated"]
-    thetadd = solve_symmetric(M, force) if symmetric else RowFactor.of(M).solve(force)
+    solve = (lambda b: solve_symmetric(M, b)) if symmetric else RowFactor.of(M).solve
+    unit = ca.SX.eye(n)
+    response = ca.horzcat(*(solve(unit[:, i]) for i in range(n)), solve(force))
 
     made = [
         ca.Function(
             "plant_rates",
             arguments,
-            ca.cse([thetadd, *rates]),
-            ["theta", "thetad", "d", "z", "tau", "mechanism", "actuator", "payload", *more_in],
-            ["thetadd", "dd", "zd", *more_out],
+            ca.cse([response, *rates]),
+            ["theta", "thetad", "d", "z", "mechanism", "actuator", "payload", *more_in],
+            ["response", "dd", "zd", *more_out],
         ),
         ca.Function(
             "plant_close",
@@ -157,8 +167,15 @@ def functions(machine: Machine) -> list[ca.Function]:
             ["theta", "d"],
             ["d_next", "residual"],
         ),
+        ca.Function(
+            "plant_dahl",
+            [z, delta],
+            [actuator.dahl(z, delta, machine.actuator.sigma)],
+            ["z", "delta"],
+            ["z_next"],
+        ),
         ca.Function("plant_neutral", [], [ca.SX(model.frames.x0[n:])], [], ["d"]),
-        _drive(n),
+        *_drives(n),
         *effects.functions(bank),
     ]
     if machine.has_platform:
@@ -167,13 +184,22 @@ def functions(machine: Machine) -> list[ca.Function]:
     return made
 
 
-def _drive(n: int) -> ca.Function:
+def _drives(n: int) -> list[ca.Function]:
     tau, command = ca.SX.sym("tau_motor", n), ca.SX.sym("command", n)
     f_current, h = ca.SX.sym("f_current"), ca.SX.sym("h")
-    return ca.Function(
-        "plant_drive",
-        [tau, command, f_current, h],
-        ca.cse(list(drive_torque(tau, command, f_current, h))),
-        ["tau_motor", "command", "f_current", "h"],
-        ["start", "middle", "end"],
-    )
+    return [
+        ca.Function(
+            "plant_drive",
+            [tau, command, f_current, h],
+            ca.cse(list(drive_torque(tau, command, f_current, h))),
+            ["tau_motor", "command", "f_current", "h"],
+            ["start", "middle", "end"],
+        ),
+        ca.Function(
+            "plant_decay",
+            [f_current, h],
+            [current_decay(f_current, h)],
+            ["f_current", "h"],
+            ["decay"],
+        ),
+    ]

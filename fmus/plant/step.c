@@ -1,37 +1,27 @@
 /* Plant: quantised drives with a current loop, the mechanism integrated at fixed steps, encoders.
 
    A tick takes the state from kTs to (k+1)Ts under a torque command that is constant meanwhile.
-   The current loop is solved in closed form (plant_drive); the mechanism is stepped by the
-   classical Runge-Kutta scheme on (theta, thetad, d, z), then d is put back on the constraints. */
+   The current loop is solved in closed form (plant_drive); the mechanism takes one evaluation of
+   its dynamics a substep (multistep.h), four after a start or a jump (motion.h), then d is put
+   back on the constraints. */
 #include "plant.h"
 
-#include "effects.h"
 #include "hidden.h"
+#include "multistep.h"
 
 #include <math.h>
 #include <string.h>
 
-/* C has no empty array: a machine without a platform has one d, which stays zero */
-enum { N = PLANT_N, N_D = PLANT_N_D > 0 ? PLANT_N_D : 1 };
 static const double FAULT_END_STOP = 2.0, FAULT_DIVERGED = 3.0;
 /* more than this [rad] in one step, or a Dahl state beyond this (it is within 1), is no motion */
 static const double LEAP = 1.0, LARGEST_Z = 2.0;
-
-/* the state that is integrated: by name in the equations, as one vector in the integrator */
-typedef struct {
-  double theta[N], thetad[N], d[N_D], z[N];
-#ifdef PLANT_N_EFFECT
-  double effect[PLANT_N_EFFECT_STATE];
-#endif
-} motion_parts;
-enum { N_MOTION = sizeof(motion_parts) / sizeof(double) };
-typedef union {
-  motion_parts of;
-  double all[N_MOTION];
-} motion;
+/* a pose whose constraints are further off than this is none; a Newton correction leaves its
+   square, which is lost in rounding where they are nearer than CLOSE */
+static const double OPEN = 1e-3, CLOSE = 4e-8;
 
 typedef struct {
   motion now;
+  history past;
   double tau_motor[N];
   double command[PLANT_MAX_DELAY + 1][N];
   double theta_read[PLANT_MAX_DELAY + 1][N];
@@ -89,6 +79,7 @@ static bool start(const plant_parameters *p, void *memory, plant_outputs *y, cha
   memset(s, 0, sizeof *s);
   memset(y, 0, sizeof *y);
   plant_neutral(s->now.of.d);
+  history_start(p, &s->past);
   plant_hidden_start(p, &s->hidden);
 #ifdef PLANT_N_EFFECT
   plant_effects_start(p, s->now.of.theta, &s->effects, s->now.of.effect);
@@ -112,50 +103,6 @@ static void drive(const plant_parameters *p, const plant_inputs *u, state *s,
   }
 }
 
-/* stage: 0 at the start of a substep, 1 in its middle, 2 at its end */
-static void derive(const plant_parameters *p, const state *s, const motion *at, int stage,
-                   double tau[3][N], double payload, motion *rate) {
-  memcpy(rate->of.theta, at->of.thetad, sizeof rate->of.theta);
-#if PLANT_N_D == 0
-  rate->of.d[0] = 0.0;
-#endif
-#ifdef PLANT_N_EFFECT
-  const plant_effects *e = &s->effects;
-  plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, tau[stage], p->mechanism,
-              p->actuator, &payload, e->motor[stage], e->taud, &e->time[stage], at->of.effect,
-              p->effect, rate->of.thetad, rate->of.d, rate->of.z, rate->of.effect);
-#else
-  (void)s;
-  plant_rates(at->of.theta, at->of.thetad, at->of.d, at->of.z, tau[stage], p->mechanism,
-              p->actuator, &payload, rate->of.thetad, rate->of.d, rate->of.z);
-#endif
-}
-
-static motion moved(const motion *from, double h, const motion *rate) {
-  motion to;
-  for (int k = 0; k < N_MOTION; ++k) {
-    to.all[k] = from->all[k] + h * rate->all[k];
-  }
-  return to;
-}
-
-/* One Runge-Kutta step of h; tau at its start, middle and end. */
-static void integrate(const plant_parameters *p, state *s, double tau[3][N], double payload,
-                      double h) {
-  motion *now = &s->now;
-  motion k1, k2, k3, k4, at;
-  derive(p, s, now, 0, tau, payload, &k1);
-  at = moved(now, h / 2, &k1);
-  derive(p, s, &at, 1, tau, payload, &k2);
-  at = moved(now, h / 2, &k2);
-  derive(p, s, &at, 1, tau, payload, &k3);
-  at = moved(now, h, &k3);
-  derive(p, s, &at, 2, tau, payload, &k4);
-  for (int k = 0; k < N_MOTION; ++k) {
-    now->all[k] += h / 6 * (k1.all[k] + 2 * (k2.all[k] + k3.all[k]) + k4.all[k]);
-  }
-}
-
 /* True when the step is no plausible motion: h is too long for the equations. */
 static bool diverged(const motion *before, const motion *now) {
   for (int k = 0; k < N_MOTION; ++k) {
@@ -171,10 +118,15 @@ static bool diverged(const motion *before, const motion *now) {
   return false;
 }
 
-/* False when the step ends beyond an end stop, or in a pose that does not close. */
-static bool within_stroke(const plant_parameters *p, const motion *now, double residual) {
-  if (!(residual < 1e-3)) {
-    return false;
+/* Put d on the constraints; false in a pose that does not close, and beyond an end stop. */
+static bool close_within_stroke(const plant_parameters *p, motion *now) {
+  double residual = INFINITY;
+  for (int k = 0; k < 3 && residual > CLOSE; ++k) {
+    const motion open = *now;
+    plant_close(open.of.theta, open.of.d, now->of.d, &residual);
+    if (!(residual < OPEN)) {
+      return false;
+    }
   }
   for (int i = 0; i < N; ++i) {
     if (!(fabs(now->of.theta[i]) <= p->stroke)) {
@@ -184,42 +136,87 @@ static bool within_stroke(const plant_parameters *p, const motion *now, double r
   return true;
 }
 
+/* A substep with one evaluation; false, and `now` is of no use, where the past does not lead on. */
+static bool multistep(const plant_parameters *p, const action *a, history *past, motion *now) {
+  const motion before = *now;
+  predict(past, a, now);
+  if (diverged(&before, now) || !close_within_stroke(p, now)) {
+    return false;
+  }
+  remember(p, a, now, past);
+  return correct(past, a, before.of.thetad, now) && !diverged(&before, now);
+}
+
+/* One substep; 0, or the fault for which it is not taken. */
+static double substep(const plant_parameters *p, const action *a, history *past, motion *now) {
+  const motion before = *now;
+  if (a->payload != past->payload) {
+    forget(past);
+    past->payload = a->payload;
+  }
+  if (past->ahead == 0.0) {
+    remember(p, a, now, past);
+  }
+  if (past->known == NODES) {
+    if (multistep(p, a, past, now)) {
+      return 0.0;
+    }
+    *now = before;
+    forget(past);
+    remember(p, a, now, past);
+  }
+  runge_kutta(p, a, past->slopes, now);
+  past->ahead = 0.0;
+  if (diverged(&before, now)) {
+    return FAULT_DIVERGED;
+  }
+  return close_within_stroke(p, now) ? 0.0 : FAULT_END_STOP;
+}
+
+/* What acts in the substep of h at `time`; the torque of the motors at its end. */
+static action acting(const plant_parameters *p, state *s, const double *command,
+                     const double *disturbance, double payload, double time, double h) {
+  action a;
+  a.h = h, a.payload = payload;
+  for (int i = 0; i < N; ++i) {
+    a.level[i] = command[i] - disturbance[i];
+    a.gap[i] = s->tau_motor[i] - command[i];
+    a.tau[3][i] = command[i] / 2 + a.gap[i] * s->past.late;
+  }
+  a.level[N] = 1.0, a.gap[N] = 0.0;
+  plant_drive(s->tau_motor, command, &p->f_current, &h, a.tau[0], a.tau[1], a.tau[2]);
+  memcpy(s->tau_motor, a.tau[2], sizeof s->tau_motor);
+#ifdef PLANT_N_EFFECT
+  plant_transmit(&s->effects, command, p->f_current, time, h, a.tau);
+  a.effects = &s->effects;
+#else
+  (void)time;
+#endif
+  for (int i = 0; i < 4 * N; ++i) {
+    a.tau[i / N][i % N] -= disturbance[i % N] * (i / N < 3 ? 1.0 : 0.5);
+  }
+  return a;
+}
+
 static void tick(const plant_parameters *p, const plant_inputs *u, void *memory, plant_outputs *y) {
   state *s = (state *)memory;
   const int substeps = (int)p->substeps;
   const double h = p->Ts / substeps;
-  double command[N];
+  double command[N], disturbance[N];
   drive(p, u, s, command);
   y->end_stop = y->fault = 0.0;
-  double disturbance[N];
   plant_hidden_torque(p, &s->hidden, s->ticks * p->Ts, s->now.of.theta, s->tau_motor, disturbance);
   for (int k = 0; k < substeps; ++k) {
     const motion before = s->now;
-    double tau[3][N], d[N_D] = {0.0}, residual;
-    plant_drive(s->tau_motor, command, &p->f_current, &h, tau[0], tau[1], tau[2]);
-    memcpy(s->tau_motor, tau[2], sizeof s->tau_motor);
-#ifdef PLANT_N_EFFECT
-    plant_transmit(&s->effects, command, p->f_current, s->ticks * p->Ts + k * h, h, tau);
-#endif
-    for (int i = 0; i < 3 * N; ++i) {
-      tau[i / N][i % N] -= disturbance[i % N];
-    }
-    integrate(p, s, tau, u->payload, h);
-    if (diverged(&before, &s->now)) {
+    const action a = acting(p, s, command, disturbance, u->payload, s->ticks * p->Ts + k * h, h);
+    const double fault = substep(p, &a, &s->past, &s->now);
+    if (fault != 0.0) {
+      /* the mechanism stands where it was and may leave at the next substep */
       s->now = before;
       memset(s->now.of.thetad, 0, sizeof s->now.of.thetad);
-      y->fault = FAULT_DIVERGED;
-      continue;
-    }
-    plant_close(s->now.of.theta, s->now.of.d, d, &residual);
-    if (within_stroke(p, &s->now, residual)) {
-      memcpy(s->now.of.d, d, sizeof d);
-    } else {
-      /* blocked: the mechanism stands where it was and may leave at the next substep */
-      s->now = before;
-      memset(s->now.of.thetad, 0, sizeof s->now.of.thetad);
-      y->end_stop = 1.0;
-      y->fault = FAULT_END_STOP;
+      forget(&s->past);
+      y->fault = fault;
+      y->end_stop = fault == FAULT_END_STOP ? 1.0 : y->end_stop;
     }
   }
   s->ticks += 1.0;

@@ -66,10 +66,11 @@ class Point:
         from flexhex.fmus.plant.interface import parameters as plant_parameters
 
         fixed = {v.name: v.starts for v in plant_parameters(subject)}
-        arguments = [self.theta, self.thetad, self.at.x[6:], self.at.z, joint]
+        arguments = [self.theta, self.thetad, self.at.x[6:], self.at.z]
         arguments += [np.array(fixed["mechanism"]), np.array(fixed["actuator"]), self.payload]
         arguments += [self.tau, self.taud, self.time, self.state, effect]
-        return called(plant(subject)["plant_rates"], *arguments)[0]
+        response = called(plant(subject)["plant_rates"], *arguments)[0].reshape(6, 7)
+        return np.asarray(response @ np.append(joint, 1.0))
 
 
 @cache

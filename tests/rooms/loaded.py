@@ -117,9 +117,9 @@ def machine() -> Machine:
 
 
 @cache
-def build(room: str, of: Machine) -> tuple[Path, Interface]:
+def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, Interface]:
     """Shared library and interface of a room, compiled as the FMU's own sources are; only its
-    symbols are not hidden, since they are called here."""
+    symbols are not hidden, since they are called here. flags: for step.c."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
     interface, functions = room_interface(room, of), equations.functions(of)
     step = step_file(room)
@@ -138,12 +138,12 @@ def build(room: str, of: Machine) -> tuple[Path, Interface]:
             (work / name).write_text(text, encoding="utf-8")
         objects = [
             compile_object(work / f"{room}_casadi.c", "", CACHE),
-            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *strict())),
+            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *strict(), *flags)),
         ]
         library = CACHE / ("-".join(path.stem for path in objects) + ".so")
         return link_shared(objects, library), interface
 
 
-def load(room: str, of: Machine | None = None) -> Loaded:
+def load(room: str, of: Machine | None = None, flags: tuple[str, ...] = ()) -> Loaded:
     """A fresh instance of a room, not yet started; of the default machine."""
-    return Loaded(*build(room, of or machine()))
+    return Loaded(*build(room, of or machine(), flags))
