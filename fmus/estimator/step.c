@@ -120,25 +120,26 @@ static void correct(state *s, double W[N][N_P], const double *error) {
       s->q[j] += W[i][j] * error[i];
     }
   }
-  /* two rows at a time from a block's start left of the diagonal on; then the mirror image */
-  for (int i = 0; i < N_P; i += 2) {
-    const int other = i + 1 < N_P ? i + 1 : i;
-    double *row = s->P[i], *next = i + 1 < N_P ? s->P[other] : unused;
-    for (int j = i / BLOCK * BLOCK; j < N_P; ++j) {
-      double sum = 0.0, more = 0.0;
-      for (int m = 0; m < N; ++m) {
-        sum += W[m][i] * W[m][j];
-        more += W[m][other] * W[m][j];
+  /* rows in blocks, from the first column of the block on, two at a time; then the mirror image of
+     a block while it is at hand */
+  for (int block = 0; block < N_P; block += BLOCK) {
+    const int end = block + BLOCK < N_P ? block + BLOCK : N_P;
+    for (int i = block; i < end; i += 2) {
+      const int other = i + 1 < N_P ? i + 1 : i;
+      double *row = s->P[i], *next = i + 1 < N_P ? s->P[other] : unused;
+      for (int j = block; j < N_P; ++j) {
+        double sum = 0.0, more = 0.0;
+        for (int m = 0; m < N; ++m) {
+          sum += W[m][i] * W[m][j];
+          more += W[m][other] * W[m][j];
+        }
+        row[j] -= sum;
+        next[j] -= more;
       }
-      row[j] -= sum;
-      next[j] -= more;
     }
-  }
-  for (int i = 0; i < N_P; i += BLOCK) {
-    const int end = i + BLOCK < N_P ? i + BLOCK : N_P;
-    for (int j = end; j < N_P; ++j) {
-      for (int k = i; k < end; ++k) {
-        s->P[j][k] = s->P[k][j];
+    for (int j = block + BLOCK; j < N_P; ++j) {
+      for (int k = 0; k < BLOCK; ++k) {
+        s->P[j][block + k] = s->P[block + k][j];
       }
     }
   }
