@@ -85,7 +85,8 @@ def _libcosim(ssp: Path) -> Callable[[float], None]:
         log_output_level,
     )
 
-    log_output_level(CosimLogLevel.WARNING)
+    # it warns on the standard output, where JSON is to stand: it ignores enumerations such as fault
+    log_output_level(CosimLogLevel.ERROR)
 
     def simulate(seconds: float) -> None:
         execution = CosimExecution.from_ssp_file(str(ssp), round(BASE * 1e9))
