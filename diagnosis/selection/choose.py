@@ -64,14 +64,15 @@ def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteri
     least = log(criteria.odds) if again else least
     large = again or score.size > criteria.smallest_effect
     least += log(score.hypothesis.choices) + blurred(score, known, criteria)
-    return large and score.gain > least and shown(score, criteria)
+    return large and score.gain > least and shown(score, criteria, again)
 
 
-def shown(score: Score, criteria: Criteria) -> bool:
-    """Whether more than one fold shows a hypothesis, and none speaks against it by more than errors
-    in its form."""
+def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
+    """Whether more than one fold shows a hypothesis, or another axis does `again`, and none speaks
+    against it by more than errors in its form."""
     unsure, error = log(criteria.odds), form_error(score, criteria)
-    return score.elsewhere > unsure and score.worst > -unsure - error**2 * score.gain
+    there = again or score.elsewhere > unsure
+    return there and score.worst > -unsure - error**2 * score.gain
 
 
 def form_error(score: Score, criteria: Criteria) -> float:

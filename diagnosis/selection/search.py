@@ -140,14 +140,14 @@ class Search:
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
         self.least = enough(self.hypotheses, self.criteria)
-        self.stale = {*range(self.hypotheses.rows.n), None}
+        self.stale = self._against(None)
 
     def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
         """What is accepted next, and the scores that it was chosen from.
 
         What was accepted hardly moves the scores of other axes: these are computed anew when the
-        best one is among them, or none is good enough any more. Only then, and at first, a payload
-        is looked for.
+        best one is among them, or a parameter that competes with all axes, or none is good enough
+        any more. Only then, and at first, a payload is looked for.
         """
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         while True:
@@ -157,12 +157,18 @@ class Search:
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
             found = self.chosen(self.moments, self.known(), listed, number)
-            wanted = self.stale if found is None else {found.score.hypothesis.axis} & self.stale
+            wanted = self.stale & self._against(found)
             if not wanted:
                 return found, listed
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
+
+    def _against(self, found: Accepted | None) -> set[Axis]:
+        """Axes whose scores must be known before this is accepted."""
+        if found is None or isinstance(found.score.hypothesis, ChangedParameter):
+            return {*range(self.hypotheses.rows.n), None}
+        return {found.score.hypothesis.axis}
 
     def _of(self, axis: Axis) -> list[Score]:
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
@@ -186,7 +192,7 @@ class Search:
         else:
             term = term or effect_term(self.moments, self.hypotheses, found.score)
             self.moments = self.moments.extended(term)
-        self.stale = {*range(self.hypotheses.rows.n), None}
+        self.stale = self._against(None)
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, found)
         self.terms.insert(place, term)

@@ -42,7 +42,7 @@ class Gain:
 class Shape:
     """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
 
-    start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
+    start: first guess; grid: values to try, of_peak: as shares of the largest torque; whole: only whole numbers make sense; closed: what
     seems to lie at `high` or beyond is something else.
     """
 
@@ -55,6 +55,7 @@ class Shape:
     description: str = ""
     whole: bool = False
     closed: bool = False
+    of_peak: bool = False
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,8 @@ class Effect:
     feedforward  "" where the feedforward compensates it, else the reason why not
     reported  whether it can also act between the commanded and the reported torque, where
               the torque constant has no influence
+    entered   whether its torque is the one that enters the drive and is reported: what the joint
+              needs never goes beyond a limit
     behind    the part of such an effect that acts after the reported torque where the command is
               logged too; None: all of it
     extends   id of the effect this becomes when all gains but the first are zero
@@ -136,6 +139,7 @@ class Effect:
     spec: Experiment
     feedforward: str = ""
     reported: bool = False
+    entered: bool = False
     behind: Effect | None = None
     extends: str = ""
     most: int = 1
