@@ -29,6 +29,8 @@ LOUD = 0.05
 """Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
 TORQUES = slice(3, 5)
 """Places of a torque and its rate among the signals of an axis."""
+STEP = 1e-4
+"""Change of a torque, relative to its RMS, that shows how much of it is lost."""
 TURN = 1e-5
 """Angle by which an axis is turned to see what an error of its encoder does [rad]."""
 
@@ -141,6 +143,20 @@ class Bench:
         if item.effect.acts_on == "measurement":
             return [self._turned(k, axis, values) for k, values in enumerate(raw)]
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
+
+    def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """Share (m,) of a small change of the reported torque that an effect with a gain of one
+        takes away, of each block."""
+        item, step = self.effects[name], STEP * float(self.made.torque_rms[axis])
+        fixed = np.array([shape[s.name] for s in item.effect.shapes])
+        found = []
+        for block, inputs in zip(self.made.blocks, self._inputs(item, axis), strict=True):
+            pushed = np.zeros_like(inputs)
+            pushed[:, TORQUES.start] = step
+            state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
+            above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
+            found.append(block.smooth((above - below)[:, 0] / (2 * step)))
+        return found
 
     def _inputs(self, item: Compiled, axis: int) -> list[Array]:
         """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;

@@ -83,8 +83,13 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
     A = (S + S.transpose(0, 2, 1))[there] / 2 + priors[there, :, None] * np.eye(k)
     gains[there], fall = bounded(A, rest[there], effect.low)
+    if effect.taken is not None:
+        # a limit takes all beyond it: one that is not quite the best takes too much or too little
+        gains[there] = np.clip(gains[there], effect.low, effect.high)
+        fall = (gains[there] * (2 * rest[there] - gains[there] * A[:, :, 0])).sum(axis=1)
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
+    evidence += effect.blind(moments.rows, left, gains)
     # no machine has such a gain: something else looks like it
     beyond = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
     if effect.high is not None:

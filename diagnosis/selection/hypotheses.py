@@ -85,7 +85,14 @@ class Hypotheses:
         effect = item.effect
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
         known = (item.freedom, effect.extends, effect.exact, effect.most)
-        return EffectHypothesis(*made, bounds[0], *known, high=bounds[1])
+
+        def taken() -> Array:
+            listed = [self.bench.taken(name, axis or 0, shape) for shape in shapes]
+            return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
+
+        return EffectHypothesis(
+            *made, bounds[0], *known, high=bounds[1], taken=taken if effect.entered else None
+        )
 
     def _of_grid(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         """Of many shapes; those of the last axis are kept, as those of all take too much memory."""

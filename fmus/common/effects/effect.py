@@ -42,8 +42,9 @@ class Gain:
 class Shape:
     """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
 
-    start: first guess; grid: values to try, of_peak: as shares of the largest torque; whole: only whole numbers make sense; closed: what
-    seems to lie at `high` or beyond is something else.
+    start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
+    seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
+    numbers as shares of the largest torque.
     """
 
     name: str

@@ -65,7 +65,7 @@ class TorqueSaturation(Effect):
         Shape("tau_lim", "N m", 1e-4, 1e5, 0.8, GRID, "limit", of_peak=True),
         SHARP,
     )
-    reported = entered = True
+    reported = True
     excites = "torques beyond the limit"
     confused_with = ("torque_constant_saturation",)
     experiment = "brisk random setpoints, with a payload in the second half"
@@ -78,11 +78,11 @@ class TorqueSaturation(Effect):
 
 
 class SharpTorqueSaturation(TorqueSaturation):
-    """A limit with a corner, which takes away most of what goes beyond it."""
+    """A limit with a corner, which takes away all that goes beyond it."""
 
-    behind = None
-    gains = (replace(TorqueSaturation.gains[0], low=0.5),)
-    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(16.0,)))
+    behind, entered = None, True
+    gains = (replace(TorqueSaturation.gains[0], low=1.0),)
+    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(40.0,)))
 
 
 TorqueSaturation.behind = SharpTorqueSaturation()
