@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.evidence import evidences, tried
+from flexhex.diagnosis.selection.evidence import Tried, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     EffectHypothesis,
 )
-from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
     change_scores,
@@ -111,14 +111,23 @@ def effect_scores(
         own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
         for effect in hypotheses.effects(axis) if own.total() < criteria.most else ():
             if own[effect.id] < effect.most:
-                fits = tried(moments, effect)
-                whole, without = evidences(fits, moments.rows.folds)
-                listed.append((float((whole - without).sum()), effect, fits))
+                orders = [k.order for k in known if k.order and k.hypothesis.id == effect.id]
+                ways = [effect, hypotheses.overtones(effect, orders)] if orders else [effect]
+                listed.append(max((_fitted(moments, way) for way in ways), key=lambda f: f[0]))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits))
     return found
+
+
+def _fitted(
+    moments: Moments, effect: EffectHypothesis
+) -> tuple[float, EffectHypothesis, dict[Left, Tried]]:
+    """What an effect gains on left-out folds, and its fits."""
+    fits = tried(moments, effect)
+    whole, without = evidences(fits, moments.rows.folds)
+    return float((whole - without).sum()), effect, fits
 
 
 def parameter_scores(moments: Moments, hypotheses: Hypotheses, criteria: Criteria) -> list[Score]:

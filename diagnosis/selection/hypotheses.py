@@ -21,7 +21,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     nameless,
 )
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.orders import promising_orders
+from flexhex.diagnosis.selection.orders import OVERTONES, fundamentals, promising_orders
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
@@ -36,6 +36,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self._overtones: dict[tuple[str, Axis, tuple[float, ...]], EffectHypothesis] = {}
         self._kept: tuple[Axis, dict[str, Columns]] = (None, {})
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
@@ -57,6 +58,16 @@ class Hypotheses:
             self._effects[name, axis] = replace(found, choices=choices)
         return self._effects[name, axis]
 
+    def overtones(self, effect: EffectHypothesis, known: Sequence[float]) -> EffectHypothesis:
+        """The same effect with whole multiples of orders that are known, on any axis: nobody had to
+        look for them, so they may be faint, or seen where the axis is slow alone."""
+        key = effect.id, effect.axis, tuple(fundamentals(known))
+        if key not in self._overtones:
+            orders = [k * order for order in key[2] for k in range(1, OVERTONES + 1)]
+            shapes = [{ORDER[0]: order} for order in orders]
+            self._overtones[key] = self._made(effect.id, effect.axis, shapes, keep=False)
+        return self._overtones[key]
+
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with one shape alone."""
         return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
@@ -70,14 +81,16 @@ class Hypotheses:
         return self.bench.effects[name].effect.acts_on == "drive"
 
     def _made(
-        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]], keep: bool = True
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
         first = self._columns(name, axis, shapes[:1])
         felt, width = tuple(first.white), next(iter(first.white.values())).shape[1]
 
         def columns() -> Columns:
-            return first if len(shapes) == 1 else self._of_grid(name, axis, shapes)
+            if len(shapes) == 1:
+                return first
+            return (self._of_grid if keep else self._columns)(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
