@@ -109,10 +109,12 @@ def effect_scores(
     for axis in axes:
         listed = []
         own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
+        taken = [k.effect for k in known if k.hypothesis.axis in (axis, None)]
         for effect in hypotheses.effects(axis) if own.total() < criteria.most else ():
             if own[effect.id] < effect.most:
                 orders = [k.order for k in known if k.order and k.hypothesis.id == effect.id]
-                ways = [effect, hypotheses.overtones(effect, orders)] if orders else [effect]
+                hidden = hypotheses.anew(moments, effect, repr(taken) if taken else "", orders)
+                ways = [effect, *hidden]
                 listed.append(max((_fitted(moments, way) for way in ways), key=lambda f: f[0]))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:

@@ -21,7 +21,13 @@ from flexhex.diagnosis.selection.hypothesis import (
     nameless,
 )
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.orders import OVERTONES, fundamentals, promising_orders
+from flexhex.diagnosis.selection.orders import (
+    ANEW,
+    OVERTONES,
+    TRIED,
+    fundamentals,
+    promising_orders,
+)
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
@@ -36,7 +42,7 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
-        self._overtones: dict[tuple[str, Axis, tuple[float, ...]], EffectHypothesis] = {}
+        self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._kept: tuple[Axis, dict[str, Columns]] = (None, {})
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
@@ -51,22 +57,41 @@ class Hypotheses:
         if (name, axis) not in self._effects:
             shapes, choices = self.bench.shapes(name, axis or 0), 1
             if axis is not None and shapes and list(shapes[0]) == ORDER:
-                weight = self.rows.made.raw if self._loaded(name) else None
-                orders, choices = promising_orders(self.rows, axis, weight)
+                orders, choices = self._orders(self.moments, name, axis, TRIED)
                 shapes = [{ORDER[0]: order} for order in orders]
             found = self._made(name, axis, shapes)
             self._effects[name, axis] = replace(found, choices=choices)
         return self._effects[name, axis]
 
-    def overtones(self, effect: EffectHypothesis, known: Sequence[float]) -> EffectHypothesis:
-        """The same effect with whole multiples of orders that are known, on any axis: nobody had to
-        look for them, so they may be faint, or seen where the axis is slow alone."""
-        key = effect.id, effect.axis, tuple(fundamentals(known))
-        if key not in self._overtones:
-            orders = [k * order for order in key[2] for k in range(1, OVERTONES + 1)]
-            shapes = [{ORDER[0]: order} for order in orders]
-            self._overtones[key] = self._made(effect.id, effect.axis, shapes, keep=False)
-        return self._overtones[key]
+    def anew(
+        self, moments: Moments, effect: EffectHypothesis, own: str, orders: Sequence[float]
+    ) -> list[EffectHypothesis]:
+        """The same effect with the orders that a model leaves, which its own effects on the axis,
+        as a text, hid before; and with whole multiples of its orders on any axis: nobody had to
+        look for these, so they may be faint."""
+        axis, name, found = effect.axis, effect.id, list[EffectHypothesis]()
+        if axis is None or list(effect.shapes[0]) != ORDER:
+            return []
+        if own:
+            key = name, axis, own
+            if key not in self._anew:
+                listed, choices = self._orders(moments, name, axis, ANEW)
+                made = self._made(name, axis, [{ORDER[0]: o} for o in listed], keep=False)
+                self._anew[key] = replace(made, choices=choices)
+            found.append(self._anew[key])
+        if waves := fundamentals(orders):
+            key = name, axis, repr(waves)
+            if key not in self._anew:
+                shapes = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
+                self._anew[key] = self._made(name, axis, shapes, keep=False)
+            found.append(self._anew[key])
+        return found
+
+    def _orders(self, moments: Moments, name: str, axis: int, most: int) -> tuple[list[float], int]:
+        """See `promising_orders`, of what a model leaves."""
+        left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
+        weight = self.rows.made.raw if self._loaded(name) else None
+        return promising_orders(self.rows, axis, left, most, weight)
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with one shape alone."""

@@ -17,8 +17,8 @@ fast."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""
-TRIED = 120
-"""Orders that are tried in full."""
+TRIED, ANEW = 120, 24
+"""Orders that are tried in full, at first and beside each effect that was found."""
 HARMONIC, OVERTONES = 0.05, 5
 """Distance from a whole multiple of another order within which one is its harmonic; the highest
 multiple that is tried of a wave that was found, on any axis."""
@@ -34,10 +34,10 @@ def fundamentals(orders: Sequence[float]) -> list[float]:
 
 
 def promising_orders(
-    rows: Rows, axis: int, weight: Sequence[Array] | None = None
+    rows: Rows, axis: int, left: Array, most: int, weight: Sequence[Array] | None = None
 ) -> tuple[list[float], int]:
-    """Orders [1/rad] with the largest amplitude in what the base model leaves of an axis' torque,
-    in their order, and how many there are to choose from.
+    """The orders [1/rad], at most so many, with the largest amplitude in what a model leaves of an
+    axis' torque, left (R,), in their order; and how many there are to choose from.
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
@@ -45,7 +45,6 @@ def promising_orders(
     pairs = [(b, b.run.motion) for b in made.blocks]
     angle = rows.raw([b.smooth(m.theta[:, axis]) for b, m in pairs])
     rate = np.abs(rows.raw([b.smooth(m.thetad[:, axis]) for b, m in pairs]))
-    left = rows.y[axis] - rows.B[axis] @ made.regression.q
     if weight is not None:
         loaded = [b.smooth(w[:, axis]) for (b, _), w in zip(pairs, weight, strict=True)]
         left = left * rows.raw(loaded)
@@ -69,7 +68,7 @@ def promising_orders(
         size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
         clear[part] = np.abs(np.fft.rfft(level, FINER * count))[part] / size
     there = np.flatnonzero(clear)
-    best = there[np.argsort(-clear[there])[:TRIED]]
+    best = there[np.argsort(-clear[there])[:most]]
     return sorted(float(order) for order in orders[best]), len(there)
 
 
