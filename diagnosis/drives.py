@@ -71,16 +71,16 @@ def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
     """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
 
     The current loop and the logger make it; an axis that lags more has an effect, and several
-    may. 0 where no command moves. A lag is a derivative while it is short beside the motion: a long
-    one is approached in steps.
+    may. 0 where no command moves. A lag of many samples is approached in steps: only a short one
+    makes a derivative of the command.
     """
-    lag = 0.0
+    lag, sample = 0.0, max(run.tau.ts for run in runs)
     for _ in range(STEPS):
         listed = bends(path, driven(runs, lag), range(path.n))
         found = [b for b in listed if b.late_deviation < np.inf]
         step = quickest([b.late for b in found], [b.late_deviation**2 for b in found])
         lag += step
-        if abs(step) < min((b.late_deviation for b in found), default=np.inf):
+        if abs(step) < sample:
             break
     return lag
 

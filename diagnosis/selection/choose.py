@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
@@ -31,11 +31,13 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Accepted:
-    """A hypothesis that was chosen in a round (from 1), and those that predict equally well."""
+    """A hypothesis that was chosen in a round (from 1), and those that predict equally well;
+    fuller: effects among these that it is a part of."""
 
     score: Score
     rivals: tuple[Score, ...]
     round: int
+    fuller: tuple[Score, ...] = ()
 
 
 def chosen(
@@ -157,8 +159,9 @@ def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criter
         )
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
-    rivals = [s for s in near if s is not first and s.hypothesis.extends != first.hypothesis.id]
-    return Accepted(first, tuple(rivals), number)
+    fuller = [s for s in near if s.hypothesis.extends == first.hypothesis.id]
+    rivals = [s for s in near if s is not first and s not in fuller]
+    return Accepted(first, tuple(rivals), number, tuple(fuller))
 
 
 def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
@@ -180,11 +183,16 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     """The same, with the name that most axes can have where several that are equally simple would
-    do on each: one cause is simpler than two."""
+    do on each, and the fuller form of an effect where another axis needs it: one cause is simpler
+    than two."""
+    needed = {each.score.hypothesis.id for each in accepted}
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
     count = Counter(name for own in places for name in own)
     found = []
     for each, own in zip(accepted, places, strict=True):
+        if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
+            found.append(replace(each, score=fuller[0]))
+            continue
         first = each.score.hypothesis
         same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
         name = max(same, key=lambda name: (count[name], name == first.id))

@@ -16,7 +16,8 @@ from flexhex.diagnosis.changed import changed_of, impossible
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
-from flexhex.diagnosis.selection.choose import passes
+from flexhex.diagnosis.selection import search
+from flexhex.diagnosis.selection.choose import Accepted, one_cause, passes
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
@@ -63,6 +64,23 @@ def test_body_is_found_where_several_of_its_parameters_changed() -> None:
     assert body.gain > single.gain
 
 
+def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect that explains more is found first, though its scores are not there yet."""
+    rows = SimpleNamespace(n=2)
+    change = Score(ChangedParameter("m", (0,), None), 50.0, np.zeros(2), 0.01)
+    effect: Any = SimpleNamespace(axis=1, id="effect")
+    better = Score(effect, 400.0, np.zeros(2), 0.1)
+    monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
+    monkeypatch.setattr(search, "payload_score", lambda *_: None)
+    monkeypatch.setattr(search, "enough", lambda *_: 0.0)
+    monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
+    monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
+    hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
+    found, _ = search.Search(hypotheses, USUAL).next(1)
+    assert found is not None
+    assert found.score is better
+
+
 def held(off: Array, seed: int) -> Joint:
     """A fit in which the first parameter is free of its tolerance."""
     B, y = drawn(off, seed)
@@ -105,3 +123,31 @@ def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) ->
     made: Any = fit.bench.made
     made.known[:] = [replace(known, unit=unit) for known in made.known]
     assert impossible(fit, [(0,)]) == odd
+
+
+@pytest.mark.parametrize(("elsewhere", "accepted"), [((), False), ((1,), True)])
+def test_same_effect_on_another_axis_needs_no_second_trajectory(
+    elsewhere: tuple[int, ...], accepted: bool
+) -> None:
+    """It predicts both folds, but the first alone would not have shown it."""
+
+    def on(axis: int) -> Any:
+        return SimpleNamespace(axis=axis, id="friction", choices=1, exact=False)
+
+    score = Score(on(0), 60.0, np.array([1.0, 55.0]), 0.01)
+    known = [Score(on(axis), 60.0, np.array([20.0, 20.0]), 0.01) for axis in elsewhere]
+    assert passes(score, known, LEAST, USUAL) == accepted
+
+
+def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None:
+    """Coulomb friction on one axis and Stribeck's on another is one cause."""
+
+    def scored_as(name: str, axis: int, freedom: int) -> Score:
+        hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
+        return Score(hypothesis, 60.0, np.zeros(2), 0.01)
+
+    coulomb, fuller = scored_as("coulomb", 0, 1), scored_as("stribeck", 0, 3)
+    other = Accepted(scored_as("stribeck", 1, 3), (), 1)
+    alone = Accepted(coulomb, (), 2, (fuller,))
+    assert [a.score.hypothesis.id for a in one_cause([alone])] == ["coulomb"]
+    assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
