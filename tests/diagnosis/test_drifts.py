@@ -54,9 +54,9 @@ def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     assert found.effects == ()
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [1, 12])
 def test_random_walk_is_no_drift(tmp_path: Path, seed: int) -> None:
-    """Of 2 % of the torque at the end of all runs: some look like a straight line."""
+    """Of 2 % of the torque at the end of all runs; the second one looks like a straight line."""
     steps = np.random.default_rng([seed, 5]).standard_normal(len(RUNS) * COUNT)
     walk = 0.02 * RMS * np.cumsum(steps) / np.sqrt(len(steps))
     found = said(tmp_path, list(walk.reshape(len(RUNS), COUNT)))
