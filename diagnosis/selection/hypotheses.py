@@ -17,6 +17,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     Columns,
     EffectHypothesis,
+    HeavierBody,
     NamelessHypothesis,
     nameless,
 )
@@ -32,6 +33,8 @@ from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
+MASSES = ("kg", "kg m", "kg m2")
+"""Units of what a body's mass scales."""
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
 
@@ -157,7 +160,8 @@ class Hypotheses:
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance, and all of a body or of a group together."""
+        """Base parameters that have a tolerance, all of a body or of a group together, and the mass
+        of a body with its moments."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
             if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
@@ -165,10 +169,21 @@ class Hypotheses:
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
                     bodies.setdefault(owner, []).append(place)
-                if known.group != known.name:
+                if known.group not in (known.name, owner):
                     bodies.setdefault(known.group, []).append(place)
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
-        return [*single, *whole]
+        return [*single, *whole, *self._heavier(bodies)]
+
+    def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
+        """Masses and rotors, with the moments that go with them."""
+        known, scale = self.rows.made.known, self.rows.made.scale
+        owned = {p for places in bodies.values() for p in places}
+        rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and p not in owned}
+        for name, places in {**bodies, **rotors}.items():
+            heavy = [p for p in places if known[p].unit in MASSES]
+            if any(known[p].positive for p in heavy):
+                direction = np.array([known[p].nominal / scale[p] for p in heavy])
+                yield HeavierBody(name, tuple(heavy), None, direction=direction)
 
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -145,6 +145,19 @@ class ChangedParameter:
     def freedom(self) -> int:
         """A parameter that is there already is simpler than any effect."""
         return len(self.places) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class HeavierBody(ChangedParameter):
+    """A body with another mass, and all that goes with it; direction (len(places),): coefficients
+    of as much again as the machine file says."""
+
+    direction: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def freedom(self) -> int:
+        """One number is another, as of a parameter."""
+        return 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,8 @@ not fitted to, and how large is it?
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
+    HeavierBody,
     Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -97,6 +99,8 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
             break
         if isinstance(found.score.hypothesis, Payload):
             return found.score.hypothesis.bench
+        if isinstance(found.score.hypothesis, HeavierBody):
+            return heavier(bench, found.score.hypothesis, search.moments)
         search.accept(found)
         search.revise(found.score.hypothesis.axis)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
@@ -113,6 +117,23 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         tuple(rounds),
         bench,
     )
+
+
+def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
+    """The same beside a base model in which a body has the mass that a fit gives it."""
+    made, places, ways = bench.made, list(body.places), body.direction
+    (G, b), fit = moments.gram(None), moments.fit(None)
+    columns = G[:, places] @ ways
+    curvature = ways @ columns[places] - columns @ fit.solve(columns)
+    more = float((ways @ b[places] - columns @ fit.q) / (curvature + 1.0))
+    known = list(made.known)
+    for place in places:
+        old = known[place]
+        known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written)
+    base = copy(made.base)
+    base.linear = tuple(known[: len(base.linear)])
+    y = tuple(v - B[:, :, places] @ (more * ways) for v, B in zip(made.y, made.B, strict=True))
+    return bench.beside(replace(made, base=base, known=tuple(known), y=y))
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
