@@ -147,10 +147,6 @@ class Base(Protocol):
         """The linear parameters with a known payload [kg]."""
         ...
 
-    def directions(self) -> Mapping[str, Array]:
-        """What may change together, by the name to report: (len(linear) + curved + ...,)."""
-        ...
-
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, len(linear)); weights (rows, samples)."""
         ...
