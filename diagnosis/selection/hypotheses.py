@@ -52,11 +52,13 @@ class Hypotheses:
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
         for name in self.bench.names(axis):
-            yield self.effect(name, axis)
+            effect = self.effect(name, axis)
+            if effect.shapes:
+                yield effect
 
     def effect(self, name: str, axis: Axis) -> EffectHypothesis:
         """An effect on an axis (None: on the whole); orders of the angle are those that the rows
-        can show."""
+        can show, which may be none."""
         if (name, axis) not in self._effects:
             shapes, choices = self.bench.shapes(name, axis or 0), 1
             if axis is not None and shapes and list(shapes[0]) == ORDER:
@@ -81,7 +83,7 @@ class Hypotheses:
                 listed, choices = self._orders(moments, name, axis, ANEW)
                 made = self._made(name, axis, [{ORDER[0]: o} for o in listed], keep=False)
                 self._anew[key] = replace(made, choices=choices)
-            found.append(self._anew[key])
+            found += [self._anew[key]] if self._anew[key].shapes else []
         if waves := fundamentals(orders):
             key = name, axis, repr(waves)
             if key not in self._anew:
@@ -112,8 +114,8 @@ class Hypotheses:
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]], keep: bool = True
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
-        first = self._columns(name, axis, shapes[:1])
-        felt, width = tuple(first.white), next(iter(first.white.values())).shape[1]
+        first = self._columns(name, axis, shapes[:1]) if shapes else Columns({}, {})
+        felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
 
         def columns() -> Columns:
             if len(shapes) == 1:

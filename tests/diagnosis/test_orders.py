@@ -48,3 +48,10 @@ def test_share_that_a_window_leaves_is_its_transform() -> None:
     for periods in (0.0, 0.3, 1.0, 1.5, 2.0, 3.4):
         whole = weights @ np.cos(2 * np.pi * periods * clock) / weights.sum()
         assert smoothed(np.array([periods]))[0] == pytest.approx(whole, abs=0.01)
+
+
+def test_few_places_show_no_wave() -> None:
+    rows = swept(1.0)
+    motion = rows.made.blocks[0].run.motion
+    motion.theta, motion.thetad = motion.theta[::200], motion.thetad[::200]
+    assert promising_orders(rows, 0, np.cos(3.0 * motion.theta[:, 0]), TRIED) == ([], 0)
