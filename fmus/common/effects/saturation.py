@@ -78,10 +78,10 @@ class TorqueSaturation(Effect):
 
 
 class SharpTorqueSaturation(TorqueSaturation):
-    """A limit with a corner, which takes away all that goes beyond it."""
+    """A limit with a corner, which takes away nearly all that goes beyond it."""
 
     behind, entered = None, True
-    gains = (replace(TorqueSaturation.gains[0], low=1.0),)
+    gains = (replace(TorqueSaturation.gains[0], low=0.9),)
     shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(40.0,)))
 
 
