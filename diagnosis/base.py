@@ -59,7 +59,8 @@ class Known:
 
     tolerance: one standard deviation by which such a value may differ from the machine file
     without being worth a word; 0: fixed, infinite: free. group: what changes together (a body, a
-    kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None.
+    kind of flexure). axis: of the actuator that it belongs to, counting from 0, or None. file: the
+    machine file's value, where the runs show that its body has another mass.
     """
 
     name: str
@@ -68,6 +69,12 @@ class Known:
     tolerance: float
     group: str
     axis: int | None = None
+    file: float | None = None
+
+    @property
+    def written(self) -> float:
+        """The value of the machine file."""
+        return self.nominal if self.file is None else self.file
 
     @property
     def positive(self) -> bool:
@@ -138,10 +145,6 @@ class Base(Protocol):
 
     def loaded(self, p: Array, payload: float) -> Array:
         """The linear parameters with a known payload [kg]."""
-        ...
-
-    def directions(self) -> Mapping[str, Array]:
-        """What may change together, by the name to report: (len(linear) + curved + ...,)."""
         ...
 
     def rows(self, motion: Motion, weights: csr_array) -> Array:

@@ -116,7 +116,7 @@ def torque_rate(block: Block, window: float, delay: float) -> Array:
     return np.where((ends[0][1] & ends[1][1])[:, None], slope, 0.0)
 
 
-def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = LEAST) -> list[Block]:
+def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED) -> list[Block]:
     """Blocks of all runs, trajectory by trajectory.
 
     Raises LogError when a run is too short for `least` rows at the base's own spacing.

@@ -27,6 +27,10 @@ SLOW = 2e-3
 """Effects that ask the whole mechanism anew are evaluated this often [s]."""
 LOUD = 0.05
 """Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
+TORQUES = slice(3, 5)
+"""Places of a torque and its rate among the signals of an axis."""
+STEP = 1e-4
+"""Change of a torque, relative to its RMS, that shows how much of it is lost."""
 TURN = 1e-5
 """Angle by which an axis is turned to see what an error of its encoder does [rad]."""
 
@@ -57,6 +61,20 @@ class Bench:
             taud = np.gradient(torque, motion.ts, axis=0)
             listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
             found.append(np.stack(listed, axis=2))
+        return found
+
+    @cached_property
+    def _entering(self) -> list[Array]:
+        """Torques (samples, n) [N m] that the drives report, and what they change by, at the
+        instants of the angles, of each block."""
+        found = []
+        for block in self.made.blocks:
+            tau, motion = block.run.tau, block.run.motion
+            clock = tau.t0 + tau.ts * np.arange(len(tau.values))
+            at, known = motion.time + self.made.fitted.delay, tau.valid
+            own = [np.interp(at, clock[known], v[known]) for v in tau.values.T]
+            torque = np.stack(own, axis=1)
+            found.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
         return found
 
     def _quiet(self, tau: Array, ts: float) -> Array:
@@ -126,8 +144,35 @@ class Bench:
             return [self._turned(k, axis, values) for k, values in enumerate(raw)]
         return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
 
-    def _inputs(self, axis: int, alone: bool) -> list[Array]:
-        """Signals of each block: of the axis (samples, 6), then of all unless `alone`."""
+    def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """Share (m,) of a small change of the reported torque that an effect with a gain of one
+        takes away, of each block."""
+        item, step = self.effects[name], STEP * float(self.made.torque_rms[axis])
+        fixed = np.array([shape[s.name] for s in item.effect.shapes])
+        found = []
+        for block, inputs in zip(self.made.blocks, self._inputs(item, axis), strict=True):
+            pushed = np.zeros_like(inputs)
+            pushed[:, TORQUES.start] = step
+            state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
+            above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
+            found.append(block.smooth((above - below)[:, 0] / (2 * step)))
+        return found
+
+    def _inputs(self, item: Compiled, axis: int) -> list[Array]:
+        """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
+        the torque is the one that it acts on."""
+        listed = self._of_model(axis, item.alone)
+        if not item.effect.entered:
+            return listed
+        found = []
+        for inputs, torque in zip(listed, self._entering, strict=True):
+            own = inputs.copy()
+            own[:, TORQUES] = torque[:, axis]
+            found.append(own)
+        return found
+
+    def _of_model(self, axis: int, alone: bool) -> list[Array]:
+        """The same with the torque that the joints need."""
         if self._turn[0] != axis:
             every = [s.reshape(len(s), -1) for s in self.signals]
             own = [np.ascontiguousarray(s[:, axis]) for s in self.signals]
@@ -138,7 +183,7 @@ class Bench:
     def _raw(self, item: Compiled, shape: Mapping[str, float], axis: int) -> list[Array]:
         """Columns (samples, k) of an effect on an axis along each block."""
         fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-        listed = self._inputs(axis, item.alone)
+        listed = self._inputs(item, axis)
         if item.along is None:
             states = [np.zeros((len(inputs), 1)) for inputs in listed]
         else:
@@ -173,7 +218,7 @@ class Bench:
 
     def _followed(self, item: Compiled, axis: int, k: int) -> Array:
         """Signals of a block that states follow: angles without their noise where ways count."""
-        inputs = self._inputs(axis, item.alone)[k]
+        inputs = self._inputs(item, axis)[k]
         if not item.by_way:
             return inputs
         steady = self.made.blocks[k].run.motion.steady

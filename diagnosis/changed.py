@@ -27,11 +27,17 @@ def changed_of(held: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
     Of a body those are given whose interval does not hold the value of the machine file; one at
     least.
     """
+    made, found = held.bench.made, dict[int, Changed]()
+    owners = dict[str, list[int]]()
+    for place, known in enumerate(made.known):
+        if known.file is not None:
+            owners.setdefault(known.name.rpartition(".")[0] or known.name, []).append(place)
+    bodies = [*bodies, *owners.values()]
     if not bodies:
         return []
-    made, found = held.bench.made, dict[int, Changed]()
     deviation = np.sqrt(np.maximum(np.diag(held.covariance), 0.0)) * made.scale
-    move = made.scale * held.q
+    moved = np.array([known.nominal - known.written for known in made.known])
+    move = made.scale * held.q + moved
     off = np.abs(move) / np.maximum(NORMAL * deviation, np.finfo(float).tiny)
     for places in bodies:
         clear = {place for place in places if off[place] > 1.0}
@@ -39,7 +45,7 @@ def changed_of(held: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
         for place in sorted(clear | {most}):
             known = made.known[place]
             found[place] = _change(
-                known.name, known.nominal, move[place], deviation[place], known.unit
+                known.name, known.written, move[place], deviation[place], known.unit
             )
     return list(found.values())
 

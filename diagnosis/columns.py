@@ -50,10 +50,6 @@ class ColumnBase:
         """A payload may be anywhere."""
         return p
 
-    def directions(self) -> Mapping[str, Array]:
-        """Nothing is known to change together."""
-        return {}
-
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, len(linear)), in chunks of samples."""
         flat = np.zeros((weights.shape[0], self.n * len(self.linear)))

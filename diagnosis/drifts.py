@@ -42,6 +42,8 @@ from flexhex.fmus.common.effects import library
 Array = NDArray[np.float64]
 DRIFTS = ("thermal_drift", "offset_drift")
 """Effects that go on from run to run."""
+FIRM = 1e-9
+"""Variance of a random walk at its start, relative to that at its end."""
 SLOWER = 8.0
 """So much longer than usual torque and columns are smoothed for them."""
 
@@ -49,8 +51,8 @@ SLOWER = 8.0
 def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) -> list[Side]:
     """What changes from run to run, and so drops out between passes.
 
-    Offsets wander from run to run without being a drift: one is named that predicts the runs of
-    left-out trajectories better than an offset of its own for each run. Not searched where
+    Offsets wander without being a drift: one is named that predicts the runs of left-out
+    trajectories better than an offset of its own for each run, or a random walk. Not searched where
     something repeats that nothing explains: it would be taken for a drift.
     """
     made = first.held.bench.made
@@ -65,7 +67,8 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     hypotheses = Hypotheses(bench, rows)
     kept = list[Accepted]()
     for axis in range(rows.n):
-        wander = generic_score(hypotheses.moments, [_offsets(rows, axis)]).gain
+        wanders = [_offsets(rows, axis), _walk(rows, axis)]
+        wander = generic_score(hypotheses.moments, wanders).gain
         least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
         own = best_first(effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis]))
         if own and passes(own[0], (), least, criteria):
@@ -88,6 +91,23 @@ def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
     ]
     made = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
     return nameless(axis, "offsets", made, (np.eye(count),))
+
+
+def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
+    """A random walk of the offset, from run to run and within each: a straight line from the start
+    of a run to its end, and to the next one's."""
+    runs = [block.run for block in rows.made.blocks]
+    clocks = [b.at + b.run.shift - b.run.motion.t0 + b.run.start for b in rows.made.blocks]
+    ends = [t for run in runs for t in (run.start, run.start + run.motion.ts * len(run.valid))]
+    knots = np.unique(ends) - min(ends)
+    hats = np.eye(len(knots)) * rows.torque_rms[axis]
+    listed = [
+        np.stack([np.interp(clock - min(ends), knots, hat) for hat in hats], axis=1)
+        for clock in clocks
+    ]
+    made = Columns({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
+    far = np.minimum.outer(knots, knots) / knots[-1]
+    return nameless(axis, "walk", made, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
 
 
 def without(held: Joint, drift: Joint) -> Calibrated:

@@ -22,6 +22,8 @@ APART = 3.0
 """Standard deviations by which an axis must lag behind the quicker ones to be set apart."""
 NOTICED = 0.5
 """Smallest effect of a drive, relative to one that is worth noticing: a lag of 0.1 ms."""
+STEPS = 6
+"""Steps to a common lag."""
 WHERE = "between commanded and reported torque: "
 
 
@@ -69,10 +71,18 @@ def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
     """Time [s] by which the drives' reports lag behind the commands, on the quickest axes.
 
     The current loop and the logger make it; an axis that lags more has an effect, and several
-    may. 0 where no command moves.
+    may. 0 where no command moves. A lag of many samples is approached in steps: only a short one
+    makes a derivative of the command.
     """
-    found = [b for b in bends(path, driven(runs, 0.0), range(path.n)) if b.late_deviation < np.inf]
-    return quickest([b.late for b in found], [b.late_deviation**2 for b in found])
+    lag, sample = 0.0, max(run.tau.ts for run in runs)
+    for _ in range(STEPS):
+        listed = bends(path, driven(runs, lag), range(path.n))
+        found = [b for b in listed if b.late_deviation < np.inf]
+        step = quickest([b.late for b in found], [b.late_deviation**2 for b in found])
+        lag += step
+        if abs(step) < sample:
+            break
+    return lag
 
 
 def quickest(lags: Sequence[float], variances: Sequence[float]) -> float:

@@ -122,13 +122,6 @@ class HexapodBase:
         point[list(self.payload)] = ten
         return point
 
-    def directions(self) -> Mapping[str, Array]:
-        """A payload that nobody told of, seen as another mass of the end-effector."""
-        if not self.machine.has_platform:
-            return {}
-        rest = np.zeros(len(self.curved) + len(self.widths) + 1)
-        return {"end_effector.m": np.concatenate([self._point, rest])}
-
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, n_p), in chunks of samples."""
         size = weights.shape[0], self.n, len(self.linear)

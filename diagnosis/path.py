@@ -65,10 +65,6 @@ class PathBase:
         """A payload changes nothing here."""
         return p
 
-    def directions(self) -> Mapping[str, Array]:
-        """Nothing changes together."""
-        return {}
-
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed reported torque and ones, each for its own axis (rows, n, 2 n)."""
         assert isinstance(motion, Driven)

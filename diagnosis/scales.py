@@ -22,10 +22,11 @@ TURNS, RATE = "1/rad", "rad/s"
 @dataclass(frozen=True)
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
-    what the library's sizes are for; effects: by id."""
+    what the library's sizes are for; peaks: largest torque of each axis [N m]; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
+    peaks: tuple[float, ...]
     effects: Mapping[str, Effect]
 
     @staticmethod
@@ -41,7 +42,9 @@ class Scales:
             moved = [float(angle) / USUAL_MOTION, float(speed) / USUAL_RATE]
             own = [_power_of_two(v) if kind.turns and v > 0 else v or 1.0 for v in moved]
             found.append((times, own[0], own[1]))
-        return Scales(kinds, tuple(found), {effect.id: effect for effect in effects})
+        taus = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks])
+        peaks = tuple(np.maximum(np.abs(taus).max(axis=0), tiny).tolist())
+        return Scales(kinds, tuple(found), peaks, {effect.id: effect for effect in effects})
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -52,16 +55,20 @@ class Scales:
             return 1.0
         return float(torque**a * motion**b)
 
+    def _times(self, shape: Shape, axis: int) -> float:
+        """How much larger a shape of the library is on an axis."""
+        return self.peaks[axis] if shape.of_peak else self.scale(shape.unit, axis)
+
     def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
         """A shape of the library for an axis."""
-        units = {s.name: s.unit for s in self.effects[name].shapes}
-        return {n: v * self.scale(units[n], axis) for n, v in shape.items()}
+        known = {s.name: s for s in self.effects[name].shapes}
+        return {n: v * self._times(known[n], axis) for n, v in shape.items()}
 
     def ranges(self, name: str, axis: int) -> dict[str, Shape]:
         """Shapes of an effect with bounds and grid for an axis."""
         found = {}
         for s in self.effects[name].shapes:
-            times = self.scale(s.unit, axis)
+            times = self._times(s, axis)
             low, high, start = (times * value for value in (s.low, s.high, s.start))
             grid = tuple(times * value for value in s.grid)
             found[s.name] = replace(s, low=low, high=high, start=start, grid=grid)

@@ -56,7 +56,8 @@ def _counted(kind: str, part: Sequence[Outcome], endings: Endings) -> Iterator[C
 
 
 def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
-    """What was named, and what not."""
+    """What was named, and what not, where passes repeat and another trajectory can decide."""
+    outcomes = [o for o in outcomes if not o.alone]
 
     def of(*categories: str) -> list[Outcome]:
         return [o for o in outcomes if o.category in categories]
@@ -74,7 +75,7 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
         ("`unknown`", "", ended("unknown")),
     )
     single_ends = (
-        ("right, alone or in a set of at most three", "", ended(*FOUND)),
+        ("right, alone or in a set of at most three", "at least 95 %", ended(*FOUND)),
         ("right, alone", "at least 80 %", ended("right")),
         ("wrong", "at most 2 %", wrong),
         ("missed", "", ended("missed", "cannot_tell")),
@@ -85,7 +86,7 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     yield from _counted(
         f"one effect, at least {FAINT:.1%} of torque RMS observable", seen, single_ends
     )
-    axes = ("of the right names, right axes", "", ended(*FOUND))
+    axes = ("of the right names, right axes", "at least 95 %", ended(*FOUND))
     yield from _counted(
         f"one effect, at least {FAINT:.1%} of torque RMS observable", placed, [axes]
     )
@@ -101,7 +102,7 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
         f"outside the library, at least {OBSERVABLE:.0%} observable", clear, outside_ends
     )
     pair_ends = (
-        ("both", "", ended("all")),
+        ("both", "at least 85 %", ended("all")),
         ("one of them", "", ended("some", "some+wrong")),
         ("a wrong name", "at most 3 %", wrong),
     )
@@ -154,8 +155,13 @@ def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     """What an answer must not say, and what it is worth."""
     alone = [o for o in outcomes if o.alone]
     blind = sum(bool(o.named) and not o.predicts for o in alone)
-    ending = "a name that does not predict the test runs"
-    yield Claim("one trajectory or no repeats", ending, "none", blind, len(alone))
+    kind, ending = "one trajectory or no repeats", "a name that does not predict the test runs"
+    yield Claim(kind, ending, "none", blind, len(alone))
+    visible = [o for o in alone if o.visible and o.category == "single"]
+    yield Claim(
+        kind, "of one effect: right", "", sum(o.outcome in FOUND for o in visible), len(visible)
+    )
+    yield Claim(kind, "of all: a wrong name", "", sum(map(wrong, alone)), len(alone))
     closed = [o.closed for o in outcomes if o.outcome in RIGHT and o.closed is not None]
     text = f"median {100 * median(closed):.0f} %" if closed else ""
     ending = f"at least {CLOSED:.0%} of the gap on test runs closed"

@@ -60,7 +60,9 @@ ELSEWHERE = (
     ("workflow", "BENT"),
     ("workflow", "LATER"),
     ("selection.orders", "PERIODS"),
-    ("selection.orders", "SLOW"),
+    ("selection.orders", "SHOWN"),
+    ("selection.orders", "OVERTONES"),
+    ("selection.evidence", "INEXACT"),
 )
 """Numbers of modules of `flexhex.diagnosis` that decide what is asked or what is said."""
 Answer = dict[str, Any]

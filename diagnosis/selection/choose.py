@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import log
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.evidence import evidences, tried
+from flexhex.diagnosis.selection.evidence import Tried, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     EffectHypothesis,
 )
-from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.moments import Left, Moments
 from flexhex.diagnosis.selection.scores import (
     Score,
     change_scores,
@@ -31,11 +31,13 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Accepted:
-    """A hypothesis that was chosen in a round (from 1), and those that predict equally well."""
+    """A hypothesis that was chosen in a round (from 1), and those that predict equally well;
+    fuller: effects among these that it is a part of."""
 
     score: Score
     rivals: tuple[Score, ...]
     round: int
+    fuller: tuple[Score, ...] = ()
 
 
 def chosen(
@@ -64,14 +66,15 @@ def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteri
     least = log(criteria.odds) if again else least
     large = again or score.size > criteria.smallest_effect
     least += log(score.hypothesis.choices) + blurred(score, known, criteria)
-    return large and score.gain > least and shown(score, criteria)
+    return large and score.gain > least and shown(score, criteria, again)
 
 
-def shown(score: Score, criteria: Criteria) -> bool:
-    """Whether more than one fold shows a hypothesis, and none speaks against it by more than errors
-    in its form."""
+def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
+    """Whether more than one fold shows a hypothesis, or another axis does `again`, and none speaks
+    against it by more than errors in its form."""
     unsure, error = log(criteria.odds), form_error(score, criteria)
-    return score.elsewhere > unsure and score.worst > -unsure - error**2 * score.gain
+    there = again or score.elsewhere > unsure
+    return there and score.worst > -unsure - error**2 * score.gain
 
 
 def form_error(score: Score, criteria: Criteria) -> float:
@@ -108,16 +111,27 @@ def effect_scores(
     for axis in axes:
         listed = []
         own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
+        taken = [k.effect for k in known if k.hypothesis.axis in (axis, None)]
         for effect in hypotheses.effects(axis) if own.total() < criteria.most else ():
             if own[effect.id] < effect.most:
-                fits = tried(moments, effect)
-                whole, without = evidences(fits, moments.rows.folds)
-                listed.append((float((whole - without).sum()), effect, fits))
+                orders = [k.order for k in known if k.order and k.hypothesis.id == effect.id]
+                hidden = hypotheses.anew(moments, effect, repr(taken) if taken else "", orders)
+                ways = [effect, *hidden]
+                listed.append(max((_fitted(moments, way) for way in ways), key=lambda f: f[0]))
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
                 found.append(effect_score(moments, hypotheses, effect, fits))
     return found
+
+
+def _fitted(
+    moments: Moments, effect: EffectHypothesis
+) -> tuple[float, EffectHypothesis, dict[Left, Tried]]:
+    """What an effect gains on left-out folds, and its fits."""
+    fits = tried(moments, effect)
+    whole, without = evidences(fits, moments.rows.folds)
+    return float((whole - without).sum()), effect, fits
 
 
 def parameter_scores(moments: Moments, hypotheses: Hypotheses, criteria: Criteria) -> list[Score]:
@@ -145,8 +159,9 @@ def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criter
         )
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
-    rivals = [s for s in near if s is not first and s.hypothesis.extends != first.hypothesis.id]
-    return Accepted(first, tuple(rivals), number)
+    fuller = [s for s in near if s.hypothesis.extends == first.hypothesis.id]
+    rivals = [s for s in near if s is not first and s not in fuller]
+    return Accepted(first, tuple(rivals), number, tuple(fuller))
 
 
 def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
@@ -168,11 +183,16 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     """The same, with the name that most axes can have where several that are equally simple would
-    do on each: one cause is simpler than two."""
+    do on each, and the fuller form of an effect where another axis needs it: one cause is simpler
+    than two."""
+    needed = {each.score.hypothesis.id for each in accepted}
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
     count = Counter(name for own in places for name in own)
     found = []
     for each, own in zip(accepted, places, strict=True):
+        if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
+            found.append(replace(each, score=fuller[0]))
+            continue
         first = each.score.hypothesis
         same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
         name = max(same, key=lambda name: (count[name], name == first.id))

@@ -28,6 +28,8 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.moments import Left, Moments
 
 Array = NDArray[np.float64]
+INEXACT = 0.1
+"""Share by which a fitted gain may lie beyond what a machine can have, as forms are not exact."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -81,12 +83,17 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
     A = (S + S.transpose(0, 2, 1))[there] / 2 + priors[there, :, None] * np.eye(k)
     gains[there], fall = bounded(A, rest[there], effect.low)
+    if effect.taken is not None:
+        # a limit takes all beyond it: one that is not quite the best takes too much or too little
+        gains[there] = np.clip(gains[there], effect.low, effect.high)
+        fall = (gains[there] * (2 * rest[there] - gains[there] * A[:, :, 0])).sum(axis=1)
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
+    evidence += effect.blind(moments.rows, left, gains)
     # no machine has such a gain: something else looks like it
-    beyond = (gains < effect.low).any(axis=1)
+    beyond = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
     if effect.high is not None:
-        beyond |= (gains > effect.high).any(axis=1)
+        beyond |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
     evidence[beyond] = 0.0
     return Tried(evidence, gains)
 

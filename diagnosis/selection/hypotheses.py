@@ -17,15 +17,24 @@ from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     Columns,
     EffectHypothesis,
+    HeavierBody,
     NamelessHypothesis,
     nameless,
 )
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.orders import promising_orders
+from flexhex.diagnosis.selection.orders import (
+    ANEW,
+    OVERTONES,
+    TRIED,
+    fundamentals,
+    promising_orders,
+)
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
+MASSES = ("kg", "kg m", "kg m2")
+"""Units of what a body's mass scales."""
 ORDER = ["order"]
 """Shapes of an effect that is a harmonic of the angle."""
 
@@ -36,26 +45,58 @@ class Hypotheses:
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
+        self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._kept: tuple[Axis, dict[str, Columns]] = (None, {})
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
         """Effects that an axis (None: the whole) may have."""
         for name in self.bench.names(axis):
-            yield self.effect(name, axis)
+            effect = self.effect(name, axis)
+            if effect.shapes:
+                yield effect
 
     def effect(self, name: str, axis: Axis) -> EffectHypothesis:
         """An effect on an axis (None: on the whole); orders of the angle are those that the rows
-        can show."""
+        can show, which may be none."""
         if (name, axis) not in self._effects:
             shapes, choices = self.bench.shapes(name, axis or 0), 1
             if axis is not None and shapes and list(shapes[0]) == ORDER:
-                weight = self.rows.made.raw if self._loaded(name) else None
-                orders, choices = promising_orders(self.rows, axis, weight)
+                orders, choices = self._orders(self.moments, name, axis, TRIED)
                 shapes = [{ORDER[0]: order} for order in orders]
             found = self._made(name, axis, shapes)
             self._effects[name, axis] = replace(found, choices=choices)
         return self._effects[name, axis]
+
+    def anew(
+        self, moments: Moments, effect: EffectHypothesis, own: str, orders: Sequence[float]
+    ) -> list[EffectHypothesis]:
+        """The same effect with the orders that a model leaves, which its own effects on the axis,
+        as a text, hid before; and with whole multiples of its orders on any axis: nobody had to
+        look for these, so they may be faint."""
+        axis, name, found = effect.axis, effect.id, list[EffectHypothesis]()
+        if axis is None or list(effect.shapes[0]) != ORDER:
+            return []
+        if own:
+            key = name, axis, own
+            if key not in self._anew:
+                listed, choices = self._orders(moments, name, axis, ANEW)
+                made = self._made(name, axis, [{ORDER[0]: o} for o in listed], keep=False)
+                self._anew[key] = replace(made, choices=choices)
+            found += [self._anew[key]] if self._anew[key].shapes else []
+        if waves := fundamentals(orders):
+            key = name, axis, repr(waves)
+            if key not in self._anew:
+                shapes = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
+                self._anew[key] = self._made(name, axis, shapes, keep=False)
+            found.append(self._anew[key])
+        return found
+
+    def _orders(self, moments: Moments, name: str, axis: int, most: int) -> tuple[list[float], int]:
+        """See `promising_orders`, of what a model leaves."""
+        left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
+        weight = self.rows.made.raw if self._loaded(name) else None
+        return promising_orders(self.rows, axis, left, most, weight)
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with one shape alone."""
@@ -70,14 +111,16 @@ class Hypotheses:
         return self.bench.effects[name].effect.acts_on == "drive"
 
     def _made(
-        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]], keep: bool = True
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
-        first = self._columns(name, axis, shapes[:1])
-        felt, width = tuple(first.white), next(iter(first.white.values())).shape[1]
+        first = self._columns(name, axis, shapes[:1]) if shapes else Columns({}, {})
+        felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
 
         def columns() -> Columns:
-            return first if len(shapes) == 1 else self._of_grid(name, axis, shapes)
+            if len(shapes) == 1:
+                return first
+            return (self._of_grid if keep else self._columns)(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
@@ -85,7 +128,14 @@ class Hypotheses:
         effect = item.effect
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
         known = (item.freedom, effect.extends, effect.exact, effect.most)
-        return EffectHypothesis(*made, bounds[0], *known, high=bounds[1])
+
+        def taken() -> Array:
+            listed = [self.bench.taken(name, axis or 0, shape) for shape in shapes]
+            return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
+
+        return EffectHypothesis(
+            *made, bounds[0], *known, high=bounds[1], taken=taken if effect.entered else None
+        )
 
     def _of_grid(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         """Of many shapes; those of the last axis are kept, as those of all take too much memory."""
@@ -112,7 +162,8 @@ class Hypotheses:
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:
-        """Base parameters that have a tolerance, and all of a body or of a group together."""
+        """Base parameters that have a tolerance, all of a body or of a group together, and the mass
+        of a body with its moments."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
         for place, known in enumerate(self.rows.made.known):
             if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
@@ -120,10 +171,21 @@ class Hypotheses:
                 owner, dot, _ = known.name.rpartition(".")
                 if dot:
                     bodies.setdefault(owner, []).append(place)
-                if known.group != known.name:
+                if known.group not in (known.name, owner):
                     bodies.setdefault(known.group, []).append(place)
         whole = [ChangedParameter(name, tuple(p), None) for name, p in bodies.items() if len(p) > 1]
-        return [*single, *whole]
+        return [*single, *whole, *self._heavier(bodies)]
+
+    def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
+        """Masses and rotors, with the moments that go with them."""
+        known, scale = self.rows.made.known, self.rows.made.scale
+        owned = {p for places in bodies.values() for p in places}
+        rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and p not in owned}
+        for name, places in {**bodies, **rotors}.items():
+            heavy = [p for p in places if known[p].unit in MASSES]
+            if any(known[p].positive for p in heavy):
+                direction = np.array([known[p].nominal / scale[p] for p in heavy])
+                yield HeavierBody(name, tuple(heavy), None, direction=direction)
 
     def generic(self, axis: int) -> Sequence[NamelessHypothesis]:
         """What an axis may have without a name."""

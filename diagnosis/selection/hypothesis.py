@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -41,9 +41,10 @@ class Columns:
 class EffectHypothesis:
     """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
     felt: axes that feel it; low, high (k,): least gains, largest ones or None for none; freedom:
-    numbers that a fit may choose; extends:
-    the simpler effect that it becomes without its further gains; choices: shapes that those of the
-    grid were picked from."""
+    numbers that a fit may choose; extends: the simpler effect that it becomes without its further
+    gains; choices: shapes that those of the grid were picked from; taken: makes the share
+    (R, shapes) of a change of the reported torque that a gain of one takes away, if the columns
+    are of that torque."""
 
     id: str
     axis: Axis
@@ -57,11 +58,30 @@ class EffectHypothesis:
     most: int
     choices: int = 1
     high: Array | None = None
+    taken: Callable[[], Array] | None = None
 
     @property
     def width(self) -> int:
         """Gains."""
         return len(self.low)
+
+    def blind(self, rows: Rows, left: int | None, gains: Array) -> Array:
+        """What the log density of the torques of all folds but one loses (shapes,) [nats], with
+        these gains (shapes, 1), because not all of the torque shows in the motion.
+
+        With p(f(u)) known, p(u) = p(f(u)) |df/du|: beyond a limit the motion is the same whatever
+        is reported, which is then known to its own size alone, as without any model.
+        """
+        if self.axis is None or self.taken is None:
+            return np.zeros(len(gains))
+        seen = np.maximum(1 - self._taken * gains[:, 0], 1 / rows.white_rms[self.axis])
+        kept = (rows.fold != left) & (rows.moving[self.axis] > 0)
+        return np.asarray(np.log(np.minimum(seen[kept], 1.0)).sum(axis=0))
+
+    @cached_property
+    def _taken(self) -> Array:
+        assert self.taken is not None
+        return self.taken()
 
     @cached_property
     def _known(self) -> dict[Term | None, dict[int, Any]]:
@@ -125,6 +145,19 @@ class ChangedParameter:
     def freedom(self) -> int:
         """A parameter that is there already is simpler than any effect."""
         return len(self.places) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class HeavierBody(ChangedParameter):
+    """A body with another mass, and all that goes with it; direction (len(places),): coefficients
+    of as much again as the machine file says."""
+
+    direction: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def freedom(self) -> int:
+        """One number is another, as of a parameter."""
+        return 0
 
 
 @dataclass(frozen=True, eq=False)

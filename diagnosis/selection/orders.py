@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
-PERIODS, PER_WINDOW = 1.5, 1.0
-"""Least periods over the stroke: fewer look like a spring. Most periods within the smoothing window
-at a slow rate: more are averaged out."""
-SLOW = 0.1
-"""Share of the rows that are slower than what is called slow."""
+PERIODS, SHOWN = 1.5, 50
+"""Least periods over the stroke: fewer look like a spring. Places, each with a row that shows a
+wave, that are needed to tell it: the smoothing window averages a wave out where the axis is
+fast."""
 FINER, BINS = 4, 4
 """Points of the spectrum between two orders that the stroke tells apart; bins of the angle in the
 shortest period."""
-TRIED = 120
-"""Orders that are tried in full."""
-HARMONIC = 0.05
-"""Distance from a whole multiple of another order within which one is its harmonic."""
+TRIED, ANEW = 120, 24
+"""Orders that are tried in full, at first and beside each effect that was found."""
+HARMONIC, OVERTONES = 0.05, 5
+"""Distance from a whole multiple of another order within which one is its harmonic; the highest
+multiple that is tried of a wave that was found, on any axis."""
 
 
 def fundamentals(orders: Sequence[float]) -> list[float]:
@@ -34,10 +34,10 @@ def fundamentals(orders: Sequence[float]) -> list[float]:
 
 
 def promising_orders(
-    rows: Rows, axis: int, weight: Sequence[Array] | None = None
+    rows: Rows, axis: int, left: Array, most: int, weight: Sequence[Array] | None = None
 ) -> tuple[list[float], int]:
-    """Orders [1/rad] with the largest amplitude in what the base model leaves of an axis' torque,
-    in their order, and how many there are to choose from.
+    """The orders [1/rad], at most so many, with the largest amplitude in what a model leaves of an
+    axis' torque, left (R,), in their order; and how many there are to choose from.
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
@@ -45,20 +45,33 @@ def promising_orders(
     pairs = [(b, b.run.motion) for b in made.blocks]
     angle = rows.raw([b.smooth(m.theta[:, axis]) for b, m in pairs])
     rate = np.abs(rows.raw([b.smooth(m.thetad[:, axis]) for b, m in pairs]))
-    left = rows.y[axis] - rows.B[axis] @ made.regression.q
     if weight is not None:
         loaded = [b.smooth(w[:, axis]) for (b, _), w in zip(pairs, weight, strict=True)]
         left = left * rows.raw(loaded)
-    stroke = float(np.ptp(angle))
-    slow = max(float(np.quantile(rate, SLOW)), 1e-9 * stroke / base.window)
+    stroke, window = float(np.ptp(angle)), base.window
     low = 2 * np.pi * PERIODS / stroke
-    high = max(2 * np.pi * PER_WINDOW / (slow * base.window), 2 * low)
+    slow = np.sort(rate)[min(SHOWN, len(rate) - 1)]
+    high = max(2 * np.pi / max(slow * window, 1e-9 * stroke), 2 * low)
     count = int(min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS))
     place = np.minimum((angle - angle.min()) / stroke * count, count - 1).astype(int)
-    filled = np.bincount(place, minlength=count)
-    level = np.bincount(place, left, count) / np.maximum(filled, 1)
-    spectrum = np.abs(np.fft.rfft(np.where(filled > 0, level, 0.0), FINER * count))
-    orders = 2 * np.pi / (FINER * stroke) * np.arange(len(spectrum))
-    there = np.flatnonzero((orders >= low) & (orders <= high))
-    best = there[np.argsort(-spectrum[there])[:TRIED]]
+    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * count // 2 + 1)
+    clear = np.zeros(len(orders))
+    for octave in range(int(np.ceil(np.log2(high / low)))):
+        first = low * 2.0**octave
+        part = (orders >= first) & (orders < min(2 * first, high))
+        weights = smoothed(2**0.5 * first * rate * window / (2 * np.pi))
+        filled = np.bincount(place, weights**2, count)
+        if np.minimum(filled, 1.0).sum() < SHOWN:
+            break
+        level = np.bincount(place, weights * left, count) / np.maximum(filled, 1.0)
+        # beside noise of one size in all rows
+        size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
+        clear[part] = np.abs(np.fft.rfft(level, FINER * count))[part] / size
+    there = np.flatnonzero(clear)
+    best = there[np.argsort(-clear[there])[:most]]
     return sorted(float(order) for order in orders[best]), len(there)
+
+
+def smoothed(periods: Array) -> Array:
+    """Share of a wave's amplitude that a Hann window with so many periods leaves."""
+    return np.asarray(np.sinc(periods) + (np.sinc(periods - 1) + np.sinc(periods + 1)) / 2)

@@ -23,6 +23,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     EffectHypothesis,
+    HeavierBody,
     Hypothesis,
     NamelessHypothesis,
 )
@@ -203,19 +204,25 @@ def change_scores(
     lefts, nb = [None, *moments.rows.folds], moments.rows.nb
     grams = {left: moments.gram(left) for left in lefts}
     moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
-    looser, found = criteria.loose**-2.0, list[Score]()
+    found = list[Score]()
     for change in changes:
         places = list(change.places)
+        ways, looser = np.eye(len(places)), criteria.loose**-2.0
+        if isinstance(change, HeavierBody):
+            # nothing, or twice of what the file says, is one standard deviation
+            ways, looser = change.direction[:, None], 1.0
         total: dict[Left, float] = {}
         step = np.zeros(moments.m)
         for left, (G, b) in grams.items():
             columns, taken = G[:, places], moved[left][:, places]
             S = columns[places] - columns.T @ taken
-            values, turned, vectors = _turned(S, b[places] - columns.T @ moments.fit(left).q)
+            r = b[places] - columns.T @ moments.fit(left).q
+            values, turned, vectors = _turned(ways.T @ S @ ways, ways.T @ r)
             total[left] = _log_evidence(values, turned, looser)
             if left is None:
-                gains = vectors @ (turned / (values + looser))
-                step -= taken @ gains
+                gains = ways @ vectors @ (turned / (values + looser))
+                # other parameters may make the torque of a body too, if no tolerance held them
+                step -= 0.0 if isinstance(change, HeavierBody) else taken @ gains
                 step[places] += gains
         without = np.array([total[fold] for fold in moments.rows.folds])
         score = Score(change, total[None], without, 0.0)

@@ -9,7 +9,8 @@ not fitted to, and how large is it?
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
+    HeavierBody,
     Payload,
 )
 from flexhex.diagnosis.selection.moments import Moments, Term
@@ -97,6 +99,8 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
             break
         if isinstance(found.score.hypothesis, Payload):
             return found.score.hypothesis.bench
+        if isinstance(found.score.hypothesis, HeavierBody):
+            return heavier(bench, found.score.hypothesis, search.moments)
         search.accept(found)
         search.revise(found.score.hypothesis.axis)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
@@ -113,6 +117,23 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         tuple(rounds),
         bench,
     )
+
+
+def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
+    """The same beside a base model in which a body has the mass that a fit gives it."""
+    made, places, ways = bench.made, list(body.places), body.direction
+    (G, b), fit = moments.gram(None), moments.fit(None)
+    columns = G[:, places] @ ways
+    curvature = ways @ columns[places] - columns @ fit.solve(columns)
+    more = float((ways @ b[places] - columns @ fit.q) / (curvature + 1.0))
+    known = list(made.known)
+    for place in places:
+        old = known[place]
+        known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written)
+    base = copy(made.base)
+    base.linear = tuple(known[: len(base.linear)])
+    y = tuple(v - B[:, :, places] @ (more * ways) for v, B in zip(made.y, made.B, strict=True))
+    return bench.beside(replace(made, base=base, known=tuple(known), y=y))
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
@@ -140,14 +161,14 @@ class Search:
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
         self.least = enough(self.hypotheses, self.criteria)
-        self.stale = {*range(self.hypotheses.rows.n), None}
+        self.stale = self._against(None)
 
     def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
         """What is accepted next, and the scores that it was chosen from.
 
         What was accepted hardly moves the scores of other axes: these are computed anew when the
-        best one is among them, or none is good enough any more. Only then, and at first, a payload
-        is looked for.
+        best one is among them, or a parameter that competes with all axes, or none is good enough
+        any more. Only then, and at first, a payload is looked for.
         """
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         while True:
@@ -157,12 +178,18 @@ class Search:
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
             found = self.chosen(self.moments, self.known(), listed, number)
-            wanted = self.stale if found is None else {found.score.hypothesis.axis} & self.stale
+            wanted = self.stale & self._against(found)
             if not wanted:
                 return found, listed
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
+
+    def _against(self, found: Accepted | None) -> set[Axis]:
+        """Axes whose scores must be known before this is accepted."""
+        if found is None or isinstance(found.score.hypothesis, ChangedParameter):
+            return {*range(self.hypotheses.rows.n), None}
+        return {found.score.hypothesis.axis}
 
     def _of(self, axis: Axis) -> list[Score]:
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
@@ -186,7 +213,7 @@ class Search:
         else:
             term = term or effect_term(self.moments, self.hypotheses, found.score)
             self.moments = self.moments.extended(term)
-        self.stale = {*range(self.hypotheses.rows.n), None}
+        self.stale = self._against(None)
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, found)
         self.terms.insert(place, term)

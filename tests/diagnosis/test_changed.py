@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.answer import Joint
 from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.changed import changed_of, impossible
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
-from flexhex.diagnosis.selection.choose import passes
+from flexhex.diagnosis.selection import search
+from flexhex.diagnosis.selection.choose import Accepted, one_cause, passes
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.hypothesis import (
-    ChangedParameter,
-)
+from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, change_scores
 from tests.diagnosis.test_selection import rows_of
 
@@ -61,6 +62,23 @@ def test_body_is_found_where_several_of_its_parameters_changed() -> None:
     body, single = (scored(off, places) for places in ((0, 1, 2), (0,)))
     assert passes(body, (), LEAST, USUAL)
     assert body.gain > single.gain
+
+
+def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect that explains more is found first, though its scores are not there yet."""
+    rows = SimpleNamespace(n=2)
+    change = Score(ChangedParameter("m", (0,), None), 50.0, np.zeros(2), 0.01)
+    effect: Any = SimpleNamespace(axis=1, id="effect")
+    better = Score(effect, 400.0, np.zeros(2), 0.1)
+    monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
+    monkeypatch.setattr(search, "payload_score", lambda *_: None)
+    monkeypatch.setattr(search, "enough", lambda *_: 0.0)
+    monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
+    monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
+    hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
+    found, _ = search.Search(hypotheses, USUAL).next(1)
+    assert found is not None
+    assert found.score is better
 
 
 def held(off: Array, seed: int) -> Joint:
@@ -105,3 +123,71 @@ def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) ->
     made: Any = fit.bench.made
     made.known[:] = [replace(known, unit=unit) for known in made.known]
     assert impossible(fit, [(0,)]) == odd
+
+
+@pytest.mark.parametrize(("elsewhere", "accepted"), [((), False), ((1,), True)])
+def test_same_effect_on_another_axis_needs_no_second_trajectory(
+    elsewhere: tuple[int, ...], accepted: bool
+) -> None:
+    """It predicts both folds, but the first alone would not have shown it."""
+
+    def on(axis: int) -> Any:
+        return SimpleNamespace(axis=axis, id="friction", choices=1, exact=False)
+
+    score = Score(on(0), 60.0, np.array([1.0, 55.0]), 0.01)
+    known = [Score(on(axis), 60.0, np.array([20.0, 20.0]), 0.01) for axis in elsewhere]
+    assert passes(score, known, LEAST, USUAL) == accepted
+
+
+def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None:
+    """Coulomb friction on one axis and Stribeck's on another is one cause."""
+
+    def scored_as(name: str, axis: int, freedom: int) -> Score:
+        hypothesis: Any = SimpleNamespace(id=name, axis=axis, freedom=freedom, extends="")
+        return Score(hypothesis, 60.0, np.zeros(2), 0.01)
+
+    coulomb, fuller = scored_as("coulomb", 0, 1), scored_as("stribeck", 0, 3)
+    other = Accepted(scored_as("stribeck", 1, 3), (), 1)
+    alone = Accepted(coulomb, (), 2, (fuller,))
+    assert [a.score.hypothesis.id for a in one_cause([alone])] == ["coulomb"]
+    assert [a.score.hypothesis.id for a in one_cause([other, alone])] == ["stribeck"] * 2
+
+
+def heavy(off: Array, seed: int = 1) -> tuple[Rows, HeavierBody]:
+    """Rows of a body whose parameters are `off` by so many tolerances, 10 % of 2 kg each, beside
+    one more parameter; the hypothesis that all of the body went with its mass."""
+    B, y = drawn(np.append(off, 0.0), seed)
+    count = len(off)
+    rows = rows_of(y, B, np.ones(count + 1), np.arange(COUNT) * FOLDS // COUNT)
+    direction = np.full(count, 10.0 / LOOSE)
+    return rows, HeavierBody("link", tuple(range(count)), None, direction=direction)
+
+
+@pytest.mark.parametrize(("share", "changed"), [(0.05, False), (0.7, True), (-0.5, True)])
+def test_mass_that_changed_takes_its_moments_with_it(share: float, changed: bool) -> None:
+    """One number for all of a body is more likely than six that happen to go together."""
+    rows, body = heavy(np.full(6, 10 * share))
+    (score,) = change_scores(Moments(rows), [body], USUAL)
+    assert passes(score, (), LEAST, USUAL) == changed
+    (apart,) = change_scores(Moments(rows), [ChangedParameter("link", body.places, None)], USUAL)
+    assert not changed or score.gain > apart.gain
+
+
+def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
+    """What is then left has no mass in it, and the file's value is not forgotten."""
+    rows, body = heavy(np.full(3, 7.0))
+    known = [Known(f"link.{k}", "kg", 2.0, 0.2, "link") for k in range(3)]
+    known.append(Known("other", "N m", 0.0, 0.1, "other"))
+    y, B = (rows.y[0][:, None],), (rows.B[0][:, None],)
+    base: Any = SimpleNamespace(linear=tuple(known))
+    none: Any = SimpleNamespace()
+    scale = np.full(4, LOOSE * 0.2)
+    made = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
+    bench: Any = SimpleNamespace(made=made, beside=lambda made: SimpleNamespace(made=made))
+    found = search.heavier(bench, body, Moments(rows)).made
+    assert [k.nominal for k in found.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
+    assert [k.written for k in found.known] == [2.0, 2.0, 2.0, 0.0]
+    assert found.base.linear == found.known
+    left = Moments(rows_of(found.y[0][:, 0], rows.B[0], rows.prior, rows.fold))
+    assert np.abs(left.fit(None).q).max() < 0.3
+    assert made.base.linear[0].nominal == 2.0

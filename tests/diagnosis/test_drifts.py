@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
-from tests.diagnosis.single import SECONDS, TS, wandering, write
+from tests.diagnosis.single import SECONDS, TS, wandering, wanted, write
 
 OPTIONS = Options(base="axis")
 RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
@@ -18,6 +18,7 @@ RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 CREEP, TIME = 1e-3, 25.0
 """Of a torque that creeps in: at first [N m/s], until it rests [s]."""
 COUNT = round(SECONDS / TS)
+RMS = float(wanted(TS * np.arange(COUNT), 1).std())
 
 
 def said(folder: Path, extra: list[NDArray[np.float64]]) -> Diagnosis:
@@ -50,6 +51,15 @@ def test_creeping_offset_is_named_with_its_rate(tmp_path: Path) -> None:
 def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     rng = np.random.default_rng(11)
     found = said(tmp_path, [0.02 * wandering(COUNT, corner, rng) for _ in RUNS])
+    assert found.effects == ()
+
+
+@pytest.mark.parametrize("seed", [1, 12])
+def test_random_walk_is_no_drift(tmp_path: Path, seed: int) -> None:
+    """Of 2 % of the torque at the end of all runs; the second one looks like a straight line."""
+    steps = np.random.default_rng([seed, 5]).standard_normal(len(RUNS) * COUNT)
+    walk = 0.02 * RMS * np.cumsum(steps) / np.sqrt(len(steps))
+    found = said(tmp_path, list(walk.reshape(len(RUNS), COUNT)))
     assert found.effects == ()
 
 

@@ -110,6 +110,14 @@ def test_drive_that_is_asked_for_nothing_says_nothing(still: tuple[int, ...]) ->
     assert {axis: one.id for axis, one in found.items()} == ({1: late.LAG} if 0 in moving else {})
 
 
+def test_long_common_lag_is_found_whole() -> None:
+    """Reports that come 24 samples late: the derivative of the command says a sixth less."""
+    later = 24 * TS
+    made = [replace(run, tau=replace(run.tau, t0=run.tau.t0 + later)) for run in runs()]
+    found = drives.common_lag(PathBase(USUAL, 0.0105, 0.005, 1.0), made)
+    assert found == pytest.approx(LOOP + later, abs=2e-5)
+
+
 def test_no_drive_that_moves_has_no_lag() -> None:
     made = runs()
     for run in made:

@@ -8,32 +8,50 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.selection.orders import promising_orders
+from flexhex.diagnosis.selection.orders import TRIED, promising_orders, smoothed
+from flexhex.fmus.filter.equations import hann
 
 STROKE, WINDOW = 10.0, 0.02
 
 
-def swept(share: float, order: float) -> Any:
-    """Rows of one axis that has a wave of an order [1/rad], and a base model that explains nothing;
-    this share of them is slow [0.5 rad/s], the others are fast [20 rad/s]."""
+def swept(share: float) -> Any:
+    """Rows of one axis; this share of them is slow [0.5 rad/s], the others are fast [20 rad/s]."""
     angle = np.linspace(0.0, STROKE, 8000)
     rate = np.where(np.arange(len(angle)) < share * len(angle), 0.5, 20.0)
     motion = SimpleNamespace(theta=angle[:, None], thetad=rate[:, None])
     block = SimpleNamespace(smooth=lambda x: x, run=SimpleNamespace(motion=motion))
-    regression = SimpleNamespace(q=np.zeros(1))
-    made = SimpleNamespace(
-        base=SimpleNamespace(window=WINDOW), blocks=[block], regression=regression
-    )
-    still = np.zeros((len(angle), 1))
-    return SimpleNamespace(made=made, raw=np.concatenate, y=[np.cos(order * angle)], B=[still])
+    made = SimpleNamespace(base=SimpleNamespace(window=WINDOW), blocks=[block])
+    return SimpleNamespace(made=made, raw=np.concatenate)
 
 
 @pytest.mark.parametrize(
-    ("share", "shown"), [(1.0, True), (0.15, True), (0.0, False)], ids=["slow", "some", "fast"]
+    ("share", "shown"),
+    [(1.0, True), (0.15, True), (0.02, True), (0.0, False)],
+    ids=["slow", "some", "few", "fast"],
 )
 def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> None:
-    """At 20 rad/s the window averages 6 of its periods."""
-    orders, _ = promising_orders(swept(share, 100.0), 0)
+    """At 20 rad/s the window averages 6 of its periods, and nothing but noise is left."""
+    rows, order = swept(share), 100.0
+    angle, rate = (v[:, 0] for v in vars(rows.made.blocks[0].run.motion).values())
+    passing = smoothed(order * rate * WINDOW / (2 * np.pi))
+    left = passing * np.cos(order * angle) + 0.02 * np.random.default_rng(1).normal(size=len(angle))
+    orders, _ = promising_orders(rows, 0, left, TRIED)
     nearest = min(abs(order - 100.0) for order in orders)
     # half the spacing of points, which are four in what the stroke tells apart
     assert (nearest <= np.pi / STROKE / 4) == shown
+
+
+def test_share_that_a_window_leaves_is_its_transform() -> None:
+    """Against sums over a Hann window."""
+    weights = hann(400)
+    clock = (np.arange(len(weights)) - (len(weights) - 1) / 2) / len(weights)
+    for periods in (0.0, 0.3, 1.0, 1.5, 2.0, 3.4):
+        whole = weights @ np.cos(2 * np.pi * periods * clock) / weights.sum()
+        assert smoothed(np.array([periods]))[0] == pytest.approx(whole, abs=0.01)
+
+
+def test_few_places_show_no_wave() -> None:
+    rows = swept(1.0)
+    motion = rows.made.blocks[0].run.motion
+    motion.theta, motion.thetad = motion.theta[::200], motion.thetad[::200]
+    assert promising_orders(rows, 0, np.cos(3.0 * motion.theta[:, 0]), TRIED) == ([], 0)

@@ -12,11 +12,14 @@ import pytest
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection import hypotheses
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.search import Selection
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import write
-from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, chosen, moved, names
+from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
 ORDERS = (29.0, 58.0, 87.0, 116.0, 145.0)
 
@@ -73,3 +76,18 @@ def test_one_trajectory_names_what_predicts_another_one(
     bench = Bench(made, compiled(1, None, made.base.holds))
     side = selected(bench, asked.judged, lambda text: None)
     assert [named.id for named in side.named] == held_out[1]
+
+
+def test_rows_that_show_no_wave_ask_for_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of few places nothing periodic can be told; all else is asked for as ever."""
+    bench = bench_of(tmp_path, None)
+    found = Hypotheses(bench, Rows.of(bench.made))
+    asked = [effect.id for effect in found.effects(0)]
+    monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: ([], 0))
+    blind = Hypotheses(bench, found.rows)
+    waves = {"cogging_harmonic", "torque_ripple"}
+    assert [effect.id for effect in blind.effects(0)] == [a for a in asked if a not in waves]
+    (other, *_) = (e for e in found.effects(0) if e.id == "cogging_harmonic")
+    assert blind.anew(found.moments, other, "something", []) == []

@@ -35,8 +35,9 @@ UNPACK = """(async () => {
   }
   return [image.width, image.height, btoa(text)];
 })()"""
-PATIENCE = 60.0
-"""Time after which a browser that does not answer is taken for broken [s]."""
+PATIENCE = 300.0
+"""Time after which a browser that does not answer is taken for broken [s]; a busy computer with
+neither GPU nor free core took more than 60."""
 
 
 class Browser:
@@ -52,6 +53,7 @@ class Browser:
         self._in, self._out, self._count, self._rest = to_us, to_them, 0, b""
         self.said: list[str] = []
         self.asked: list[str] = []
+        self._loaded = False
         command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
         # the browser reads from its file 3 and writes to its file 4
         wired = f'exec 3<&{ours} 4>&{theirs}; exec "$@"'
@@ -108,6 +110,8 @@ class Browser:
             self.said.append(params["entry"]["text"])
         elif method == "Network.requestWillBeSent":
             self.asked.append(params["request"]["url"])
+        elif method == "Page.loadEventFired":
+            self._loaded = True
 
     def open(self, page: Path, width: int = 1440, height: int = 900, dark: bool = False) -> None:
         """Show a page and wait until it says that it is ready."""
@@ -117,7 +121,11 @@ class Browser:
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=width < 600,
         )  # fmt: skip
+        self._loaded = False
         self.call("Page.navigate", url=page.absolute().as_uri())
+        # a script that is asked while one page gives way to another may never be answered
+        while not self._loaded:
+            self._note(self._read())
         end = time.monotonic() + PATIENCE
         while self.run("document.documentElement?.dataset.ready") != "yes":
             if time.monotonic() > end:

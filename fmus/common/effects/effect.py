@@ -43,7 +43,8 @@ class Shape:
     """A nonlinear parameter [unit]: fixed in a machine file, searched by the diagnosis.
 
     start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
-    seems to lie at `high` or beyond is something else.
+    seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
+    numbers as shares of the largest torque.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Shape:
     description: str = ""
     whole: bool = False
     closed: bool = False
+    of_peak: bool = False
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,8 @@ class Effect:
     feedforward  "" where the feedforward compensates it, else the reason why not
     reported  whether it can also act between the commanded and the reported torque, where
               the torque constant has no influence
+    entered   whether its torque is the one that enters the drive and is reported: what the joint
+              needs never goes beyond a limit
     behind    the part of such an effect that acts after the reported torque where the command is
               logged too; None: all of it
     extends   id of the effect this becomes when all gains but the first are zero
@@ -136,6 +140,7 @@ class Effect:
     spec: Experiment
     feedforward: str = ""
     reported: bool = False
+    entered: bool = False
     behind: Effect | None = None
     extends: str = ""
     most: int = 1

@@ -21,8 +21,9 @@ BRISK = Experiment("random", {"period": 0.7, "move": 0.35}, ((0.0, 0.0), (25.0, 
 SHARP = Shape("p", "1", 1.0, 40.0, 16.0, (2.0, 16.0), "sharpness of the corner")
 TINY = 1e-12
 """Torque [N m] that a drive at rest divides by."""
-GRID = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
-"""Limits to try [N m]."""
+GRID = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.98)
+"""Limits to try, shares of the largest torque: one in its upper half takes little of a torque, and
+away from it the excess has another size."""
 
 
 class TorqueConstantSaturation(Effect):
@@ -61,7 +62,7 @@ class TorqueSaturation(Effect):
     id, title, acts_on = "torque_saturation", "torque limit", "drive"
     gains = (Gain("clip", "1", 1.0, 0.0, 1.0, "share of the excess that is lost"),)
     shapes = (
-        Shape("tau_lim", "N m", 1e-4, 1e5, 5.0, GRID, "limit"),
+        Shape("tau_lim", "N m", 1e-4, 1e5, 0.8, GRID, "limit", of_peak=True),
         SHARP,
     )
     reported = True
@@ -77,11 +78,11 @@ class TorqueSaturation(Effect):
 
 
 class SharpTorqueSaturation(TorqueSaturation):
-    """A limit with a corner, which takes away most of what goes beyond it."""
+    """A limit with a corner, which takes away nearly all that goes beyond it."""
 
-    behind = None
-    gains = (replace(TorqueSaturation.gains[0], low=0.5),)
-    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(16.0,)))
+    behind, entered = None, True
+    gains = (replace(TorqueSaturation.gains[0], low=0.9),)
+    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(40.0,)))
 
 
 TorqueSaturation.behind = SharpTorqueSaturation()

@@ -1,0 +1,94 @@
+"""A limit that the reports do not show: what goes beyond it moves nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.selection.evidence import tried
+from flexhex.diagnosis.selection.moments import Moments
+from flexhex.diagnosis.selection.search import select
+from flexhex.fmus.common.effects import library
+from tests.diagnosis.test_selection import effect_of, names, rows_of
+
+Array = NDArray[np.float64]
+TS, SECONDS, J, LIMIT, SPRING = 1e-3, 12.0, 0.08, 2.0, 3.0
+SHARP = library()["torque_saturation"].behind
+
+
+def pushed(seed: int, limit: float) -> tuple[Array, Array]:
+    """Angle and commanded torque (samples,) of an inertia on a spring with some damping, exact for
+    a torque that is held over each sample; the joint gets no more than the limit."""
+    rng = np.random.default_rng([seed, 3])
+    t = TS * np.arange(round(SECONDS / TS))
+    w, phase = rng.uniform(1.5, 14.0, 5), rng.uniform(0, 2 * np.pi, 5)
+    asked = 0.9 * np.sin(w * t[:, None] + phase).sum(axis=1)
+    A = np.array([[0.0, 1.0, 0.0], [-SPRING / J, -3.0, 1 / J], [0.0, 0.0, 0.0]]) * TS
+    step, term = np.eye(3), np.eye(3)
+    for k in range(1, 12):
+        term = term @ A / k
+        step = step + term
+    state, angle = np.zeros(2), np.empty(len(t))
+    for k, torque in enumerate(np.clip(asked, -limit, limit)):
+        angle[k] = state[0]
+        state = step[:2, :2] @ state + step[:2, 2] * torque
+    return angle, asked
+
+
+def log(folder: Path, seed: int, number: int, limit: float) -> Path:
+    """One pass as a file, with noise of its own; the report is the command."""
+    angle, asked = pushed(seed, limit)
+    rng = np.random.default_rng([seed, number])
+    seen = angle + 1e-6 * rng.standard_normal(len(angle))
+    # a torque that is held acts half a sample later than its stamp
+    told = asked + 0.01 * rng.standard_normal(len(angle))
+    clock = TS * (np.arange(len(angle)) + 0.5)
+    rows = np.stack([clock, np.interp(clock, clock - TS / 2, seen), told, asked], axis=1)[:-1]
+    head = f"# trajectory: {seed}\n# pass: {number}\n"
+    head += "time,theta[1],tau_meas[1],tau[1]\ns,rad,N m,N m\n"
+    path = folder / f"{seed}{number}.csv"
+    with path.open("w") as file:
+        file.write(head)
+        np.savetxt(file, rows, fmt="%.8g", delimiter=",")
+    return path
+
+
+@pytest.mark.parametrize(("limit", "named"), [(LIMIT, ["torque_saturation"]), (99.0, [])])
+def test_limit_is_named_where_the_motion_shows_it(
+    tmp_path: Path, limit: float, named: list[str]
+) -> None:
+    assert SHARP is not None
+    paths = [log(tmp_path, seed, number, limit) for seed in (1, 2) for number in (1, 2)]
+    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    assert not trouble
+    made, _, _ = fitted(base, asked.runs)
+    effects = {**library(), SHARP.id: SHARP}
+    selection = select(Bench(made, compiled(1, effects, made.base.holds)))
+    assert names(selection) == named
+    for accepted in selection.accepted:
+        hypothesis: Any = accepted.score.hypothesis
+        assert hypothesis.shapes[accepted.score.shape]["tau_lim"] == pytest.approx(limit, rel=0.02)
+
+
+def test_what_the_motion_does_not_show_is_paid_for() -> None:
+    """Half of the rows tell nothing but the torque's own size: log of noise over torque each."""
+    rng = np.random.default_rng(5)
+    rows = rows_of(rng.normal(size=240), np.zeros((240, 1)), np.ones(1), np.arange(240) // 80)
+    taken = (np.arange(240) % 2)[:, None].astype(float)
+    plain = effect_of(np.zeros((240, 1)))
+    assert np.allclose(plain.blind(rows, None, np.ones((1, 1))), 0.0)
+    limit: Any = effect_of(rng.normal(size=(240, 1)))
+    object.__setattr__(limit, "taken", lambda: taken)
+    object.__setattr__(limit, "low", np.ones(1))
+    object.__setattr__(limit, "high", np.ones(1))
+    lost = np.log(1 / rows.white_rms[0])
+    assert limit.blind(rows, None, np.ones((1, 1)))[0] == pytest.approx(120 * lost)
+    assert limit.blind(rows, 0, np.ones((1, 1)))[0] == pytest.approx(80 * lost)
+    assert tried(Moments(rows), limit)[None].gains[0, 0] == 1.0
