@@ -11,6 +11,7 @@ use crate::bus::{self, BringUpOptions};
 use crate::config::Config;
 use crate::cycle::{signals, ControlLoop, Ending, LiveStatus, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
+use crate::learned;
 use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
@@ -22,6 +23,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60 --record dry.csv
   flexhex-gateway run gateway/machines/akd.toml --enable --duration 20 --record a.csv
+  flexhex-gateway run gateway/machines/akd.toml --enable --record b.csv --resume a-estimate.json
   flexhex-gateway run gateway/machines/akd.toml --enable --interface veth1 --lockstep
 
 Ctrl-C ends a run: the machine lands and the drives are disabled. A second Ctrl-C takes the torque
@@ -49,6 +51,9 @@ pub struct Run {
     /// Record every cycle to this CSV file, which must not exist. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Start from what the estimator learned in an earlier run, for example --resume a-estimate.json.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Add a line `# KEY: VALUE` at the head of the recording, for example --meta trajectory=a; may
     /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
@@ -85,10 +90,15 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     check_arguments(args)?;
     let bad = |why| (Exit::BadInput, why);
     let failed = |why| (Exit::Failed, why);
-    let config = args.config.read().map_err(bad)?;
+    let mut config = args.config.read().map_err(bad)?;
+    if args.resume.is_some() {
+        config.estimate.resume.clone_from(&args.resume);
+    }
+    let config = config;
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter).map_err(bad)?;
-    let controller = signals::open(&config, &system, args.lockstep).map_err(bad)?;
+    let resume = learned::resumed(&config).map_err(bad)?;
+    let controller = signals::open(&config, &system, args.lockstep, resume).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
     let mechanics = session::mechanics(&config, &system).map_err(bad)?;
     let columns = Columns::with(&session::extra_columns(&config, &controller));
@@ -122,6 +132,9 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let finished = writer.finish(trip);
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished.map_err(failed)?;
+    if let (Some(recording), false) = (&args.record, args.dry_run) {
+        learned::save(reporter, &out, recording, &config).map_err(failed)?;
+    }
     Ok(if out.good() { Exit::Good } else { Exit::Failed })
 }
 
@@ -196,6 +209,9 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         ("base_step_s".to_owned(), system.base_step().to_string()),
         ("signals".to_owned(), session::channel_map(config, system)),
     ];
+    if let Some(file) = &config.estimate.resume {
+        meta.push(("resumed".to_owned(), file.display().to_string()));
+    }
     meta.extend(provenance(config.hash));
     for pair in &args.meta {
         let (key, value) =

@@ -2,6 +2,7 @@
 
 mod check;
 mod check_profile;
+mod estimate;
 mod hash;
 mod landing;
 mod mistakes;
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 #[cfg(test)]
 pub use check::parse;
 pub use check::read;
+pub use estimate::Estimate;
 pub use flexhex_system::AXES;
 pub use landing::Landing;
 pub use profile::{Pdo, Profile, Role, Scale};
@@ -35,6 +37,8 @@ pub struct Config {
     #[serde(default)]
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
+    #[serde(default)]
+    pub estimate: Estimate,
     pub drive: Vec<Drive>,
     /// Of the file with the values that the command line replaces.
     #[serde(skip)]
@@ -53,6 +57,9 @@ pub struct System {
     /// Reaction to a component that is late.
     #[serde(default)]
     pub late: Late,
+    /// Trip when one is late at more ticks in a row than this (`hold`).
+    #[serde(default = "late_limit")]
+    pub late_limit: u32,
     /// Longest wall-clock time of one step of a component [us].
     pub step_limit_us: Option<u32>,
     pub reference: String,
@@ -61,6 +68,10 @@ pub struct System {
     /// Parameters of components by name, `feedback.tau_step = 0.003`.
     #[serde(default)]
     pub parameters: std::collections::BTreeMap<String, f64>,
+}
+
+fn late_limit() -> u32 {
+    10
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]

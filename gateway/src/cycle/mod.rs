@@ -30,6 +30,8 @@ use crate::wire::Link;
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
 const UNANSWERED_LIMIT: u32 = 40;
 const NANOSECONDS: f64 = 1e9;
+/// Longest wait at the end for a step in a thread of its own.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -153,6 +155,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.read_back(&left.statusword);
         self.out.counts = counts;
         self.out.set_error_code(code);
+        self.out.states = self.controller.save(FAREWELL);
         self.out
     }
 

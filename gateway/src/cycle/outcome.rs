@@ -5,6 +5,7 @@ use crate::bus::cia402;
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::wire::Counts;
+use flexhex_system::{Error, State};
 
 /// How the run ended.
 pub enum Ending {
@@ -48,6 +49,8 @@ pub struct Outcome {
     pub late_threads: u64,
     pub counts: Counts,
     pub overflowed: u64,
+    /// What the components with a thread of their own have learned, or why that is not known.
+    pub states: Vec<Result<State, Error>>,
     /// Largest following error of each axis [rad].
     pub most_error: Vec<f64>,
 }
@@ -75,6 +78,7 @@ impl Outcome {
             late_threads: 0,
             counts: Counts::default(),
             overflowed: 0,
+            states: Vec::new(),
             most_error: vec![0.0; crate::config::AXES],
         }
     }
