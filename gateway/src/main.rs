@@ -1,5 +1,6 @@
 //! Runs the control FMUs of a `.ssp` against six servo drives on EtherCAT.
 
+mod attend;
 mod bus;
 mod check;
 mod config;
@@ -8,6 +9,7 @@ mod estimate;
 mod exit;
 mod learned;
 mod limits;
+mod live;
 mod motion;
 mod off;
 mod realtime;
@@ -17,6 +19,8 @@ mod rules;
 mod run;
 mod safety;
 mod session;
+mod status;
+mod watch;
 mod wire;
 
 use clap::{Parser, Subcommand};
@@ -28,6 +32,7 @@ Examples:
   flexhex-gateway check gateway/machines/akd.toml --bus
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
+  flexhex-gateway status gateway/machines/akd.toml
   flexhex-gateway off gateway/machines/akd.toml
   flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
 
@@ -50,6 +55,9 @@ enum Verb {
     /// Run the controller against the drives.
     #[command(after_help = run::EXAMPLES)]
     Run(run::Run),
+    /// Show what a running gateway does; only reads.
+    #[command(after_help = status::EXAMPLES)]
+    Status(status::Status),
     /// Take the drives out of operation from any state; the torque ends at once.
     #[command(after_help = off::EXAMPLES)]
     Off(off::Off),
@@ -63,6 +71,7 @@ fn main() -> ExitCode {
     let exit = match &line.verb {
         Verb::Check(args) => check::check(args),
         Verb::Run(args) => run::run(args),
+        Verb::Status(args) => status::status(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };

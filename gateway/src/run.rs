@@ -2,28 +2,30 @@
 
 use clap::Args;
 use flexhex_system::System;
-use serde_json::json;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::Duration;
 
+use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::Config;
-use crate::cycle::{signals, ControlLoop, Ending, LiveStatus, Preallocated, RunOptions, Signals};
+use crate::cycle::{signals, ControlLoop, Ending, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
 use crate::learned;
+use crate::live::Board;
 use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
 use crate::session::{self, ConfigArgs};
+use crate::watch;
 use crate::wire::Socket;
 
-const STATUS_PERIOD: Duration = Duration::from_millis(500);
 pub const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60 --record dry.csv
   flexhex-gateway run gateway/machines/akd.toml --enable --duration 20 --record a.csv
   flexhex-gateway run gateway/machines/akd.toml --enable --record b.csv --resume a-estimate.json
+  flexhex-gateway run gateway/machines/akd.toml --enable --page 4850
   flexhex-gateway run gateway/machines/akd.toml --enable --interface veth1 --lockstep
 
 Ctrl-C ends a run: the machine lands and the drives are disabled. A second Ctrl-C takes the torque
@@ -51,6 +53,9 @@ pub struct Run {
     /// Record every cycle to this CSV file, which must not exist. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Show the run in a browser at http://127.0.0.1:PORT/, on this computer alone and read-only.
+    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
+    page: Option<u16>,
     /// Start from what the estimator learned in an earlier run, for example --resume a-estimate.json.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
@@ -104,25 +109,36 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
-    let plan = plan(args, &config, &system, columns).map_err(bad)?;
+    let plan = plan(args, &config, &system, columns.clone()).map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
     let socket = open_socket(args, &config)?;
     realtime::stop::listen();
-    let status = LiveStatus::default();
     let base_step = system.base_step();
-    let out = with_status(reporter, &status, base_step, || {
-        // from OP on the drives expect a frame every cycle: all else is done before
-        for note in session::request_real_time(&config, args.lockstep, args.enable)? {
-            reporter.line("note", &note);
-        }
-        let buffers = Preallocated::new(width);
-        let bring_up = bring_up_options(args, base_step);
-        let bus =
-            bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
-        let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
-        let options = run_options(args, base_step);
-        Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&status, base_step)).run())
-    });
+    let board = Arc::new(Board::new(width));
+    watch::serve(&config, (args.page, args.record.as_deref()), &board, &columns).map_err(failed)?;
+    if let Some(port) = args.page {
+        reporter.line("page", &format!("http://127.0.0.1:{port}/"));
+    }
+    let (computing, closer) = (controller.watch(), writer.closer());
+    let patience = watch::patience(args.lockstep, &config);
+    let watched = Watched { reporter, board: &board, columns: &columns, patience };
+    let out = attend(
+        watched,
+        || watch::hung(reporter, &computing, &closer),
+        || {
+            // from OP on the drives expect a frame every cycle: all else is done before
+            for note in session::request_real_time(&config, args.lockstep, args.enable)? {
+                reporter.line("note", &note);
+            }
+            let buffers = Preallocated::new(width);
+            let bring_up = bring_up_options(args, base_step);
+            let bus =
+                bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
+            let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
+            let options = run_options(args, base_step);
+            Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step)).run())
+        },
+    );
     let out = out.map_err(failed)?;
     let trip = match &out.ending {
         Ending::Tripped(trip, detail) => Some(format!("{}: {trip} {detail}", trip.reason.key())),
@@ -165,40 +181,6 @@ fn run_options(args: &Run, base_step: f64) -> RunOptions {
         lockstep: args.lockstep,
         reset_faults: args.reset_faults,
     }
-}
-
-/// Run `work` in this thread while another one shows the status.
-fn with_status<T>(
-    reporter: Reporter,
-    status: &LiveStatus,
-    base_step: f64,
-    work: impl FnOnce() -> T,
-) -> T {
-    let over = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let display = scope.spawn(|| {
-            while !over.load(Ordering::Relaxed) {
-                std::thread::park_timeout(STATUS_PERIOD);
-                let cycle = status.cycle.load(Ordering::Relaxed);
-                if cycle == 0 {
-                    continue;
-                }
-                let time = cycle as f64 * base_step;
-                let error = status.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
-                let lost = status.lost.load(Ordering::Relaxed);
-                reporter.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
-                reporter.event(
-                    "status",
-                    json!({"cycle": cycle, "time_s": time, "error_urad": error, "lost": lost}),
-                );
-            }
-            reporter.live_over();
-        });
-        let out = work();
-        over.store(true, Ordering::Relaxed);
-        display.thread().unpark();
-        out
-    })
 }
 
 fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {

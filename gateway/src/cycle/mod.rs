@@ -11,7 +11,7 @@ pub mod signals;
 mod timing;
 
 use flexhex_system::Controller;
-use std::sync::atomic::{AtomicI64, AtomicU64};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 pub use outcome::{Ending, Outcome};
@@ -21,6 +21,7 @@ pub use timing::{Clock, Histogram};
 use crate::bus::cia402::{self, State};
 use crate::bus::Bus;
 use crate::config::{Config, AXES};
+use crate::live::Board;
 use crate::motion::{Mechanics, Mover};
 use crate::realtime::now_ns;
 use crate::record::Sink;
@@ -40,15 +41,6 @@ pub struct RunOptions {
     pub dry_run: bool,
     pub lockstep: bool,
     pub reset_faults: bool,
-}
-
-/// Values for the status display, read by another thread.
-#[derive(Default)]
-pub struct LiveStatus {
-    pub cycle: AtomicI64,
-    pub lost: AtomicU64,
-    /// Largest following error of the newest cycle [nrad].
-    pub error_nrad: AtomicU64,
 }
 
 /// Lifting, landing and everything between are judged by the same rules (`safety`).
@@ -83,7 +75,7 @@ pub struct ControlLoop<'a, L: Link> {
     safety: Safety,
     clock: Clock,
     sink: Sink,
-    status: &'a LiveStatus,
+    board: &'a Board,
     phase: Phase,
     row: Vec<f64>,
     out: Outcome,
@@ -111,7 +103,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         bus: Bus<L>,
         (controller, signals, mechanics): (Controller, Signals, Mechanics),
         (sink, out): (Sink, Preallocated),
-        (status, base_step): (&'a LiveStatus, f64),
+        (board, base_step): (&'a Board, f64),
     ) -> Self {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
         let spin = Duration::from_micros(config.real_time.spin_us.into());
@@ -139,13 +131,17 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             controller,
             signals,
             sink,
-            status,
+            board,
         }
     }
 
     /// The whole run, from disabled drives to disabled drives.
     pub fn run(mut self) -> Outcome {
-        while !self.guarded_cycle() {}
+        self.board.beating.store(true, Ordering::Relaxed);
+        while !self.guarded_cycle() {
+            self.board.beats.fetch_add(1, Ordering::Relaxed);
+        }
+        self.board.beating.store(false, Ordering::Relaxed);
         self.out.cycles = self.controller.now();
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
@@ -183,7 +179,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         match self.phase {
             Phase::Disabling(_) => return self.disabling(&reply),
             Phase::Lifting(mover) | Phase::Landing(mover) => {
-                self.moving(&reply, mover);
+                self.moving(&reply, mover, (late_ns, round_trip));
                 return false;
             }
             _ => {}

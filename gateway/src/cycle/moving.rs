@@ -8,7 +8,7 @@ use crate::config::AXES;
 use crate::motion::{Mover, Path};
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
-use crate::safety::{Bounds, Disabling, Measured};
+use crate::safety::{in_landing, Bounds, Disabling, InLanding, Measured};
 use crate::wire::Link;
 
 /// Distance [rad] within which the machine stands at a pose already.
@@ -57,7 +57,12 @@ impl<L: Link> ControlLoop<'_, L> {
     }
 
     /// A cycle of lift-off or landing: judge, then the torque of the next frame.
-    pub(super) fn moving(&mut self, reply: &Reply, mut mover: Mover) {
+    pub(super) fn moving(
+        &mut self,
+        reply: &Reply,
+        mut mover: Mover,
+        (late_ns, round_trip_ns): (u64, u64),
+    ) {
         let lifting = matches!(self.phase, Phase::Lifting(_));
         let skipped = self.newly_skipped();
         let complete = reply.answered && reply.working_counter == self.bus.complete();
@@ -66,7 +71,7 @@ impl<L: Link> ControlLoop<'_, L> {
         mover.step(&values.theta, skipped);
         self.moved += 1;
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
-        self.fill(n, reply, 0, 0);
+        self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {
             cycle: n,
             skipped,
@@ -82,46 +87,47 @@ impl<L: Link> ControlLoop<'_, L> {
             al_state: &reply.al_state,
             mode: &reply.mode,
             controller: None,
-            overrun_us: 0.0,
+            overrun_us: self.overrun_us(late_ns),
         });
         self.push(0);
         let over = mover.left() == 0;
         self.phase = if lifting { Phase::Lifting(mover) } else { Phase::Landing(mover) };
         match trip {
             Some(trip) if lifting => {
-                let reason = trip.reason;
-                self.end(Ending::Tripped(trip, String::new()), reason);
+                self.end(Ending::Tripped(trip, String::new()), trip.reason);
+                return;
             }
             Some(trip) => self.landing_failed(trip),
-            None if lifting && stop::requested() => {
-                self.end(Ending::StopRequested, Reason::Stopped)
+            None => {}
+        }
+        match self.phase {
+            Phase::Lifting(_) if stop::requested() => {
+                self.end(Ending::StopRequested, Reason::Stopped);
             }
-            None if stop::requested_twice() => self.take_power(ReactionKind::Zero),
-            None if over && lifting => {
+            Phase::Lifting(_) if over => {
                 self.safety.enter(Bounds::of(self.config, true));
                 self.inputs = super::inputs::Inputs::default();
                 self.phase = Phase::Running;
             }
-            None if over => self.take_power(ReactionKind::Land),
-            None => {}
+            Phase::Landing(_) if stop::requested_twice() => self.take_power(ReactionKind::Zero),
+            Phase::Landing(_) if over => self.take_power(ReactionKind::Land),
+            _ => {}
         }
     }
 
-    /// A rule is violated during a landing. An encoder that fails makes its axis blind, once; all else ends
-    /// in category 0.
+    /// A rule is violated during a landing: the first is told.
     fn landing_failed(&mut self, trip: Trip) {
-        let kind = self.config.reactions.to(trip.reason);
-        let first = self.out.landing_trip.is_none();
+        let Phase::Landing(mover) = &mut self.phase else { return };
         self.out.landing_trip.get_or_insert(trip);
-        if let (Phase::Landing(mover), Some(axis)) = (&mut self.phase, trip.axis) {
-            if kind == ReactionKind::Damp && first && !mover.blind.contains(&true) {
+        match in_landing(&trip, self.config.reactions.to(trip.reason), &mover.blind) {
+            InLanding::GoOn => {}
+            InLanding::Blind(axis) => {
                 mover.blind[axis] = true;
                 let blind = mover.blind;
                 self.safety.enter(Bounds { blind, ..*self.safety.bounds() });
-                return;
             }
+            InLanding::TakePower(kind) => self.take_power(kind),
         }
-        self.take_power(if kind.lands() { ReactionKind::Zero } else { kind });
     }
 
     /// Zero torque from the next frame on; the drives are disabled.

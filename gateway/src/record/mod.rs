@@ -13,4 +13,4 @@ mod writer;
 pub use columns::{time_of, Columns};
 pub use provenance::provenance;
 pub use ring::{ring, Sink};
-pub use writer::{Plan, Writer, Written};
+pub use writer::{Closer, Plan, Writer, Written};

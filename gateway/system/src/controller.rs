@@ -8,7 +8,7 @@ use tempfile::TempDir;
 use crate::component::Component;
 use crate::drives::Drives;
 use crate::error::Error;
-use crate::inline::{check_finite, Inline};
+use crate::inline::{check_finite, Inline, Watch};
 use crate::layout::Layout;
 use crate::state::State;
 use crate::system::System;
@@ -213,6 +213,11 @@ impl Controller {
         let bus = self.inline.bus();
         let all = self.faults.iter().map(|(component, slot)| (component, bus[*slot]));
         all.filter(|(_, fault)| *fault != 0.0)
+    }
+
+    /// Tells another thread which component computes.
+    pub fn watch(&self) -> Arc<Watch> {
+        self.inline.watch()
     }
 
     /// The states of all components with a thread of their own, or why one has none. `wait`: longest

@@ -30,6 +30,7 @@ pub const AXES: usize = 6;
 pub use component::Component;
 pub use controller::{Controller, Late, Options};
 pub use error::Error;
+pub use inline::Watch;
 pub use plant::Plant;
 pub use state::State;
 pub use system::System;
