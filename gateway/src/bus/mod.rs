@@ -17,7 +17,7 @@ mod startup;
 mod watchdog;
 
 pub use difference::Difference;
-pub use exchange::{Bus, Reply};
+pub use exchange::{Ask, Bus, Reply};
 pub use identity::DeviceInfo;
 pub use off::off;
 pub use options::BringUpOptions;

@@ -146,11 +146,10 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.overflowed = self.sink.overflowed();
-        let left = self.bus.leave(self.out.axis_with_fault(), &self.out.disabled);
-        let (counts, code) = (left.counts, left.error_code);
+        let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.read_back(&left.statusword);
-        self.out.counts = counts;
-        self.out.set_error_code(code);
+        self.out.counts = left.counts;
+        self.out.answer(left.error_code, left.al_code);
         self.out.states = self.controller.save(FAREWELL);
         self.out
     }

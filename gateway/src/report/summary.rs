@@ -30,6 +30,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
             "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
+            "landing_detail": out.landing_detail,
             "recording": written.recording, "before_trip": written.before_trip,
             "rows": written.rows}),
     );
