@@ -5,6 +5,8 @@ mod ending;
 mod inputs;
 mod moving;
 mod outcome;
+#[cfg(test)]
+mod panic_tests;
 mod row;
 mod running;
 pub mod signals;
