@@ -9,6 +9,7 @@ use crate::cycle::{signals, Signals};
 use crate::exit::Exit;
 use crate::learned;
 use crate::report::Reporter;
+use crate::rights;
 use crate::session::{self, ConfigArgs};
 use crate::wire::Socket;
 
@@ -61,7 +62,7 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
     Signals::find(&config, &controller).map_err(bad)?;
     session::mechanics(&config, &system).map_err(bad)?;
     reporter.mark(true, "every FMU loads and initialises");
-    for note in session::request_real_time(&config, false, false).map_err(bad)? {
+    for note in rights::request_real_time(&config, false, false).map_err(bad)? {
         reporter.line("note", &note);
     }
     let failed = |why| (Exit::Failed, why);

@@ -7,6 +7,7 @@ mod config;
 mod cycle;
 mod estimate;
 mod exit;
+mod home;
 mod learned;
 mod limits;
 mod live;
@@ -15,6 +16,7 @@ mod off;
 mod realtime;
 mod record;
 mod report;
+mod rights;
 mod rules;
 mod run;
 mod safety;
@@ -30,6 +32,7 @@ use std::process::ExitCode;
 const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway check gateway/machines/akd.toml --bus
+  flexhex-gateway home gateway/machines/akd.toml
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
   flexhex-gateway status gateway/machines/akd.toml
@@ -58,6 +61,9 @@ enum Verb {
     /// Show what a running gateway does; only reads.
     #[command(after_help = status::EXAMPLES)]
     Status(status::Status),
+    /// Find the offsets of the encoders in a known pose; nothing is enabled.
+    #[command(after_help = home::EXAMPLES)]
+    Home(home::Home),
     /// Take the drives out of operation from any state; the torque ends at once.
     #[command(after_help = off::EXAMPLES)]
     Off(off::Off),
@@ -72,6 +78,7 @@ fn main() -> ExitCode {
         Verb::Check(args) => check::check(args),
         Verb::Run(args) => run::run(args),
         Verb::Status(args) => status::status(args),
+        Verb::Home(args) => home::home(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };

@@ -16,6 +16,7 @@ use crate::live::Board;
 use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
+use crate::rights;
 use crate::session::{self, ConfigArgs};
 use crate::watch;
 use crate::wire::Socket;
@@ -127,7 +128,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
         || watch::hung(reporter, &computing, &closer),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
-            for note in session::request_real_time(&config, args.lockstep, args.enable)? {
+            for note in rights::request_real_time(&config, args.lockstep, args.enable)? {
                 reporter.line("note", &note);
             }
             let buffers = Preallocated::new(width);
@@ -194,6 +195,7 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
     if let Some(file) = &config.estimate.resume {
         meta.push(("resumed".to_owned(), file.display().to_string()));
     }
+    meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
     meta.extend(provenance(config.hash));
     for pair in &args.meta {
         let (key, value) =

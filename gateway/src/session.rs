@@ -7,9 +7,7 @@ use std::path::PathBuf;
 use crate::config::{self, Config, AXES};
 use crate::limits;
 use crate::motion::{Gains, Mechanics, Pace, Path};
-use crate::realtime;
 use crate::report::Reporter;
-use crate::wire::Socket;
 
 /// The configuration file and the values that the command line replaces in it.
 #[derive(Args)]
@@ -36,8 +34,15 @@ impl ConfigArgs {
         Reporter::new(self.json)
     }
 
-    /// The checked configuration.
+    /// The checked configuration, with the offsets of its homing file.
     pub fn read(&self) -> Result<Config, String> {
+        let mut config = self.read_unhomed()?;
+        config.home()?;
+        Ok(config)
+    }
+
+    /// The same with the offsets that stand in the configuration itself.
+    pub fn read_unhomed(&self) -> Result<Config, String> {
         let mut config = config::read(&self.config, &self.set)?;
         if let Some(interface) = &self.interface {
             config.bus.interface.clone_from(interface);
@@ -167,38 +172,6 @@ pub fn channel_map(config: &Config, system: &System) -> String {
     let entry =
         |(channel, signal): &(String, String)| format!("{channel}={signal}:{}", period(signal));
     channels.iter().map(entry).collect::<Vec<_>>().join(" ")
-}
-
-/// Request the real-time settings of the configuration; lockstep needs none. Returns a note on each
-/// that was not granted, with its remedy; on a live machine (`enable`) that is an error.
-pub fn request_real_time(
-    config: &Config,
-    lockstep: bool,
-    enable: bool,
-) -> Result<Vec<String>, String> {
-    let r = &config.real_time;
-    if lockstep {
-        return Ok(Vec::new());
-    }
-    let mut missing = Vec::new();
-    if r.lock_memory {
-        missing.extend(realtime::lock_memory().err());
-    }
-    if let Some(cpu) = r.cpu {
-        missing.extend(realtime::pin_to(cpu).err());
-    }
-    if r.priority > 0 {
-        missing.extend(realtime::set_fifo(r.priority).err());
-    }
-    let live = r.required.unwrap_or_else(|| Socket::is_hardware(&config.bus.interface));
-    if enable && live && !missing.is_empty() {
-        return Err(format!(
-            "{}\na live machine is not enabled without these rights; real_time.required = false allows \
-             it",
-            missing.join("\n")
-        ));
-    }
-    Ok(missing)
 }
 
 /// What lift-off and landing take from the system description: gains, weight, cycle time.

@@ -32,7 +32,7 @@ pub struct Status {
 /// Ask and print; the exit code of the command.
 pub fn status(args: &Status) -> Exit {
     let reporter = args.config.reporter();
-    let interface = match args.config.read() {
+    let interface = match args.config.read_unhomed() {
         Ok(config) => config.bus.interface,
         Err(why) => {
             reporter.refused(&why);

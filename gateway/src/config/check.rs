@@ -24,6 +24,8 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     config.recorder.folder = Config::place(file, &config.recorder.folder);
     let resume = config.estimate.resume.take();
     config.estimate.resume = resume.map(|path| Config::place(file, &path));
+    let homing = config.homing.file.take();
+    config.homing.file = homing.map(|path| Config::place(file, &path));
     Ok(config)
 }
 

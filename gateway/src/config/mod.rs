@@ -4,8 +4,10 @@ mod check;
 mod check_profile;
 mod estimate;
 mod hash;
+mod homing;
 mod landing;
 mod mistakes;
+mod offsets;
 mod profile;
 mod startup;
 #[cfg(test)]
@@ -20,6 +22,7 @@ pub use check::parse;
 pub use check::read;
 pub use estimate::Estimate;
 pub use flexhex_system::AXES;
+pub use homing::{Homed, HomedAxis, Homing};
 pub use landing::Landing;
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
@@ -39,10 +42,15 @@ pub struct Config {
     pub recorder: Recorder,
     #[serde(default)]
     pub estimate: Estimate,
+    #[serde(default)]
+    pub homing: Homing,
     pub drive: Vec<Drive>,
     /// Of the file with the values that the command line replaces.
     #[serde(skip)]
     pub hash: u64,
+    /// When the offsets were found, with `homing.file`.
+    #[serde(skip)]
+    pub homed: Option<String>,
 }
 
 /// The system description and the component that the drives replace.
