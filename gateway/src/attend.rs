@@ -13,6 +13,10 @@ use crate::report::Reporter;
 const LOOK: Duration = Duration::from_millis(100);
 const LOOKS_OF_STATUS: u32 = 5;
 
+/// Values of the column `phase`.
+const RUNNING: f64 = 1.0;
+const LIFTING: f64 = 3.0;
+
 /// What is watched and how.
 pub struct Watched<'a> {
     pub reporter: Reporter,
@@ -55,21 +59,23 @@ pub fn attend<T>(watched: Watched, on_hang: impl FnOnce() + Send, work: impl FnO
 }
 
 impl Watched<'_> {
-    /// The status line, and the same as an event, from the first cycle of the controller on.
+    /// The status line, and the same as an event, in lift-off and run.
     fn tell(&self) {
         let Some(row) = self.board.read() else { return };
         let place = |name: &str| self.columns.names.iter().position(|known| known == name);
         let value = |name: &str| place(name).map_or(0.0, |k| row[k]);
-        let (cycle, time) = (value("cycle"), value("time"));
-        if value("phase") != 1.0 || cycle <= 0.0 {
-            return;
-        }
+        let (cycle, time, phase) = (value("cycle"), value("time"), value("phase"));
+        let event = match phase {
+            RUNNING if cycle > 0.0 => "status",
+            LIFTING => "moving",
+            _ => return,
+        };
         let first = place("e[1]").unwrap_or(0);
         let most = row[first..first + AXES].iter().fold(0.0, |most: f64, e| most.max(e.abs()));
         let (error, lost) = (most * 1e6, self.board.lost.load(Ordering::Relaxed));
         self.reporter.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
         self.reporter.event(
-            "status",
+            event,
             json!({"cycle": cycle as i64, "time_s": time, "error_urad": error, "lost": lost}),
         );
     }

@@ -12,7 +12,9 @@ mod learned;
 mod limits;
 mod live;
 mod motion;
+mod moves;
 mod off;
+mod poses;
 mod realtime;
 mod record;
 mod report;
@@ -35,6 +37,7 @@ Examples:
   flexhex-gateway home gateway/machines/akd.toml
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
+  flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02
   flexhex-gateway status gateway/machines/akd.toml
   flexhex-gateway off gateway/machines/akd.toml
   flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
@@ -61,6 +64,9 @@ enum Verb {
     /// Show what a running gateway does; only reads.
     #[command(after_help = status::EXAMPLES)]
     Status(status::Status),
+    /// Move through poses by feedback alone, and land; nudge an axis.
+    #[command(after_help = poses::EXAMPLES)]
+    Move(moves::Move),
     /// Find the offsets of the encoders in a known pose; nothing is enabled.
     #[command(after_help = home::EXAMPLES)]
     Home(home::Home),
@@ -78,6 +84,7 @@ fn main() -> ExitCode {
         Verb::Check(args) => check::check(args),
         Verb::Run(args) => run::run(args),
         Verb::Status(args) => status::status(args),
+        Verb::Move(args) => moves::through(args),
         Verb::Home(args) => home::home(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),

@@ -8,16 +8,17 @@ use std::time::Duration;
 
 use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
-use crate::config::Config;
+use crate::config::{Config, AXES};
 use crate::cycle::{signals, ControlLoop, Ending, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
 use crate::learned;
 use crate::live::Board;
+use crate::poses::Poses;
 use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
 use crate::rights;
-use crate::session::{self, ConfigArgs};
+use crate::session::{self, ConfigArgs, PowerArgs};
 use crate::watch;
 use crate::wire::Socket;
 
@@ -36,27 +37,17 @@ at once.";
 pub struct Run {
     #[command(flatten)]
     config: ConfigArgs,
-    /// Enable the drives and run closed loop. Without it no drive is enabled.
-    #[arg(long, conflicts_with = "dry_run")]
-    enable: bool,
+    #[command(flatten)]
+    options: PowerArgs,
     /// Read the drives and compute, but command zero torque and enable no drive.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "enable")]
     dry_run: bool,
     /// Duration of the run in seconds.
     #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     duration: f64,
-    /// Let each frame advance the plant by one cycle instead of the clock (emulated drives only).
-    #[arg(long)]
-    lockstep: bool,
-    /// Reset faults of the drives before enabling.
-    #[arg(long)]
-    reset_faults: bool,
     /// Record every cycle to this CSV file, which must not exist. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Show the run in a browser at http://127.0.0.1:PORT/, on this computer alone and read-only.
-    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
-    page: Option<u16>,
     /// Start from what the estimator learned in an earlier run, for example --resume a-estimate.json.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
@@ -64,6 +55,25 @@ pub struct Run {
     /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     meta: Vec<String>,
+    /// Poses in place of the controller, from `move`.
+    #[arg(skip)]
+    poses: Option<Poses>,
+}
+
+impl Run {
+    /// A run that moves through poses.
+    pub fn through(config: ConfigArgs, poses: Poses, options: PowerArgs) -> Run {
+        Run {
+            config,
+            options,
+            dry_run: false,
+            duration: 1.0,
+            record: None,
+            resume: None,
+            meta: Vec::new(),
+            poses: Some(poses),
+        }
+    }
 }
 
 /// Prepare, run, report; the exit code of the command.
@@ -81,7 +91,7 @@ pub fn run(args: &Run) -> Exit {
 type Refusal = (Exit, String);
 
 fn check_arguments(args: &Run) -> Result<(), Refusal> {
-    if !args.enable && !args.dry_run {
+    if !args.options.enable && !args.dry_run {
         let why = "no mode given: --enable enables the drives, --dry-run only reads them";
         return Err((Exit::Usage, why.to_owned()));
     }
@@ -101,10 +111,12 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
         config.estimate.resume.clone_from(&args.resume);
     }
     let config = config;
+    let poses = args.poses.as_ref().map(|poses| poses.list(&config));
+    let poses = poses.transpose().map_err(|why| (Exit::Usage, why))?.unwrap_or_default();
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter).map_err(bad)?;
     let resume = learned::resumed(&config).map_err(bad)?;
-    let controller = signals::open(&config, &system, args.lockstep, resume).map_err(bad)?;
+    let controller = signals::open(&config, &system, args.options.lockstep, resume).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
     let mechanics = session::mechanics(&config, &system).map_err(bad)?;
     let columns = Columns::with(&session::extra_columns(&config, &controller));
@@ -116,19 +128,22 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     realtime::stop::listen();
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
-    watch::serve(&config, (args.page, args.record.as_deref()), &board, &columns).map_err(failed)?;
-    if let Some(port) = args.page {
+    watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)
+        .map_err(failed)?;
+    if let Some(port) = args.options.page {
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
     let (computing, closer) = (controller.watch(), writer.closer());
-    let patience = watch::patience(args.lockstep, &config);
+    let patience = watch::patience(args.options.lockstep, &config);
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
     let out = attend(
         watched,
         || watch::hung(reporter, &computing, &closer),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
-            for note in rights::request_real_time(&config, args.lockstep, args.enable)? {
+            for note in
+                rights::request_real_time(&config, args.options.lockstep, args.options.enable)?
+            {
                 reporter.line("note", &note);
             }
             let buffers = Preallocated::new(width);
@@ -136,7 +151,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
             let bus =
                 bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
             let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
-            let options = run_options(args, base_step);
+            let options = run_options(args, poses, base_step);
             Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step)).run())
         },
     );
@@ -157,7 +172,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
 
 fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
     let name = &config.bus.interface;
-    if args.lockstep && Socket::is_hardware(name) {
+    if args.options.lockstep && Socket::is_hardware(name) {
         let why = format!(
             "--lockstep: {name} is a hardware port and real drives run by their own clock: leave \
              --lockstep out"
@@ -170,17 +185,19 @@ fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
 fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
     BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
+        lockstep: args.options.lockstep,
+        reset_faults: args.options.reset_faults,
     }
 }
 
-fn run_options(args: &Run, base_step: f64) -> RunOptions {
+fn run_options(args: &Run, poses: Vec<[f64; AXES]>, base_step: f64) -> RunOptions {
     RunOptions {
         cycles: (args.duration / base_step).round() as i64,
         dry_run: args.dry_run,
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
+        lockstep: args.options.lockstep,
+        reset_faults: args.options.reset_faults,
+        poses,
+        hold: args.poses.as_ref().map_or(0.0, |poses| poses.hold),
     }
 }
 

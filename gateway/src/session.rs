@@ -10,7 +10,7 @@ use crate::motion::{Gains, Mechanics, Pace, Path};
 use crate::report::Reporter;
 
 /// The configuration file and the values that the command line replaces in it.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct ConfigArgs {
     /// Configuration of the machine (TOML), for example gateway/machines/akd.toml.
     config: PathBuf,
@@ -27,6 +27,23 @@ pub struct ConfigArgs {
     /// Write one JSON object a line to stdout and the text for people to stderr.
     #[arg(long)]
     json: bool,
+}
+
+/// Options of every command that gives torque.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct PowerArgs {
+    /// Enable the drives and run closed loop. Without it no drive is enabled.
+    #[arg(long)]
+    pub enable: bool,
+    /// Let each frame advance the plant by one cycle instead of the clock (emulated drives only).
+    #[arg(long)]
+    pub lockstep: bool,
+    /// Reset faults of the drives before enabling.
+    #[arg(long)]
+    pub reset_faults: bool,
+    /// Show the run in a browser at http://127.0.0.1:PORT/, on this computer alone and read-only.
+    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub page: Option<u16>,
 }
 
 impl ConfigArgs {

@@ -7,6 +7,7 @@ mod moving;
 mod outcome;
 #[cfg(test)]
 mod panic_tests;
+mod posing;
 mod row;
 mod running;
 pub mod signals;
@@ -16,7 +17,7 @@ use flexhex_system::Controller;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-pub use outcome::{Ending, Outcome};
+pub use outcome::{Ending, Outcome, Stood};
 pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
@@ -43,6 +44,10 @@ pub struct RunOptions {
     pub dry_run: bool,
     pub lockstep: bool,
     pub reset_faults: bool,
+    /// Poses to move to and to hold, in place of a run of the controller [rad].
+    pub poses: Vec<[f64; AXES]>,
+    /// Time for which each is held [s].
+    pub hold: f64,
 }
 
 /// Lifting, landing and everything between are judged by the same rules (`safety`).
@@ -90,6 +95,8 @@ pub struct ControlLoop<'a, L: Link> {
     mechanics: Mechanics,
     /// Where the machine rested before it was enabled [rad].
     rest: [f64; AXES],
+    /// Pose that is moved to or held.
+    pose: usize,
     /// Cycles of lift-off and landing so far.
     moved: u64,
     /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
@@ -110,12 +117,14 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
         let spin = Duration::from_micros(config.real_time.spin_us.into());
         let powered = !options.dry_run;
+        let mut outcome = out.outcome;
+        outcome.stood.reserve(options.poses.len());
         ControlLoop {
             safety: Safety::new(config, base_step, bus.complete(), powered),
             clock: Clock::new(cycle, spin, options.lockstep),
             phase: if powered { Phase::Arming(0) } else { Phase::Running },
             row: out.row,
-            out: out.outcome,
+            out: outcome,
             sent: [0.0; AXES],
             unanswered: 0,
             inputs: inputs::Inputs::default(),
@@ -123,6 +132,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             skipped_before: 0,
             mechanics,
             rest: [0.0; AXES],
+            pose: 0,
             moved: 0,
             missed: 0,
             stopped_for: 0,

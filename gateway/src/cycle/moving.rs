@@ -18,12 +18,13 @@ impl<L: Link> ControlLoop<'_, L> {
     /// All drives are enabled: lift off to where the reference starts. True where it is there already.
     pub(super) fn lift_off(&mut self, theta: &[f64; AXES]) -> bool {
         self.rest = *theta;
-        let start = self.pick(self.signals.r);
-        if (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
+        let pose = self.first_pose();
+        let start = pose.unwrap_or_else(|| self.pick(self.signals.r));
+        if pose.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
             self.safety.enter(Bounds::of(self.config, true));
             return true;
         }
-        let path = Path::new(*theta, [0.0; AXES], start, self.mechanics.pace);
+        let path = Path::new(*theta, [0.0; AXES], start, self.pace());
         self.move_along(path, [false; AXES], &[0.0; AXES]);
         false
     }
@@ -39,21 +40,29 @@ impl<L: Link> ControlLoop<'_, L> {
     }
 
     fn move_along(&mut self, path: Path, blind: [bool; AXES], rate: &[f64; AXES]) {
-        let margin = (0..AXES).fold(0.0, |m: f64, k| m.max(self.config.limits(k).following_error));
-        let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
-        // braking may begin above the limit of a landing: it must not become faster than it was by half
-        let bounds = bounds.wider(
-            &rate.map(|rate| 1.5 * rate),
-            &[path.at(0), path.stop(), path.end()],
-            margin,
-        );
+        let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
+        // without a fault the sums of the errors still hold: no step of the torque
+        if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =
+            (&self.phase, &self.out.ending)
+        {
+            mover = *before;
+            mover.follow(path);
+        }
         mover.step(&self.previous.theta, 0);
         self.phase = match self.phase {
             Phase::Arming(_) => Phase::Lifting(mover),
             _ => Phase::Landing(mover),
         };
+    }
+
+    /// Limits of a motion through these poses that begins at this rate.
+    pub(super) fn moving_bounds(&self, poses: &[[f64; AXES]], rate: &[f64; AXES]) -> Bounds {
+        let margin = (0..AXES).fold(0.0, |m: f64, k| m.max(self.config.limits(k).following_error));
+        let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
+        // braking may begin above the limit of a landing: it must not become faster than it was by half
+        bounds.wider(&rate.map(|rate| 1.5 * rate), poses, margin)
     }
 
     /// A cycle of lift-off or landing: judge, then the torque of the next frame.
@@ -70,6 +79,9 @@ impl<L: Link> ControlLoop<'_, L> {
         self.previous = values;
         mover.step(&values.theta, skipped);
         self.moved += 1;
+        if lifting && complete {
+            self.note_stood(mover.left(), &reply.theta, &reply.tau);
+        }
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
         self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {
@@ -100,18 +112,16 @@ impl<L: Link> ControlLoop<'_, L> {
             Some(trip) => self.landing_failed(trip),
             None => {}
         }
-        match self.phase {
-            Phase::Lifting(_) if stop::requested() => {
-                self.end(Ending::StopRequested, Reason::Stopped);
-            }
-            Phase::Lifting(_) if over => {
-                self.safety.enter(Bounds::of(self.config, true));
-                self.inputs = super::inputs::Inputs::default();
-                self.phase = Phase::Running;
-            }
-            Phase::Landing(_) if stop::requested_twice() => self.take_power(ReactionKind::Zero),
-            Phase::Landing(_) if over => self.take_power(ReactionKind::Land),
-            _ => {}
+        if lifting && stop::requested() {
+            self.end(Ending::StopRequested, Reason::Stopped);
+        } else if lifting && over && !self.next_pose() {
+            self.safety.enter(Bounds::of(self.config, true));
+            self.inputs = super::inputs::Inputs::default();
+            self.phase = Phase::Running;
+        } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {
+            self.take_power(ReactionKind::Zero);
+        } else if matches!(self.phase, Phase::Landing(_)) && over && !lifting {
+            self.take_power(ReactionKind::Land);
         }
     }
 

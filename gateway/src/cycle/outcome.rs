@@ -29,6 +29,15 @@ pub struct Timing {
     pub after_reply: Histogram,
 }
 
+/// What was measured while a pose was held: means over the second half of that time.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stood {
+    pub pose: [f64; AXES],
+    pub theta: [f64; AXES],
+    pub tau_meas: [f64; AXES],
+    pub cycles: u32,
+}
+
 /// Ending and figures of a run.
 pub struct Outcome {
     pub ending: Ending,
@@ -53,6 +62,8 @@ pub struct Outcome {
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
     pub states: Vec<Result<State, Error>>,
+    /// Poses that were held.
+    pub stood: Vec<Stood>,
     /// Largest following error of each axis [rad].
     pub most_error: Vec<f64>,
 }
@@ -82,6 +93,7 @@ impl Outcome {
             counts: Counts::default(),
             overflowed: 0,
             states: Vec::new(),
+            stood: Vec::new(),
             most_error: vec![0.0; crate::config::AXES],
         }
     }

@@ -69,8 +69,14 @@ fn a_panic_in_a_cycle_lands_the_machine() {
     let options = BringUpOptions { cycle, lockstep: true, reset_faults: false };
     let bus = bring_up(&config, link, options, &mut |_| ()).unwrap();
     let board = Board::new(columns.len());
-    let options =
-        RunOptions { cycles: 1_000_000, dry_run: false, lockstep: true, reset_faults: false };
+    let options = RunOptions {
+        cycles: 1_000_000,
+        dry_run: false,
+        lockstep: true,
+        reset_faults: false,
+        poses: Vec::new(),
+        hold: 0.0,
+    };
     let sinks = (sink, Preallocated::new(columns.len()));
     let parts = (controller, signals, mechanics);
     let out =

@@ -81,6 +81,11 @@ impl Mover {
         }
     }
 
+    /// Goes on along another path, which begins at the end of this one: nothing that was learned is lost.
+    pub fn follow(&mut self, path: Path) {
+        (self.path, self.cycle) = (path, 0);
+    }
+
     /// Cycles left.
     pub fn left(&self) -> u32 {
         self.path.cycles().saturating_sub(self.cycle)

@@ -175,3 +175,30 @@ fn skipped_cycles_delay_the_path_and_kick_nothing() {
     // 164 N m/rad of proportional gain alone; the rate of a cycle would add 4 N m
     assert!((mover.tau[0] - tau[0] - 164.28 * (0.005 + step)).abs() < 0.1, "{}", mover.tau[0]);
 }
+
+#[test]
+fn another_path_goes_on_without_a_step_of_the_torque() {
+    // the weight is a third more than known: the sum of the errors carries the rest
+    let mut machine = Machine { theta: REST, rate: [0.0; AXES], weight: 1.3 };
+    let to = [0.0; AXES];
+    let path = Path::new(REST, [0.0; AXES], to, pace());
+    let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
+    let mut last = [0.0; AXES];
+    let mut poses = [[0.05; AXES], [-0.1; AXES]].into_iter();
+    let mut end = to;
+    for n in 0.. {
+        mover.step(&machine.theta, 0);
+        let most = (0..AXES).fold(0.0, |most: f64, k| most.max((mover.tau[k] - last[k]).abs()));
+        assert!(n == 0 || most < 0.05, "cycle {n}: a step of {most} N m");
+        last = mover.tau;
+        machine.step(&mover.tau);
+        if mover.left() > 0 {
+            continue;
+        }
+        let off = (0..AXES).fold(0.0, |off: f64, k| off.max((machine.theta[k] - end[k]).abs()));
+        assert!(off < 2e-3, "{off} rad from its pose");
+        let Some(pose) = poses.next() else { break };
+        mover.follow(Path::new(end, [0.0; AXES], pose, pace()));
+        end = pose;
+    }
+}

@@ -10,6 +10,20 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
+    for (k, stood) in out.stood.iter().enumerate() {
+        let shown = |values: &[f64], digits: usize| {
+            let words: Vec<_> = values.iter().map(|v| format!("{v:9.digits$}")).collect();
+            words.join(" ")
+        };
+        reporter.line(&format!("pose {}", k + 1), &format!("{} rad", shown(&stood.pose, 5)));
+        reporter.line("measured", &format!("{} rad", shown(&stood.theta, 5)));
+        reporter.line("", &format!("{} N m", shown(&stood.tau_meas, 3)));
+        reporter.event(
+            "pose",
+            json!({"pose": stood.pose, "theta": stood.theta, "tau_meas": stood.tau_meas,
+                "cycles": stood.cycles}),
+        );
+    }
     for (label, path) in [("recording", &written.recording), ("trip file", &written.before_trip)] {
         if let Some(path) = path {
             reporter.line(label, &format!("{}", path.display()));
