@@ -15,6 +15,7 @@ import pytest
 
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench
+from tests.gateway.fault_table import Table
 from tests.gateway.test_refusals import when_running
 from tests.gateway.weight import free
 
@@ -38,13 +39,14 @@ class Case:
 
 ALL = (1, 2, 3, 4, 5, 6)
 CASES = (
+    Case("drive shows another mode", 'kind = "mode_change"\nposition = 2', "mode", "zero", 3),
     Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", "zero", 3),
-    Case("SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
-    Case("jump", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
-    Case("frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
-    Case("short", 'kind = "wkc_short"\ncount = 3', "working_counter", "zero"),
-    Case("cut", 'kind = "cable_cut"\nposition = 0', "lost_frames", "zero", None, ALL),
-    Case("cut at 4", 'kind = "cable_cut"\nposition = 3', "working_counter", "zero", None, ALL[3:]),
+    Case("drive drops to SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
+    Case("encoder jumps 1.5 mrad", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
+    Case("encoder frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
+    Case("working counter short, 3 cycles", 'kind = "wkc_short"\ncount = 3', "working_counter", "zero"),
+    Case("cable cut before the first drive", 'kind = "cable_cut"\nposition = 0', "lost_frames", "zero", None, ALL),
+    Case("cable cut between drives 3 and 4", 'kind = "cable_cut"\nposition = 3', "working_counter", "zero", None, ALL[3:]),
 )  # fmt: skip
 
 
@@ -56,7 +58,7 @@ def at(fault: str, cycle: int = AT) -> str:
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_fault_of_drives_and_encoders_lands_the_machine(
-    case: Case, hexapod_ssp: Path, tmp_path: Path
+    case: Case, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     fallen = free(Bench(hexapod_ssp, tmp_path), at(case.fault))
     trip = fallen.ran.one("trip")
@@ -68,6 +70,7 @@ def test_fault_of_drives_and_encoders_lands_the_machine(
     summary = fallen.ran.one("summary")
     assert summary["not_disabled"] == list(case.unknown)
     assert ("not confirmed as disabled" in fallen.ran.words) == bool(case.unknown)
+    falls.add(fallen.fall(case.name, AT))
 
 
 BROKEN = {
@@ -82,7 +85,7 @@ BROKEN = {
 @pytest.mark.sample(3)
 @pytest.mark.parametrize("reason", BROKEN)
 def test_fault_of_the_controller_lands_the_machine_without_it(
-    reason: str, hexapod_ssp: Path, tmp_path: Path
+    reason: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     bad = spoiled(hexapod_ssp, BROKEN[reason], tmp_path / "bad.ssp")
     fallen = free(Bench(bad, tmp_path), plant=hexapod_ssp)
@@ -93,6 +96,7 @@ def test_fault_of_the_controller_lands_the_machine_without_it(
     assert fallen.ran.one("summary")["landing_trip"] is None
     # nobody pulls it down: power is taken where the machine rests anyway
     assert np.ptp(fallen.theta[-20_000:], axis=0).max() < 0.05
+    falls.add(fallen.fall(f"{BROKEN[reason].instance}: {reason}", AT))
 
 
 @pytest.mark.parametrize(
@@ -190,7 +194,7 @@ LATE: dict[str, tuple[str, list[int], Callable[[str], bool]]] = {
 
 @pytest.mark.parametrize("name", LATE)
 def test_fault_in_the_landing_of_a_good_run_is_judged(
-    name: str, hexapod_ssp: Path, tmp_path: Path
+    name: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     fault, unknown, said = LATE[name]
     fallen = free(Bench(hexapod_ssp, tmp_path), at(fault, 28_000))
@@ -199,6 +203,25 @@ def test_fault_in_the_landing_of_a_good_run_is_judged(
     assert said(summary["landing_trip"])
     assert summary["not_disabled"] == unknown
     fallen.ends_at_rest(28_000)
+    falls.add(fallen.fall(name, 28_000))
+
+
+GO_ON = {
+    "frames lost, 10 %": 'kind = "frame_lost"\ncount = 0\nprobability = 0.1',
+    "frames out of order, 1 %": 'kind = "frame_reordered"\ncount = 0\nprobability = 0.01',
+    "frames duplicated, 10 %": 'kind = "frame_duplicated"\ncount = 0\nprobability = 0.1',
+}
+
+
+@pytest.mark.parametrize("name", GO_ON)
+def test_bad_cable_from_lift_off_to_landing_stops_nothing(
+    name: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    changes = (("lockstep_timeout_ms = 200", "lockstep_timeout_ms = 20"),)
+    fallen = free(Bench(hexapod_ssp, tmp_path), at(GO_ON[name], 1), changes=changes, seconds=1.0)
+    assert fallen.ran.code == 0, fallen.ran.words
+    fallen.ends_at_rest(0)
+    falls.add(fallen.fall(name, 0))
 
 
 def test_drive_that_keeps_its_power_is_named(hexapod_ssp: Path, tmp_path: Path) -> None:
