@@ -36,13 +36,23 @@ class Fallen:
         return moved / (4 * TS)  # type: ignore[no-any-return]
 
     def ends_at_rest(self, since: int) -> None:
-        """From this cycle on no axis is faster than allowed or leaves its stroke; then all rest."""
-        assert self.speed[since:].max() <= FASTEST, self.ran.words
+        """From this cycle on no axis is faster than allowed or leaves its stroke; then all rest.
+
+        An axis may be as fast as it was before: braking begins there.
+        """
+        before = 1.02 * self.speed[max(since - 8, 0)]
+        assert self.speed[since:].max() <= max(FASTEST, before), self.ran.words
         assert np.abs(self.theta[since:]).max() <= STROKE
         last = self.theta[-2000:]
         # the model has hardly any damping in its flexures: what is left is a slow swing
         assert np.ptp(last, axis=0).max() < 0.1
         assert not np.any(np.abs(self.tau[-2000:]) > 1.0)
+
+    @property
+    def ended(self) -> int:
+        """Cycle in which the run was ended, and the landing began."""
+        after = round(REST_S / TS) + int(self.ran.one("summary")["cycles_to_disabled"])
+        return len(self.theta) - after
 
     def fall(self, fault: str, since: int) -> Fall:
         """The row of this run; the fault was at the cycle `since`."""
