@@ -436,6 +436,10 @@ const char *executor_warning_of(const executor *e, size_t component) {
   return e->units[component].warned;
 }
 
+fmi2Component executor_instance(const executor *e, size_t component) {
+  return e->units[component].instance;
+}
+
 executor_times executor_time_of(const executor *e, size_t component) {
   return e->units[component].times;
 }

@@ -94,6 +94,10 @@ const char *executor_message(const executor *e);
 double *executor_bus(executor *e);
 executor_times executor_time_of(const executor *e, size_t component);
 
+/* The FMU's instance, for functions of FMI that the executor does not call, such as those of its
+   state; NULL for the host's own component. */
+fmi2Component executor_instance(const executor *e, size_t component);
+
 /* First warning that the FMU logged, such as a fault; empty when there is none. */
 const char *executor_warning_of(const executor *e, size_t component);
 

@@ -7,7 +7,9 @@ use std::time::Duration;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::Exit;
+use crate::learned;
 use crate::report::Reporter;
+use crate::rights;
 use crate::session::{self, ConfigArgs};
 use crate::wire::Socket;
 
@@ -55,11 +57,12 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
     let config = args.config.read().map_err(bad)?;
     reporter.mark(true, "configuration");
     let system = session::open_system(&config, reporter).map_err(bad)?;
-    let controller = signals::open(&config, &system, true).map_err(bad)?;
+    let resume = learned::resumed(&config).map_err(bad)?;
+    let controller = signals::open(&config, &system, true, resume).map_err(bad)?;
     Signals::find(&config, &controller).map_err(bad)?;
     session::mechanics(&config, &system).map_err(bad)?;
     reporter.mark(true, "every FMU loads and initialises");
-    for note in session::request_real_time(&config, false, false).map_err(bad)? {
+    for note in rights::request_real_time(&config, false, false).map_err(bad)? {
         reporter.line("note", &note);
     }
     let failed = |why| (Exit::Failed, why);

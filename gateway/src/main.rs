@@ -1,20 +1,30 @@
 //! Runs the control FMUs of a `.ssp` against six servo drives on EtherCAT.
 
+mod attend;
 mod bus;
 mod check;
 mod config;
 mod cycle;
+mod estimate;
 mod exit;
+mod home;
+mod learned;
 mod limits;
+mod live;
 mod motion;
+mod moves;
 mod off;
+mod poses;
 mod realtime;
 mod record;
 mod report;
+mod rights;
 mod rules;
 mod run;
 mod safety;
 mod session;
+mod status;
+mod watch;
 mod wire;
 
 use clap::{Parser, Subcommand};
@@ -24,8 +34,11 @@ use std::process::ExitCode;
 const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway check gateway/machines/akd.toml --bus
+  flexhex-gateway home gateway/machines/akd.toml
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
+  flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02
+  flexhex-gateway status gateway/machines/akd.toml
   flexhex-gateway off gateway/machines/akd.toml
   flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
 
@@ -48,6 +61,15 @@ enum Verb {
     /// Run the controller against the drives.
     #[command(after_help = run::EXAMPLES)]
     Run(run::Run),
+    /// Show what a running gateway does; only reads.
+    #[command(after_help = status::EXAMPLES)]
+    Status(status::Status),
+    /// Move through poses by feedback alone, and land; nudge an axis.
+    #[command(after_help = poses::EXAMPLES)]
+    Move(moves::Move),
+    /// Find the offsets of the encoders in a known pose; nothing is enabled.
+    #[command(after_help = home::EXAMPLES)]
+    Home(home::Home),
     /// Take the drives out of operation from any state; the torque ends at once.
     #[command(after_help = off::EXAMPLES)]
     Off(off::Off),
@@ -61,6 +83,9 @@ fn main() -> ExitCode {
     let exit = match &line.verb {
         Verb::Check(args) => check::check(args),
         Verb::Run(args) => run::run(args),
+        Verb::Status(args) => status::status(args),
+        Verb::Move(args) => moves::through(args),
+        Verb::Home(args) => home::home(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };

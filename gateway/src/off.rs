@@ -26,7 +26,7 @@ pub struct Off {
 /// Take the drives out of operation; the exit code of the command.
 pub fn off(args: &Off) -> Exit {
     let reporter = args.config.reporter();
-    let config = match args.config.read() {
+    let config = match args.config.read_unhomed() {
         Ok(config) => config,
         Err(why) => {
             reporter.refused(&why);

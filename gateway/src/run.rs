@@ -2,26 +2,32 @@
 
 use clap::Args;
 use flexhex_system::System;
-use serde_json::json;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::Duration;
 
+use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
-use crate::config::Config;
-use crate::cycle::{signals, ControlLoop, Ending, LiveStatus, Preallocated, RunOptions, Signals};
+use crate::config::{Config, AXES};
+use crate::cycle::{signals, ControlLoop, Ending, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
+use crate::learned;
+use crate::live::Board;
+use crate::poses::Poses;
 use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
-use crate::session::{self, ConfigArgs};
+use crate::rights;
+use crate::session::{self, ConfigArgs, PowerArgs};
+use crate::watch;
 use crate::wire::Socket;
 
-const STATUS_PERIOD: Duration = Duration::from_millis(500);
 pub const EXAMPLES: &str = "\
 Examples:
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60 --record dry.csv
   flexhex-gateway run gateway/machines/akd.toml --enable --duration 20 --record a.csv
+  flexhex-gateway run gateway/machines/akd.toml --enable --record b.csv --resume a-estimate.json
+  flexhex-gateway run gateway/machines/akd.toml --enable --page 4850
   flexhex-gateway run gateway/machines/akd.toml --enable --interface veth1 --lockstep
 
 Ctrl-C ends a run: the machine lands and the drives are disabled. A second Ctrl-C takes the torque
@@ -31,28 +37,43 @@ at once.";
 pub struct Run {
     #[command(flatten)]
     config: ConfigArgs,
-    /// Enable the drives and run closed loop. Without it no drive is enabled.
-    #[arg(long, conflicts_with = "dry_run")]
-    enable: bool,
+    #[command(flatten)]
+    options: PowerArgs,
     /// Read the drives and compute, but command zero torque and enable no drive.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "enable")]
     dry_run: bool,
     /// Duration of the run in seconds.
     #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     duration: f64,
-    /// Let each frame advance the plant by one cycle instead of the clock (emulated drives only).
-    #[arg(long)]
-    lockstep: bool,
-    /// Reset faults of the drives before enabling.
-    #[arg(long)]
-    reset_faults: bool,
     /// Record every cycle to this CSV file, which must not exist. Without it only the seconds around a trip are kept.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Start from what the estimator learned in an earlier run, for example --resume a-estimate.json.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Add a line `# KEY: VALUE` at the head of the recording, for example --meta trajectory=a; may
     /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     meta: Vec<String>,
+    /// Poses in place of the controller, from `move`.
+    #[arg(skip)]
+    poses: Option<Poses>,
+}
+
+impl Run {
+    /// A run that moves through poses.
+    pub fn through(config: ConfigArgs, poses: Poses, options: PowerArgs) -> Run {
+        Run {
+            config,
+            options,
+            dry_run: false,
+            duration: 1.0,
+            record: None,
+            resume: None,
+            meta: Vec::new(),
+            poses: Some(poses),
+        }
+    }
 }
 
 /// Prepare, run, report; the exit code of the command.
@@ -70,7 +91,7 @@ pub fn run(args: &Run) -> Exit {
 type Refusal = (Exit, String);
 
 fn check_arguments(args: &Run) -> Result<(), Refusal> {
-    if !args.enable && !args.dry_run {
+    if !args.options.enable && !args.dry_run {
         let why = "no mode given: --enable enables the drives, --dry-run only reads them";
         return Err((Exit::Usage, why.to_owned()));
     }
@@ -85,34 +106,55 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     check_arguments(args)?;
     let bad = |why| (Exit::BadInput, why);
     let failed = |why| (Exit::Failed, why);
-    let config = args.config.read().map_err(bad)?;
+    let mut config = args.config.read().map_err(bad)?;
+    if args.resume.is_some() {
+        config.estimate.resume.clone_from(&args.resume);
+    }
+    let config = config;
+    let poses = args.poses.as_ref().map(|poses| poses.list(&config));
+    let poses = poses.transpose().map_err(|why| (Exit::Usage, why))?.unwrap_or_default();
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter).map_err(bad)?;
-    let controller = signals::open(&config, &system, args.lockstep).map_err(bad)?;
+    let resume = learned::resumed(&config).map_err(bad)?;
+    let controller = signals::open(&config, &system, args.options.lockstep, resume).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
     let mechanics = session::mechanics(&config, &system).map_err(bad)?;
     let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
-    let plan = plan(args, &config, &system, columns).map_err(bad)?;
+    let plan = plan(args, &config, &system, columns.clone()).map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
     let socket = open_socket(args, &config)?;
     realtime::stop::listen();
-    let status = LiveStatus::default();
     let base_step = system.base_step();
-    let out = with_status(reporter, &status, base_step, || {
-        // from OP on the drives expect a frame every cycle: all else is done before
-        for note in session::request_real_time(&config, args.lockstep, args.enable)? {
-            reporter.line("note", &note);
-        }
-        let buffers = Preallocated::new(width);
-        let bring_up = bring_up_options(args, base_step);
-        let bus =
-            bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
-        let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
-        let options = run_options(args, base_step);
-        Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&status, base_step)).run())
-    });
+    let board = Arc::new(Board::new(width));
+    watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)
+        .map_err(failed)?;
+    if let Some(port) = args.options.page {
+        reporter.line("page", &format!("http://127.0.0.1:{port}/"));
+    }
+    let (computing, closer) = (controller.watch(), writer.closer());
+    let patience = watch::patience(args.options.lockstep, &config);
+    let watched = Watched { reporter, board: &board, columns: &columns, patience };
+    let out = attend(
+        watched,
+        || watch::hung(reporter, &computing, &closer),
+        || {
+            // from OP on the drives expect a frame every cycle: all else is done before
+            for note in
+                rights::request_real_time(&config, args.options.lockstep, args.options.enable)?
+            {
+                reporter.line("note", &note);
+            }
+            let buffers = Preallocated::new(width);
+            let bring_up = bring_up_options(args, base_step);
+            let bus =
+                bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
+            let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
+            let options = run_options(args, poses, base_step);
+            Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step)).run())
+        },
+    );
     let out = out.map_err(failed)?;
     let trip = match &out.ending {
         Ending::Tripped(trip, detail) => Some(format!("{}: {trip} {detail}", trip.reason.key())),
@@ -122,12 +164,15 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let finished = writer.finish(trip);
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
     finished.map_err(failed)?;
+    if let (Some(recording), false) = (&args.record, args.dry_run) {
+        learned::save(reporter, &out, recording, &config).map_err(failed)?;
+    }
     Ok(if out.good() { Exit::Good } else { Exit::Failed })
 }
 
 fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
     let name = &config.bus.interface;
-    if args.lockstep && Socket::is_hardware(name) {
+    if args.options.lockstep && Socket::is_hardware(name) {
         let why = format!(
             "--lockstep: {name} is a hardware port and real drives run by their own clock: leave \
              --lockstep out"
@@ -140,52 +185,20 @@ fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
 fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
     BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
+        lockstep: args.options.lockstep,
+        reset_faults: args.options.reset_faults,
     }
 }
 
-fn run_options(args: &Run, base_step: f64) -> RunOptions {
+fn run_options(args: &Run, poses: Vec<[f64; AXES]>, base_step: f64) -> RunOptions {
     RunOptions {
         cycles: (args.duration / base_step).round() as i64,
         dry_run: args.dry_run,
-        lockstep: args.lockstep,
-        reset_faults: args.reset_faults,
+        lockstep: args.options.lockstep,
+        reset_faults: args.options.reset_faults,
+        poses,
+        hold: args.poses.as_ref().map_or(0.0, |poses| poses.hold),
     }
-}
-
-/// Run `work` in this thread while another one shows the status.
-fn with_status<T>(
-    reporter: Reporter,
-    status: &LiveStatus,
-    base_step: f64,
-    work: impl FnOnce() -> T,
-) -> T {
-    let over = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let display = scope.spawn(|| {
-            while !over.load(Ordering::Relaxed) {
-                std::thread::park_timeout(STATUS_PERIOD);
-                let cycle = status.cycle.load(Ordering::Relaxed);
-                if cycle == 0 {
-                    continue;
-                }
-                let time = cycle as f64 * base_step;
-                let error = status.error_nrad.load(Ordering::Relaxed) as f64 / 1e3;
-                let lost = status.lost.load(Ordering::Relaxed);
-                reporter.live(&format!("{time:8.2} s   error {error:9.2} urad   lost {lost}"));
-                reporter.event(
-                    "status",
-                    json!({"cycle": cycle, "time_s": time, "error_urad": error, "lost": lost}),
-                );
-            }
-            reporter.live_over();
-        });
-        let out = work();
-        over.store(true, Ordering::Relaxed);
-        display.thread().unpark();
-        out
-    })
 }
 
 fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {
@@ -196,6 +209,10 @@ fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Resul
         ("base_step_s".to_owned(), system.base_step().to_string()),
         ("signals".to_owned(), session::channel_map(config, system)),
     ];
+    if let Some(file) = &config.estimate.resume {
+        meta.push(("resumed".to_owned(), file.display().to_string()));
+    }
+    meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
     meta.extend(provenance(config.hash));
     for pair in &args.meta {
         let (key, value) =

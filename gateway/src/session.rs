@@ -7,12 +7,10 @@ use std::path::PathBuf;
 use crate::config::{self, Config, AXES};
 use crate::limits;
 use crate::motion::{Gains, Mechanics, Pace, Path};
-use crate::realtime;
 use crate::report::Reporter;
-use crate::wire::Socket;
 
 /// The configuration file and the values that the command line replaces in it.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct ConfigArgs {
     /// Configuration of the machine (TOML), for example gateway/machines/akd.toml.
     config: PathBuf,
@@ -31,13 +29,37 @@ pub struct ConfigArgs {
     json: bool,
 }
 
+/// Options of every command that gives torque.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct PowerArgs {
+    /// Enable the drives and run closed loop. Without it no drive is enabled.
+    #[arg(long)]
+    pub enable: bool,
+    /// Let each frame advance the plant by one cycle instead of the clock (emulated drives only).
+    #[arg(long)]
+    pub lockstep: bool,
+    /// Reset faults of the drives before enabling.
+    #[arg(long)]
+    pub reset_faults: bool,
+    /// Show the run in a browser at http://127.0.0.1:PORT/, on this computer alone and read-only.
+    #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
+    pub page: Option<u16>,
+}
+
 impl ConfigArgs {
     pub fn reporter(&self) -> Reporter {
         Reporter::new(self.json)
     }
 
-    /// The checked configuration.
+    /// The checked configuration, with the offsets of its homing file.
     pub fn read(&self) -> Result<Config, String> {
+        let mut config = self.read_unhomed()?;
+        config.home()?;
+        Ok(config)
+    }
+
+    /// The same with the offsets that stand in the configuration itself.
+    pub fn read_unhomed(&self) -> Result<Config, String> {
         let mut config = config::read(&self.config, &self.set)?;
         if let Some(interface) = &self.interface {
             config.bus.interface.clone_from(interface);
@@ -167,38 +189,6 @@ pub fn channel_map(config: &Config, system: &System) -> String {
     let entry =
         |(channel, signal): &(String, String)| format!("{channel}={signal}:{}", period(signal));
     channels.iter().map(entry).collect::<Vec<_>>().join(" ")
-}
-
-/// Request the real-time settings of the configuration; lockstep needs none. Returns a note on each
-/// that was not granted, with its remedy; on a live machine (`enable`) that is an error.
-pub fn request_real_time(
-    config: &Config,
-    lockstep: bool,
-    enable: bool,
-) -> Result<Vec<String>, String> {
-    let r = &config.real_time;
-    if lockstep {
-        return Ok(Vec::new());
-    }
-    let mut missing = Vec::new();
-    if r.lock_memory {
-        missing.extend(realtime::lock_memory().err());
-    }
-    if let Some(cpu) = r.cpu {
-        missing.extend(realtime::pin_to(cpu).err());
-    }
-    if r.priority > 0 {
-        missing.extend(realtime::set_fifo(r.priority).err());
-    }
-    let live = r.required.unwrap_or_else(|| Socket::is_hardware(&config.bus.interface));
-    if enable && live && !missing.is_empty() {
-        return Err(format!(
-            "{}\na live machine is not enabled without these rights; real_time.required = false allows \
-             it",
-            missing.join("\n")
-        ));
-    }
-    Ok(missing)
 }
 
 /// What lift-off and landing take from the system description: gains, weight, cycle time.

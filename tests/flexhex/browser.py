@@ -113,16 +113,19 @@ class Browser:
         elif method == "Page.loadEventFired":
             self._loaded = True
 
-    def open(self, page: Path, width: int = 1440, height: int = 900, dark: bool = False) -> None:
-        """Show a page and wait until it says that it is ready."""
+    def open(
+        self, page: Path | str, width: int = 1440, height: int = 900, dark: bool = False
+    ) -> None:
+        """Show a page, a file or an address, and wait until it says that it is ready."""
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         self.call("Emulation.setEmulatedMedia", features=scheme)
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=width < 600,
         )  # fmt: skip
+        address = page if isinstance(page, str) else page.absolute().as_uri()
         self._loaded = False
-        self.call("Page.navigate", url=page.absolute().as_uri())
+        self.call("Page.navigate", url=address)
         # a script that is asked while one page gives way to another may never be answered
         while not self._loaded:
             self._note(self._read())
@@ -164,7 +167,11 @@ class Browser:
 
     def pixels(self) -> NDArray[np.int16]:
         """What the window shows: (height, width, 3), 0 to 255; the browser unpacks its own PNG."""
-        source = f"data:image/png;base64,{base64.b64encode(self.picture()).decode()}"
+        return self.unpacked(self.picture())
+
+    def unpacked(self, picture: bytes) -> NDArray[np.int16]:
+        """The pixels of a PNG; the page must allow images of its own."""
+        source = f"data:image/png;base64,{base64.b64encode(picture).decode()}"
         width, height, text = self.run(UNPACK % json.dumps(source))
         image = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
         return image[..., :3].astype(np.int16)

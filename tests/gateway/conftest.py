@@ -6,12 +6,20 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.gateway.fault_table import Table
+from tests.gateway.fault_table import FALLS, Table
 
 
 @pytest.fixture(scope="session")
 def table(request: pytest.FixtureRequest) -> Iterator[Table]:
     """Rows of docs/gateway.md; `--update` writes them."""
     rows = Table(bool(request.config.getoption("--update")))
+    yield rows
+    rows.write()
+
+
+@pytest.fixture(scope="session")
+def falls(request: pytest.FixtureRequest) -> Iterator[Table]:
+    """Rows of the table of falls in docs/gateway.md."""
+    rows = Table(bool(request.config.getoption("--update")), FALLS)
     yield rows
     rows.write()

@@ -7,10 +7,37 @@ from dataclasses import dataclass, field
 from tests.conftest import ROOT
 
 FILE = ROOT / "docs" / "gateway.md"
-BEGIN, END = "<!-- faults: written by tests/gateway -->", "<!-- end of faults -->"
-HEAD = (
-    "| fault | rule | reaction | cycles to the trip | ms to zero torque |",
-    "|---|---|---|---|---|",
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a table stands in the file, and its head."""
+
+    begin: str
+    end: str
+    head: tuple[str, str]
+
+    def written(self) -> list[str]:
+        """Rows that stand there."""
+        inside = FILE.read_text(encoding="utf-8").split(self.begin)[1].split(self.end)[0]
+        return [line for line in inside.splitlines() if line.startswith("| ")][1:]
+
+
+FAULTS = Place(
+    "<!-- faults: written by tests/gateway -->",
+    "<!-- end of faults -->",
+    (
+        "| fault | rule | reaction | cycles to the trip | ms to zero torque |",
+        "|---|---|---|---|---|",
+    ),
+)
+FALLS = Place(
+    "<!-- falls: written by tests/gateway -->",
+    "<!-- end of falls -->",
+    (
+        "| fault | rule | stop | fastest axis [rad/s] | largest angle [rad] | not confirmed |",
+        "|---|---|---|---|---|---|",
+    ),
 )
 
 
@@ -30,33 +57,46 @@ class Row:
         return "| " + " | ".join([self.fault, self.rule, self.reaction, *shown]) + " |"
 
 
+@dataclass(frozen=True)
+class Fall:
+    """One line. speed, angle: largest of any axis from the fault until all rest."""
+
+    fault: str
+    rule: str
+    stop: str
+    speed: float
+    angle: float
+    unknown: tuple[int, ...]
+
+    def __str__(self) -> str:
+        axes = ", ".join(map(str, self.unknown)) or "–"
+        cells = (self.fault, self.rule, self.stop, f"{self.speed:.2f}", f"{self.angle:.2f}", axes)
+        return "| " + " | ".join(cells) + " |"
+
+
 @dataclass
 class Table:
     """Rows of this session; `update` writes them, otherwise each must stand in the file."""
 
     update: bool
-    rows: dict[str, Row] = field(default_factory=dict)
+    place: Place = FAULTS
+    rows: dict[str, Row | Fall] = field(default_factory=dict)
 
-    def add(self, row: Row) -> None:
+    def add(self, row: Row | Fall) -> None:
         """Keep a row, and compare it with the file."""
         self.rows[row.fault] = row
         if not self.update:
-            assert str(row) in written(), f"{FILE} does not say: {row}; pytest --update writes it"
+            found = str(row) in self.place.written()
+            assert found, f"{FILE} does not say: {row}; pytest --update writes it"
 
     def write(self) -> None:
         """Put the rows of this session into the file, in the place of those with their names."""
         if not (self.update and self.rows):
             return
-        text = FILE.read_text(encoding="utf-8")
-        before, rest = text.split(BEGIN)
-        _, after = rest.split(END)
-        rows = {line.split(" | ")[0][2:]: line for line in written()}
+        place, text = self.place, FILE.read_text(encoding="utf-8")
+        before, rest = text.split(place.begin)
+        _, after = rest.split(place.end)
+        rows = {line.split(" | ")[0][2:]: line for line in place.written()}
         rows |= {name: str(row) for name, row in self.rows.items()}
-        lines = rows.values()
-        FILE.write_text("\n".join([before + BEGIN, *HEAD, *lines, END + after]), encoding="utf-8")
-
-
-def written() -> list[str]:
-    """Rows that stand in the file."""
-    inside = FILE.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0]
-    return [line for line in inside.splitlines() if line.startswith("| ")][1:]
+        lines = [before + place.begin, *place.head, *rows.values(), place.end + after]
+        FILE.write_text("\n".join(lines), encoding="utf-8")

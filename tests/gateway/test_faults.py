@@ -198,3 +198,26 @@ def test_duplicates_do_not_change_one_bit(hexapod_ssp: Path, tmp_path: Path, tab
     assert happened - 1 <= twice.one("summary")["duplicated"] <= happened
     assert happened > 50
     table.add(Row("frames duplicated, 10 %", "none", "continues", None, None))
+
+
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        (0x1A, "AL status code 0x001a (synchronisation error): clocks or cycle jitter too much"),
+        (0x8001, "AL status code 0x8001: look it up in the manual of the drive"),
+    ],
+)
+def test_why_a_drive_left_op_is_told_in_words(
+    code: int, said: str, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """In the run and in the landing after it."""
+    fault = f'kind = "safe_op"\nposition = 4\ncode = {code}'
+    bench = Bench(hexapod_ssp, tmp_path)
+    trip = bench.run(options=faults(fault)).one("trip")
+    assert (trip["reason"], trip["axis"]) == ("al_state", 5)
+    assert trip["detail"].startswith(said)
+    assert said in (tmp_path / "run-trip.csv").read_text()
+    ended = bench.run(options=faults(fault), seconds=(AT - 200) * 0.00025)
+    assert ended.one("summary")["landing_detail"].startswith(said)
+    told = f"during the landing axis 5: AL status 0x04, expected 0x08 (OP) (cycle {AT}): {said}"
+    assert told in ended.words

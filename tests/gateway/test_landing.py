@@ -6,7 +6,6 @@ import math
 import os
 import signal
 import subprocess
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import pytest
 
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench
+from tests.gateway.fault_table import Table
 from tests.gateway.test_refusals import when_running
 from tests.gateway.weight import free
 
@@ -38,14 +38,34 @@ class Case:
 
 ALL = (1, 2, 3, 4, 5, 6)
 CASES = (
+    Case("drive shows another mode", 'kind = "mode_change"\nposition = 2', "mode", "zero", 3),
     Case("drive fault", 'kind = "drive_fault"\nposition = 2', "drive_fault", "zero", 3),
-    Case("SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
-    Case("jump", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
-    Case("frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
-    Case("short", 'kind = "wkc_short"\ncount = 3', "working_counter", "zero"),
-    Case("cut", 'kind = "cable_cut"\nposition = 0', "lost_frames", "zero", None, ALL),
-    Case("cut at 4", 'kind = "cable_cut"\nposition = 3', "working_counter", "zero", None, ALL[3:]),
-)  # fmt: skip
+    Case("drive drops to SAFE-OP", 'kind = "safe_op"\nposition = 4', "al_state", "zero", 5),
+    Case("encoder jumps 1.5 mrad", 'kind = "encoder_jump"\nposition = 1', "jump", "damp", 2),
+    Case("encoder frozen", 'kind = "encoder_frozen"\nposition = 3', "frozen_encoder", "damp", 4),
+    Case(
+        "working counter short, 3 cycles",
+        'kind = "wkc_short"\ncount = 3',
+        "working_counter",
+        "zero",
+    ),
+    Case(
+        "cable cut before the first drive",
+        'kind = "cable_cut"\nposition = 0',
+        "lost_frames",
+        "zero",
+        None,
+        ALL,
+    ),
+    Case(
+        "cable cut between drives 3 and 4",
+        'kind = "cable_cut"\nposition = 3',
+        "working_counter",
+        "zero",
+        None,
+        ALL[3:],
+    ),
+)
 
 
 def at(fault: str, cycle: int = AT) -> str:
@@ -56,7 +76,7 @@ def at(fault: str, cycle: int = AT) -> str:
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_fault_of_drives_and_encoders_lands_the_machine(
-    case: Case, hexapod_ssp: Path, tmp_path: Path
+    case: Case, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     fallen = free(Bench(hexapod_ssp, tmp_path), at(case.fault))
     trip = fallen.ran.one("trip")
@@ -68,6 +88,7 @@ def test_fault_of_drives_and_encoders_lands_the_machine(
     summary = fallen.ran.one("summary")
     assert summary["not_disabled"] == list(case.unknown)
     assert ("not confirmed as disabled" in fallen.ran.words) == bool(case.unknown)
+    falls.add(fallen.fall(case.name, AT))
 
 
 BROKEN = {
@@ -82,7 +103,7 @@ BROKEN = {
 @pytest.mark.sample(3)
 @pytest.mark.parametrize("reason", BROKEN)
 def test_fault_of_the_controller_lands_the_machine_without_it(
-    reason: str, hexapod_ssp: Path, tmp_path: Path
+    reason: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     bad = spoiled(hexapod_ssp, BROKEN[reason], tmp_path / "bad.ssp")
     fallen = free(Bench(bad, tmp_path), plant=hexapod_ssp)
@@ -93,6 +114,7 @@ def test_fault_of_the_controller_lands_the_machine_without_it(
     assert fallen.ran.one("summary")["landing_trip"] is None
     # nobody pulls it down: power is taken where the machine rests anyway
     assert np.ptp(fallen.theta[-20_000:], axis=0).max() < 0.05
+    falls.add(fallen.fall(f"{BROKEN[reason].instance}: {reason}", AT))
 
 
 @pytest.mark.parametrize(
@@ -141,7 +163,7 @@ def test_signals_land_the_machine(kind: signal.Signals, hexapod_ssp: Path, tmp_p
     )
     assert fallen.ran.code == 0, fallen.ran.words
     assert "stopped on request, drives disabled" in fallen.ran.words
-    fallen.ends_at_rest(0)
+    fallen.ends_at_rest(fallen.ended)
 
 
 def twice(pid: int) -> None:
@@ -157,7 +179,7 @@ def test_second_request_takes_the_torque_at_once(hexapod_ssp: Path, tmp_path: Pa
     two = free(bench, seconds=100.0, during=when_running(twice))
     cycles = [fallen.ran.one("summary")["cycles_to_zero"] for fallen in (one, two)]
     assert cycles[1] < cycles[0], cycles
-    two.ends_at_rest(0)
+    two.ends_at_rest(two.ended)
 
 
 def test_closed_terminal_lands_the_machine(hexapod_ssp: Path, tmp_path: Path) -> None:
@@ -172,33 +194,7 @@ def test_closed_terminal_lands_the_machine(hexapod_ssp: Path, tmp_path: Path) ->
     fallen = free(Bench(hexapod_ssp, tmp_path), seconds=100.0, during=close)
     assert fallen.ran.code == 0
     assert fallen.ran.one("summary")["not_disabled"] == []
-    fallen.ends_at_rest(0)
-
-
-LATE: dict[str, tuple[str, list[int], Callable[[str], bool]]] = {
-    "cable cut in the landing": (
-        'kind = "cable_cut"\nposition = 3', [4, 5, 6], lambda text: "working counter" in text,
-    ),
-    "drive fault in the landing": (
-        'kind = "drive_fault"\nposition = 2', [], lambda text: "drive fault 0x7305" in text,
-    ),
-    "encoder jumps in the landing": (
-        'kind = "encoder_jump"\nposition = 1', [], lambda text: "jumped" in text,
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", LATE)
-def test_fault_in_the_landing_of_a_good_run_is_judged(
-    name: str, hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    fault, unknown, said = LATE[name]
-    fallen = free(Bench(hexapod_ssp, tmp_path), at(fault, 28_000))
-    summary = fallen.ran.one("summary")
-    assert fallen.ran.code == 1
-    assert said(summary["landing_trip"])
-    assert summary["not_disabled"] == unknown
-    fallen.ends_at_rest(28_000)
+    fallen.ends_at_rest(fallen.ended)
 
 
 def test_drive_that_keeps_its_power_is_named(hexapod_ssp: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from fmpy.fmi2 import FMU2Slave
 
 from flexhex.ssp.read import read_ssp
 from tests.gateway.bench import Bench, Rows
+from tests.gateway.replay import replayed
 from tests.gateway.test_lockstep import STEPS, same
 from tests.gateway.weight import REST_S, TS, Fallen, free
 
@@ -155,3 +156,29 @@ def test_landing_is_the_planned_one_to_the_last_bit(fallen: Fallen, hexapod_ssp:
             r = rest
         wanted.append(pid.torque(r, theta[end + k]))
     assert same(fallen.tau[end + 1 : end + cycles] + 0.0, np.array(wanted[:-1]) + 0.0)
+
+
+CONTROLLED = {
+    "r": "reference.r",
+    "tau": "feedback.tau",
+    "tau_ff": "F.tau_ff",
+    "e": "feedback.e",
+}
+
+
+def test_torques_of_the_fmus_after_a_lift_off_are_the_simulated_ones(
+    fallen: Fallen, hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """Every cycle between lift-off and landing, by the FMUs alone on the angles that they had."""
+    table = fallen.ran.table
+    running = table["phase"] == 1
+    assert np.count_nonzero(running) == round(SECONDS / TS)
+    theta, tau_meas = table["theta"][running], table["tau_meas"][running]
+    steps = {"feedback": {"tau_step": STEPS["akd"]}}
+    theirs: dict[str, list[list[float]]] = {name: [] for name in CONTROLLED}
+    for bus in replayed(hexapod_ssp, tmp_path, steps, theta, tau_meas):
+        for name, signal in CONTROLLED.items():
+            theirs[name].append([bus[f"{signal}[{k}]"] for k in range(1, 7)])
+    for name in CONTROLLED:
+        assert same(table[name][running] + 0.0, np.array(theirs[name]) + 0.0), name
+    assert np.ptp(table["tau"][running], axis=0).min() > 0.1, "the torques change"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tests.gateway.bench import Bench, Ran, Rows, columns
+from tests.gateway.fault_table import Fall
 
 REST_S = 5.0
 """Time that the machine sinks before the first frame, and after the last."""
@@ -35,13 +36,35 @@ class Fallen:
         return moved / (4 * TS)  # type: ignore[no-any-return]
 
     def ends_at_rest(self, since: int) -> None:
-        """From this cycle on no axis is faster than allowed or leaves its stroke; then all rest."""
-        assert self.speed[since:].max() <= FASTEST, self.ran.words
+        """From this cycle on no axis is faster than allowed or leaves its stroke; then all rest.
+
+        An axis may be as fast as it was before: braking begins there.
+        """
+        before = 1.02 * self.speed[max(since - 8, 0)]
+        assert self.speed[since:].max() <= max(FASTEST, before), self.ran.words
         assert np.abs(self.theta[since:]).max() <= STROKE
         last = self.theta[-2000:]
         # the model has hardly any damping in its flexures: what is left is a slow swing
         assert np.ptp(last, axis=0).max() < 0.1
         assert not np.any(np.abs(self.tau[-2000:]) > 1.0)
+
+    @property
+    def ended(self) -> int:
+        """Cycle in which the run was ended, and the landing began."""
+        after = round(REST_S / TS) + int(self.ran.one("summary")["cycles_to_disabled"])
+        return len(self.theta) - after
+
+    def fall(self, fault: str, since: int) -> Fall:
+        """The row of this run; the fault was at the cycle `since`."""
+        trip, summary = (
+            [e for e in self.ran.events if e["event"] == "trip"],
+            self.ran.one("summary"),
+        )
+        speed, angle = self.speed[since:].max(), np.abs(self.theta[since:]).max()
+        none = "told at the end" if summary["landing_trip"] else "none"
+        rule = trip[0]["reason"] if trip else none
+        stop = trip[0]["reaction"] if trip else "–"
+        return Fall(fault, rule, stop, speed, angle, tuple(summary["not_disabled"]))
 
     def disabled(self) -> list[int]:
         """Positions whose drive ended without power."""

@@ -2,6 +2,7 @@
 //! the machine that they move. Shares no code with any MainDevice.
 mod application;
 mod args;
+mod assembly;
 #[cfg(test)]
 mod bench;
 mod coe;
@@ -11,6 +12,7 @@ mod error;
 mod esc;
 mod event;
 mod faults;
+mod loopback;
 mod machine;
 mod options;
 mod places;
@@ -25,5 +27,6 @@ mod trajectory;
 
 pub use args::{Args, EXAMPLES};
 pub use error::Error;
+pub use loopback::Loopback;
 pub use options::Options;
 pub use run::run;

@@ -1,20 +1,16 @@
 //! The loop of the emulator: frames in, replies out, in lockstep or by the clock.
+use crate::assembly::assemble;
 use crate::error::Error;
 use crate::event::EventKind;
 use crate::machine::Machine;
 use crate::options::Options;
-use crate::plant::{Flywheels, Plant};
 use crate::socket::{Socket, LONGEST};
-use crate::trajectory::Trajectory;
-use flexhex_system as system;
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Set by SIGINT and SIGTERM.
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Base step of the flywheels [s].
-const BASE_STEP: f64 = 0.00025;
 /// Most frames that are processed in a row.
 const MOST_FRAMES: usize = 16;
 /// Longest sleep, so that a signal just before it is not missed for long.
@@ -33,30 +29,6 @@ fn catch_signals() {
     }
 }
 
-/// Plant and base step.
-fn plant(options: &Options) -> Result<(Box<dyn Plant>, f64), Error> {
-    let choice = &options.plant;
-    let Some(path) = &choice.system else {
-        return match &choice.fmu {
-            Some(fmu) => Err(Error::new(format!(
-                "plant {}: give its system description too (--system), which holds its connections",
-                fmu.display()
-            ))),
-            None => Ok((Box::new(Flywheels::new(BASE_STEP)), BASE_STEP)),
-        };
-    };
-    let system = system::System::open(path)?;
-    let name = choice.component.as_deref().unwrap_or("plant");
-    let setting = options.setting();
-    let mut parameters = vec![
-        (format!("{name}.tau_step"), setting.torque_step()),
-        (format!("{name}.theta_step"), setting.angle_step()),
-    ];
-    parameters.extend(choice.parameters.clone());
-    let plant = system::Plant::open(&system, name, choice.fmu.as_deref(), &parameters)?;
-    Ok((Box::new(plant), system.base_step()))
-}
-
 struct Run {
     options: Options,
     machine: Machine,
@@ -68,17 +40,9 @@ struct Run {
 
 /// Emulates until SIGINT or SIGTERM, or until `cycles` plant cycles are done.
 pub fn run(options: Options) -> Result<(), Error> {
-    let (plant, dt) = plant(&options)?;
     let socket = Socket::open(&options.interface)?;
-    let devices = (0..options.devices()).map(|position| options.device(position)).collect();
-    let trajectory = Trajectory::new(dt, options.log.as_deref())?;
-    let timing = (dt, options.lockstep);
-    let faults = options.fault.clone();
-    let mut machine = Machine::new(devices, options.order(), plant, faults, timing, trajectory);
+    let (machine, dt) = assemble(&options)?;
     catch_signals();
-    if let Some(time) = options.plant.resting_s {
-        machine.rest(machine.steps(time))?;
-    }
     let mut run = Run {
         options,
         machine,

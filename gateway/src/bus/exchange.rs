@@ -39,10 +39,20 @@ pub struct Reply {
     pub mode: [Option<i8>; AXES],
 }
 
+/// Axes whose drives are asked for a cause while the bus leaves OP.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ask {
+    /// Of the fault, 0x603F.
+    pub error_code: Option<usize>,
+    /// Of the AL state, register 0x0134.
+    pub al_code: Option<usize>,
+}
+
 /// What is known after the bus has left OP.
 pub struct Left {
     pub counts: Counts,
     pub error_code: Option<u16>,
+    pub al_code: Option<u16>,
     /// None: known to be disabled before, or no reply.
     pub statusword: [Option<u16>; AXES],
 }
@@ -141,21 +151,21 @@ impl<L: Link> Bus<L> {
     }
 
     /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
-    /// frame counts, for axis `ask` the error code of its drive, and the statusword of every drive that is
-    /// not known to be disabled.
-    pub fn leave(mut self, ask: Option<usize>, disabled: &[bool; AXES]) -> Left {
+    /// frame counts, what `ask` asks, and the statusword of every drive that is not known to be disabled.
+    pub fn leave(mut self, ask: Ask, disabled: &[bool; AXES]) -> Left {
+        let al_code = ask.al_code.and_then(|axis| self.al_status_code(axis));
         // a device in PRE-OP would take a request of SAFE-OP for a step up
         if !self.others {
             self.request(al::SAFE_OP);
         }
         self.request(al::PRE_OP);
-        let error_code = ask.and_then(|axis| self.read_word(axis, ERROR_CODE));
+        let error_code = ask.error_code.and_then(|axis| self.read_word(axis, ERROR_CODE));
         let mut statusword = [None; AXES];
         for axis in (0..AXES).filter(|axis| !disabled[*axis]) {
             statusword[axis] = self.read_word(axis, STATUSWORD);
         }
         self.request(al::INIT);
-        Left { counts: self.wire.counts, error_code, statusword }
+        Left { counts: self.wire.counts, error_code, al_code, statusword }
     }
 
     fn read_word(&mut self, axis: usize, object: u16) -> Option<u16> {
@@ -165,6 +175,15 @@ impl<L: Link> Bus<L> {
             let read = device.sdo_read::<u16>(object, 0);
             self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok()
         })
+    }
+
+    /// Why a drive left OP; it keeps the code until the error is acknowledged.
+    fn al_status_code(&mut self, axis: usize) -> Option<u16> {
+        let address = with_group!(&self.group, group => {
+            group.subdevice(self.main, self.order[axis]).ok()?.configured_address()
+        });
+        let read = Command::fprd(address, al::STATUS_CODE).receive::<u16>(self.main);
+        self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok().filter(|code| *code != 0)
     }
 
     fn request(&mut self, state: u8) {

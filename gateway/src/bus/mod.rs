@@ -10,6 +10,7 @@ mod objects;
 mod off;
 mod operational;
 mod options;
+mod positions;
 mod readback;
 mod sdo;
 mod setup;
@@ -17,8 +18,9 @@ mod startup;
 mod watchdog;
 
 pub use difference::Difference;
-pub use exchange::{Bus, Reply};
+pub use exchange::{Ask, Bus, Reply};
 pub use identity::DeviceInfo;
 pub use off::off;
 pub use options::BringUpOptions;
+pub use positions::{positions, Encoder};
 pub use setup::{bring_up, inspect, Lists};

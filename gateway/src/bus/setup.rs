@@ -121,7 +121,11 @@ pub fn bring_up<L: Link>(
     Ok(bus)
 }
 
-async fn find(config: &Config, main: &'static MainDevice<'static>) -> Result<Groups, String> {
+/// The devices in PRE-OP; refused where one is in OP.
+pub(super) async fn find(
+    config: &Config,
+    main: &'static MainDevice<'static>,
+) -> Result<Groups, String> {
     let status: u16 = Command::brd(al::STATUS).ignore_wkc().receive(main).await.map_err(|why| {
         format!("no device replies ({why}): check the cable and that the drives are on")
     })?;

@@ -22,6 +22,10 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
     config.hash = hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
     config.recorder.folder = Config::place(file, &config.recorder.folder);
+    let resume = config.estimate.resume.take();
+    config.estimate.resume = resume.map(|path| Config::place(file, &path));
+    let homing = config.homing.file.take();
+    config.homing.file = homing.map(|path| Config::place(file, &path));
     Ok(config)
 }
 
@@ -67,6 +71,7 @@ fn check(config: &Config) -> Result<(), String> {
     }
     interface(config, &mut mistakes);
     config.landing.check(&mut mistakes);
+    config.estimate.check(&mut mistakes);
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {
@@ -96,7 +101,7 @@ type Row<'a> = (&'a str, f64, f64, f64, &'a str);
 
 /// Numbers that occur once in the file.
 #[rustfmt::skip]
-fn numbers(c: &Config) -> [Row<'_>; 16] {
+fn numbers(c: &Config) -> [Row<'_>; 17] {
     let (b, r, s, w) = (&c.bus, &c.real_time, &c.safety, &c.recorder);
     [
         ("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0, 10_000.0,
@@ -112,6 +117,8 @@ fn numbers(c: &Config) -> [Row<'_>; 16] {
         ("real_time.priority", r.priority.into(), 0.0, 99.0, "0 sets no priority"),
         ("real_time.spin_us", r.spin_us.into(), 0.0, 1000.0,
          "the kernel throttles a thread that spins for whole cycles"),
+        ("system.late_limit", c.system.late_limit.into(), 1.0, 1e6,
+         "ticks in a row that a component in a thread of its own may leave out"),
         ("safety.lost_frame_limit", s.lost_frame_limit.into(), 1.0, 1000.0,
          "consecutive cycles without a reply"),
         ("safety.working_counter_limit", s.working_counter_limit.into(), 1.0, 1000.0,

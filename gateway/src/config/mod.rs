@@ -2,9 +2,12 @@
 
 mod check;
 mod check_profile;
+mod estimate;
 mod hash;
+mod homing;
 mod landing;
 mod mistakes;
+mod offsets;
 mod profile;
 mod startup;
 #[cfg(test)]
@@ -17,7 +20,9 @@ use std::path::{Path, PathBuf};
 #[cfg(test)]
 pub use check::parse;
 pub use check::read;
+pub use estimate::Estimate;
 pub use flexhex_system::AXES;
+pub use homing::{Homed, HomedAxis, Homing};
 pub use landing::Landing;
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
@@ -35,10 +40,17 @@ pub struct Config {
     #[serde(default)]
     pub reactions: crate::rules::Reactions,
     pub recorder: Recorder,
+    #[serde(default)]
+    pub estimate: Estimate,
+    #[serde(default)]
+    pub homing: Homing,
     pub drive: Vec<Drive>,
     /// Of the file with the values that the command line replaces.
     #[serde(skip)]
     pub hash: u64,
+    /// When the offsets were found, with `homing.file`.
+    #[serde(skip)]
+    pub homed: Option<String>,
 }
 
 /// The system description and the component that the drives replace.
@@ -53,6 +65,9 @@ pub struct System {
     /// Reaction to a component that is late.
     #[serde(default)]
     pub late: Late,
+    /// Trip when one is late at more ticks in a row than this (`hold`).
+    #[serde(default = "late_limit")]
+    pub late_limit: u32,
     /// Longest wall-clock time of one step of a component [us].
     pub step_limit_us: Option<u32>,
     pub reference: String,
@@ -61,6 +76,10 @@ pub struct System {
     /// Parameters of components by name, `feedback.tau_step = 0.003`.
     #[serde(default)]
     pub parameters: std::collections::BTreeMap<String, f64>,
+}
+
+fn late_limit() -> u32 {
+    10
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]

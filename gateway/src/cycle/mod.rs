@@ -5,22 +5,26 @@ mod ending;
 mod inputs;
 mod moving;
 mod outcome;
+#[cfg(test)]
+mod panic_tests;
+mod posing;
 mod row;
 mod running;
 pub mod signals;
 mod timing;
 
 use flexhex_system::Controller;
-use std::sync::atomic::{AtomicI64, AtomicU64};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-pub use outcome::{Ending, Outcome};
+pub use outcome::{Ending, Outcome, Stood};
 pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
 use crate::bus::cia402::{self, State};
 use crate::bus::Bus;
 use crate::config::{Config, AXES};
+use crate::live::Board;
 use crate::motion::{Mechanics, Mover};
 use crate::realtime::now_ns;
 use crate::record::Sink;
@@ -30,6 +34,8 @@ use crate::wire::Link;
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
 const UNANSWERED_LIMIT: u32 = 40;
 const NANOSECONDS: f64 = 1e9;
+/// Longest wait at the end for a step in a thread of its own.
+const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -38,15 +44,10 @@ pub struct RunOptions {
     pub dry_run: bool,
     pub lockstep: bool,
     pub reset_faults: bool,
-}
-
-/// Values for the status display, read by another thread.
-#[derive(Default)]
-pub struct LiveStatus {
-    pub cycle: AtomicI64,
-    pub lost: AtomicU64,
-    /// Largest following error of the newest cycle [nrad].
-    pub error_nrad: AtomicU64,
+    /// Poses to move to and to hold, in place of a run of the controller [rad].
+    pub poses: Vec<[f64; AXES]>,
+    /// Time for which each is held [s].
+    pub hold: f64,
 }
 
 /// Lifting, landing and everything between are judged by the same rules (`safety`).
@@ -81,7 +82,7 @@ pub struct ControlLoop<'a, L: Link> {
     safety: Safety,
     clock: Clock,
     sink: Sink,
-    status: &'a LiveStatus,
+    board: &'a Board,
     phase: Phase,
     row: Vec<f64>,
     out: Outcome,
@@ -94,6 +95,8 @@ pub struct ControlLoop<'a, L: Link> {
     mechanics: Mechanics,
     /// Where the machine rested before it was enabled [rad].
     rest: [f64; AXES],
+    /// Pose that is moved to or held.
+    pose: usize,
     /// Cycles of lift-off and landing so far.
     moved: u64,
     /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
@@ -109,17 +112,19 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         bus: Bus<L>,
         (controller, signals, mechanics): (Controller, Signals, Mechanics),
         (sink, out): (Sink, Preallocated),
-        (status, base_step): (&'a LiveStatus, f64),
+        (board, base_step): (&'a Board, f64),
     ) -> Self {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
         let spin = Duration::from_micros(config.real_time.spin_us.into());
         let powered = !options.dry_run;
+        let mut outcome = out.outcome;
+        outcome.stood.reserve(options.poses.len());
         ControlLoop {
             safety: Safety::new(config, base_step, bus.complete(), powered),
             clock: Clock::new(cycle, spin, options.lockstep),
             phase: if powered { Phase::Arming(0) } else { Phase::Running },
             row: out.row,
-            out: out.outcome,
+            out: outcome,
             sent: [0.0; AXES],
             unanswered: 0,
             inputs: inputs::Inputs::default(),
@@ -127,6 +132,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             skipped_before: 0,
             mechanics,
             rest: [0.0; AXES],
+            pose: 0,
             moved: 0,
             missed: 0,
             stopped_for: 0,
@@ -137,22 +143,26 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             controller,
             signals,
             sink,
-            status,
+            board,
         }
     }
 
     /// The whole run, from disabled drives to disabled drives.
     pub fn run(mut self) -> Outcome {
-        while !self.guarded_cycle() {}
+        self.board.beating.store(true, Ordering::Relaxed);
+        while !self.guarded_cycle() {
+            self.board.beats.fetch_add(1, Ordering::Relaxed);
+        }
+        self.board.beating.store(false, Ordering::Relaxed);
         self.out.cycles = self.controller.now();
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.overflowed = self.sink.overflowed();
-        let left = self.bus.leave(self.out.axis_with_fault(), &self.out.disabled);
-        let (counts, code) = (left.counts, left.error_code);
+        let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.read_back(&left.statusword);
-        self.out.counts = counts;
-        self.out.set_error_code(code);
+        self.out.counts = left.counts;
+        self.out.answer(left.error_code, left.al_code);
+        self.out.states = self.controller.save(FAREWELL);
         self.out
     }
 
@@ -180,7 +190,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         match self.phase {
             Phase::Disabling(_) => return self.disabling(&reply),
             Phase::Lifting(mover) | Phase::Landing(mover) => {
-                self.moving(&reply, mover);
+                self.moving(&reply, mover, (late_ns, round_trip));
                 return false;
             }
             _ => {}

@@ -8,7 +8,7 @@ use crate::config::AXES;
 use crate::motion::{Mover, Path};
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
-use crate::safety::{Bounds, Disabling, Measured};
+use crate::safety::{in_landing, Bounds, Disabling, InLanding, Measured};
 use crate::wire::Link;
 
 /// Distance [rad] within which the machine stands at a pose already.
@@ -18,12 +18,13 @@ impl<L: Link> ControlLoop<'_, L> {
     /// All drives are enabled: lift off to where the reference starts. True where it is there already.
     pub(super) fn lift_off(&mut self, theta: &[f64; AXES]) -> bool {
         self.rest = *theta;
-        let start = self.pick(self.signals.r);
-        if (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
+        let pose = self.first_pose();
+        let start = pose.unwrap_or_else(|| self.pick(self.signals.r));
+        if pose.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
             self.safety.enter(Bounds::of(self.config, true));
             return true;
         }
-        let path = Path::new(*theta, [0.0; AXES], start, self.mechanics.pace);
+        let path = Path::new(*theta, [0.0; AXES], start, self.pace());
         self.move_along(path, [false; AXES], &[0.0; AXES]);
         false
     }
@@ -39,16 +40,16 @@ impl<L: Link> ControlLoop<'_, L> {
     }
 
     fn move_along(&mut self, path: Path, blind: [bool; AXES], rate: &[f64; AXES]) {
-        let margin = (0..AXES).fold(0.0, |m: f64, k| m.max(self.config.limits(k).following_error));
-        let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
-        // braking may begin above the limit of a landing: it must not become faster than it was by half
-        let bounds = bounds.wider(
-            &rate.map(|rate| 1.5 * rate),
-            &[path.at(0), path.stop(), path.end()],
-            margin,
-        );
+        let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
+        // without a fault the sums of the errors still hold: no step of the torque
+        if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =
+            (&self.phase, &self.out.ending)
+        {
+            mover = *before;
+            mover.follow(path);
+        }
         mover.step(&self.previous.theta, 0);
         self.phase = match self.phase {
             Phase::Arming(_) => Phase::Lifting(mover),
@@ -56,8 +57,21 @@ impl<L: Link> ControlLoop<'_, L> {
         };
     }
 
+    /// Limits of a motion through these poses that begins at this rate.
+    pub(super) fn moving_bounds(&self, poses: &[[f64; AXES]], rate: &[f64; AXES]) -> Bounds {
+        let margin = (0..AXES).fold(0.0, |m: f64, k| m.max(self.config.limits(k).following_error));
+        let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
+        // braking may begin above the limit of a landing: it must not become faster than it was by half
+        bounds.wider(&rate.map(|rate| 1.5 * rate), poses, margin)
+    }
+
     /// A cycle of lift-off or landing: judge, then the torque of the next frame.
-    pub(super) fn moving(&mut self, reply: &Reply, mut mover: Mover) {
+    pub(super) fn moving(
+        &mut self,
+        reply: &Reply,
+        mut mover: Mover,
+        (late_ns, round_trip_ns): (u64, u64),
+    ) {
         let lifting = matches!(self.phase, Phase::Lifting(_));
         let skipped = self.newly_skipped();
         let complete = reply.answered && reply.working_counter == self.bus.complete();
@@ -65,8 +79,11 @@ impl<L: Link> ControlLoop<'_, L> {
         self.previous = values;
         mover.step(&values.theta, skipped);
         self.moved += 1;
+        if lifting && complete {
+            self.note_stood(mover.left(), &reply.theta, &reply.tau);
+        }
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
-        self.fill(n, reply, 0, 0);
+        self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {
             cycle: n,
             skipped,
@@ -82,46 +99,45 @@ impl<L: Link> ControlLoop<'_, L> {
             al_state: &reply.al_state,
             mode: &reply.mode,
             controller: None,
-            overrun_us: 0.0,
+            overrun_us: self.overrun_us(late_ns),
         });
         self.push(0);
         let over = mover.left() == 0;
         self.phase = if lifting { Phase::Lifting(mover) } else { Phase::Landing(mover) };
         match trip {
             Some(trip) if lifting => {
-                let reason = trip.reason;
-                self.end(Ending::Tripped(trip, String::new()), reason);
+                self.end(Ending::Tripped(trip, String::new()), trip.reason);
+                return;
             }
             Some(trip) => self.landing_failed(trip),
-            None if lifting && stop::requested() => {
-                self.end(Ending::StopRequested, Reason::Stopped)
-            }
-            None if stop::requested_twice() => self.take_power(ReactionKind::Zero),
-            None if over && lifting => {
-                self.safety.enter(Bounds::of(self.config, true));
-                self.inputs = super::inputs::Inputs::default();
-                self.phase = Phase::Running;
-            }
-            None if over => self.take_power(ReactionKind::Land),
             None => {}
+        }
+        if lifting && stop::requested() {
+            self.end(Ending::StopRequested, Reason::Stopped);
+        } else if lifting && over && !self.next_pose() {
+            self.safety.enter(Bounds::of(self.config, true));
+            self.inputs = super::inputs::Inputs::default();
+            self.phase = Phase::Running;
+        } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {
+            self.take_power(ReactionKind::Zero);
+        } else if matches!(self.phase, Phase::Landing(_)) && over && !lifting {
+            self.take_power(ReactionKind::Land);
         }
     }
 
-    /// A rule is violated during a landing. An encoder that fails makes its axis blind, once; all else ends
-    /// in category 0.
+    /// A rule is violated during a landing: the first is told.
     fn landing_failed(&mut self, trip: Trip) {
-        let kind = self.config.reactions.to(trip.reason);
-        let first = self.out.landing_trip.is_none();
+        let Phase::Landing(mover) = &mut self.phase else { return };
         self.out.landing_trip.get_or_insert(trip);
-        if let (Phase::Landing(mover), Some(axis)) = (&mut self.phase, trip.axis) {
-            if kind == ReactionKind::Damp && first && !mover.blind.contains(&true) {
+        match in_landing(&trip, self.config.reactions.to(trip.reason), &mover.blind) {
+            InLanding::GoOn => {}
+            InLanding::Blind(axis) => {
                 mover.blind[axis] = true;
                 let blind = mover.blind;
                 self.safety.enter(Bounds { blind, ..*self.safety.bounds() });
-                return;
             }
+            InLanding::TakePower(kind) => self.take_power(kind),
         }
-        self.take_power(if kind.lands() { ReactionKind::Zero } else { kind });
     }
 
     /// Zero torque from the next frame on; the drives are disabled.

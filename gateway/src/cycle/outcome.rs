@@ -1,10 +1,11 @@
 //! How a run ended, and its figures.
 
 use super::timing::Histogram;
-use crate::bus::cia402;
+use crate::bus::{al, cia402, Ask};
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::wire::Counts;
+use flexhex_system::{Error, State};
 
 /// How the run ended.
 pub enum Ending {
@@ -28,6 +29,15 @@ pub struct Timing {
     pub after_reply: Histogram,
 }
 
+/// What was measured while a pose was held: means over the second half of that time.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stood {
+    pub pose: [f64; AXES],
+    pub theta: [f64; AXES],
+    pub tau_meas: [f64; AXES],
+    pub cycles: u32,
+}
+
 /// Ending and figures of a run.
 pub struct Outcome {
     pub ending: Ending,
@@ -39,6 +49,8 @@ pub struct Outcome {
     pub reaction: ReactionKind,
     /// What cut a landing short.
     pub landing_trip: Option<Trip>,
+    /// Its cause, if a drive told it.
+    pub landing_detail: String,
     /// Axes whose drive was read back as disabled at the end.
     pub disabled: [bool; AXES],
     pub timing: Timing,
@@ -48,6 +60,10 @@ pub struct Outcome {
     pub late_threads: u64,
     pub counts: Counts,
     pub overflowed: u64,
+    /// What the components with a thread of their own have learned, or why that is not known.
+    pub states: Vec<Result<State, Error>>,
+    /// Poses that were held.
+    pub stood: Vec<Stood>,
     /// Largest following error of each axis [rad].
     pub most_error: Vec<f64>,
 }
@@ -62,6 +78,7 @@ impl Outcome {
             to_disabled: None,
             reaction: ReactionKind::Zero,
             landing_trip: None,
+            landing_detail: String::new(),
             disabled: [false; AXES],
             timing: Timing {
                 wake_up: Histogram::new(),
@@ -75,6 +92,8 @@ impl Outcome {
             late_threads: 0,
             counts: Counts::default(),
             overflowed: 0,
+            states: Vec::new(),
+            stood: Vec::new(),
             most_error: vec![0.0; crate::config::AXES],
         }
     }
@@ -101,20 +120,36 @@ impl Outcome {
         wanted && self.landing_trip.is_none() && self.unconfirmed().is_empty()
     }
 
-    /// The axis of a drive fault whose code is not in the process data.
-    pub fn axis_with_fault(&self) -> Option<usize> {
-        let unknown = |trip: &Trip| trip.reason == Reason::DriveFault && trip.value == 0.0;
-        match &self.ending {
-            Ending::Tripped(trip, _) if unknown(trip) => trip.axis,
-            _ => self.landing_trip.filter(unknown)?.axis,
+    /// Causes that only the drives know: of a fault whose code is not in the process data, of an AL state.
+    pub fn open_questions(&self) -> Ask {
+        Ask {
+            error_code: self.axis_of(|trip| trip.reason == Reason::DriveFault && trip.value == 0.0),
+            al_code: self.axis_of(|trip| trip.reason == Reason::AlState),
         }
     }
 
-    /// Sets the fault code that was read from the drive afterwards.
-    pub fn set_error_code(&mut self, code: Option<u16>) {
-        let Some(code) = code else { return };
-        match (&mut self.ending, &mut self.landing_trip) {
-            (Ending::Tripped(trip, _), _) | (_, Some(trip)) => trip.value = code.into(),
+    fn axis_of(&self, wanted: impl Fn(&Trip) -> bool) -> Option<usize> {
+        match &self.ending {
+            Ending::Tripped(trip, _) if wanted(trip) => trip.axis,
+            _ => self.landing_trip.filter(wanted)?.axis,
+        }
+    }
+
+    /// Sets the causes that were read from the drives afterwards.
+    pub fn answer(&mut self, error_code: Option<u16>, al_code: Option<u16>) {
+        let trip = match (&mut self.ending, &mut self.landing_trip) {
+            (Ending::Tripped(trip, _), _) | (_, Some(trip)) => Some(trip),
+            _ => None,
+        };
+        if let (Some(trip), Some(code)) = (trip, error_code) {
+            trip.value = code.into();
+        }
+        let text = al_code.map(al::describe);
+        match (&mut self.ending, text) {
+            (Ending::Tripped(trip, detail), Some(text)) if trip.reason == Reason::AlState => {
+                *detail = text;
+            }
+            (_, Some(text)) => self.landing_detail = text,
             _ => {}
         }
     }

@@ -1,5 +1,7 @@
 //! One row of the recording: the values of a cycle in the order of `Columns`.
 
+use std::sync::atomic::Ordering;
+
 use super::{ControlLoop, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
@@ -48,13 +50,22 @@ impl<L: Link> ControlLoop<'_, L> {
         }
     }
 
-    /// Pass the row to the writer. In lockstep it waits for room, so no row is dropped there.
+    /// Pass the row to the writer, and show it to those who look. In lockstep it waits for room, so no row is dropped there.
     pub(super) fn push(&mut self, compute_ns: u64) {
         self.row[COMPUTE] = compute_ns as f64 / 1e3;
         while self.options.lockstep && !self.sink.has_room() {
             std::thread::yield_now();
         }
         self.sink.push(&self.row);
+        let board = self.board;
+        board.write(&self.row);
+        for (count, value) in [
+            (&board.lost, self.out.lost),
+            (&board.short, self.out.short),
+            (&board.skipped, self.clock.skipped),
+        ] {
+            count.store(value, Ordering::Relaxed);
+        }
     }
 }
 

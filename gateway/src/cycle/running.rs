@@ -1,7 +1,5 @@
 //! One cycle of the controller: compute, judge, record.
 
-use std::sync::atomic::Ordering;
-
 use flexhex_system::{Component, Trip as Failure};
 
 use super::inputs::{between, Values};
@@ -55,10 +53,10 @@ impl<L: Link> ControlLoop<'_, L> {
             al_state: &reply.al_state,
             mode: &reply.mode,
             controller,
-            overrun_us: if self.options.lockstep { 0.0 } else { late_ns as f64 / 1e3 },
+            overrun_us: self.overrun_us(late_ns),
         });
         self.push(compute);
-        self.update_status(n, &e);
+        self.note_errors(&e);
         if let Some(trip) = trip {
             let reason = trip.reason;
             let detail = match failure {
@@ -101,6 +99,15 @@ impl<L: Link> ControlLoop<'_, L> {
         first.map(|(component, fault)| component.fault_text(fault)).unwrap_or_default()
     }
 
+    /// Delay of the start of a cycle [us]; none where no clock applies.
+    pub(super) fn overrun_us(&self, late_ns: u64) -> f64 {
+        if self.options.lockstep {
+            0.0
+        } else {
+            late_ns as f64 / 1e3
+        }
+    }
+
     /// Cycles that the clock skipped since the last call.
     pub(super) fn newly_skipped(&mut self) -> u64 {
         let skipped = self.clock.skipped - self.skipped_before;
@@ -119,14 +126,9 @@ impl<L: Link> ControlLoop<'_, L> {
         slots.map(|slot| self.controller.bus()[slot])
     }
 
-    fn update_status(&mut self, n: i64, e: &[f64; AXES]) {
-        let mut most: f64 = 0.0;
-        for (seen, e) in self.out.most_error.iter_mut().zip(e) {
-            *seen = seen.max(e.abs());
-            most = most.max(e.abs());
+    fn note_errors(&mut self, e: &[f64; AXES]) {
+        for (most, e) in self.out.most_error.iter_mut().zip(e) {
+            *most = most.max(e.abs());
         }
-        self.status.cycle.store(n, Ordering::Relaxed);
-        self.status.lost.store(self.out.lost, Ordering::Relaxed);
-        self.status.error_nrad.store((most * 1e9) as u64, Ordering::Relaxed);
     }
 }

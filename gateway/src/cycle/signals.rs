@@ -1,6 +1,6 @@
 //! Signals of the system description that the control loop uses.
 
-use flexhex_system::{Controller, Late, Options, System, Trip as Failure, What};
+use flexhex_system::{Controller, Late, Options, State, System, Trip as Failure, What};
 use std::time::Duration;
 
 use crate::config::{self, Config, AXES};
@@ -54,7 +54,13 @@ fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, Strin
 
 /// The controller of a system, with the quantisation steps of the drives set in every component
 /// that has these parameters.
-pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controller, String> {
+/// resume: states of an earlier run.
+pub fn open(
+    config: &Config,
+    system: &System,
+    lockstep: bool,
+    resume: Vec<State>,
+) -> Result<Controller, String> {
     let steps =
         [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
     let mut parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
@@ -73,6 +79,8 @@ pub fn open(config: &Config, system: &System, lockstep: bool) -> Result<Controll
             config::Late::Hold => Late::Hold,
             config::Late::Trip => Late::Trip,
         },
+        late_limit: Some(config.system.late_limit),
+        resume,
         step_limit: if lockstep {
             Some(LOCKSTEP_LIMIT)
         } else {

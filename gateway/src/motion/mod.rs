@@ -81,19 +81,24 @@ impl Mover {
         }
     }
 
+    /// Goes on along another path, which begins at the end of this one: nothing that was learned is lost.
+    pub fn follow(&mut self, path: Path) {
+        (self.path, self.cycle) = (path, 0);
+    }
+
     /// Cycles left.
     pub fn left(&self) -> u32 {
         self.path.cycles().saturating_sub(self.cycle)
     }
 
-    /// Takes the angles of a cycle [rad]; `skipped` cycles passed since the one before.
+    /// Takes the angles of a cycle [rad]. The path waits where the clock `skipped` cycles, and what changed
+    /// meanwhile is no rate.
     pub fn step(&mut self, theta: &Axes, skipped: u64) {
-        self.cycle = self.cycle.saturating_add(skipped.min(u64::from(u32::MAX)) as u32);
         self.r = self.path.at(self.cycle);
         let hold = self.mechanics.holding(&self.r, &self.rest);
         let e: Axes =
             std::array::from_fn(|k| if self.blind[k] { 0.0 } else { self.r[k] - theta[k] });
-        let last = self.e_last.unwrap_or(e);
+        let last = self.e_last.filter(|_| skipped == 0).unwrap_or(e);
         let (g, h) = (self.mechanics.gains, self.mechanics.pace.base_step);
         for k in 0..AXES {
             let sum = self.e_sum[k] + h / 2.0 * (last[k] + e[k]);

@@ -158,3 +158,47 @@ fn a_torque_at_its_limit_winds_nothing_up() {
     (0..200).for_each(|_| mover.step(&[0.0; AXES], 0));
     assert!(mover.tau[0].abs() < 1.5, "{}", mover.tau[0]);
 }
+
+#[test]
+fn skipped_cycles_delay_the_path_and_kick_nothing() {
+    let path = Path::new(REST, [0.0; AXES], [0.0; AXES], pace());
+    let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
+    (0..4000).for_each(|_| {
+        let theta = mover.r;
+        mover.step(&theta, 0)
+    });
+    let (r, left, tau) = (mover.r, mover.left(), mover.tau);
+    // 0.1 s without a cycle, in which the axes moved on by 5 mrad
+    mover.step(&r.map(|r| r - 0.005), 400);
+    let step = mover.r[0] - r[0];
+    assert!(step.abs() <= 0.25 * H && mover.left() == left - 1, "{step} {}", mover.left());
+    // 164 N m/rad of proportional gain alone; the rate of a cycle would add 4 N m
+    assert!((mover.tau[0] - tau[0] - 164.28 * (0.005 + step)).abs() < 0.1, "{}", mover.tau[0]);
+}
+
+#[test]
+fn another_path_goes_on_without_a_step_of_the_torque() {
+    // the weight is a third more than known: the sum of the errors carries the rest
+    let mut machine = Machine { theta: REST, rate: [0.0; AXES], weight: 1.3 };
+    let to = [0.0; AXES];
+    let path = Path::new(REST, [0.0; AXES], to, pace());
+    let mut mover = Mover::new(mechanics(), path, REST, [false; AXES]);
+    let mut last = [0.0; AXES];
+    let mut poses = [[0.05; AXES], [-0.1; AXES]].into_iter();
+    let mut end = to;
+    for n in 0.. {
+        mover.step(&machine.theta, 0);
+        let most = (0..AXES).fold(0.0, |most: f64, k| most.max((mover.tau[k] - last[k]).abs()));
+        assert!(n == 0 || most < 0.05, "cycle {n}: a step of {most} N m");
+        last = mover.tau;
+        machine.step(&mover.tau);
+        if mover.left() > 0 {
+            continue;
+        }
+        let off = (0..AXES).fold(0.0, |off: f64, k| off.max((machine.theta[k] - end[k]).abs()));
+        assert!(off < 2e-3, "{off} rad from its pose");
+        let Some(pose) = poses.next() else { break };
+        mover.follow(Path::new(end, [0.0; AXES], pose, pace()));
+        end = pose;
+    }
+}

@@ -11,6 +11,6 @@ mod tests;
 mod writer;
 
 pub use columns::{time_of, Columns};
-pub use provenance::provenance;
+pub use provenance::{now, provenance};
 pub use ring::{ring, Sink};
-pub use writer::{Plan, Writer, Written};
+pub use writer::{Closer, Plan, Writer, Written};

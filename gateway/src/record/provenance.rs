@@ -10,7 +10,7 @@ pub fn provenance(config_hash: u64) -> Vec<(String, String)> {
 }
 
 /// Universal time, `2026-11-24T00:20:05Z`.
-fn now() -> String {
+pub fn now() -> String {
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     date(since.map_or(0, |since| since.as_secs() as libc::time_t))
 }

@@ -29,10 +29,29 @@ pub struct Plan {
     pub reaction: usize,
 }
 
-/// Handle of the writer thread; the channel carries the text of the trip, if any.
+/// The text of the trip, if any, and who is told when the files are closed.
+struct End {
+    trip: Option<String>,
+    done: Option<Sender<()>>,
+}
+
+/// Handle of the writer thread.
 pub struct Writer {
-    end: Sender<Option<String>>,
+    end: Sender<End>,
     thread: JoinHandle<Result<Written, String>>,
+}
+
+/// Ends the writer from another thread, where the one that owns it does not.
+pub struct Closer(Sender<End>);
+
+impl Closer {
+    /// As `Writer::finish`, but it only waits until the files are closed, at most for `limit`.
+    pub fn close(&self, trip: &str, limit: Duration) {
+        let (done, closed) = channel();
+        // the thread has ended only after a failed write
+        let _ = self.0.send(End { trip: Some(trip.to_owned()), done: Some(done) });
+        let _ = closed.recv_timeout(limit);
+    }
 }
 
 /// The files that were written.
@@ -50,15 +69,19 @@ impl Writer {
             Some(path) => Some(create(path, &plan, None)?),
             None => None,
         };
-        let (end, ended) = channel::<Option<String>>();
+        let (end, ended) = channel::<End>();
         let work = move || {
             let mut sheet = Sheet::new(plan, source, file);
             loop {
                 match ended.recv_timeout(PERIOD) {
                     Err(RecvTimeoutError::Timeout) => sheet.drain()?,
-                    Ok(trip) => {
+                    Ok(end) => {
                         sheet.drain()?;
-                        return sheet.close(trip.as_deref());
+                        let written = sheet.close(end.trip.as_deref());
+                        if let Some(done) = end.done {
+                            let _ = done.send(());
+                        }
+                        return written;
                     }
                     Err(RecvTimeoutError::Disconnected) => return sheet.close(None),
                 }
@@ -69,10 +92,14 @@ impl Writer {
         Ok(Writer { end, thread })
     }
 
+    pub fn closer(&self) -> Closer {
+        Closer(self.end.clone())
+    }
+
     /// Write the remaining rows; after a trip also the trip file.
     pub fn finish(self, trip: Option<String>) -> Result<Written, String> {
         // the thread has ended only after a failed write, which `join` returns
-        let _ = self.end.send(trip);
+        let _ = self.end.send(End { trip, done: None });
         self.thread
             .join()
             .unwrap_or_else(|_| Err("the recorder thread ended unexpectedly".to_owned()))

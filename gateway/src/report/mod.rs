@@ -65,7 +65,10 @@ impl Reporter {
 
 /// How the run ended, and whether every drive was read back as disabled.
 fn ended(how: &str, out: &Outcome) -> String {
-    let cut = out.landing_trip.map_or(String::new(), |trip| format!(", during the landing {trip}"));
+    let cut = out.landing_trip.map_or(String::new(), |trip| match out.landing_detail.as_str() {
+        "" => format!(", during the landing {trip}"),
+        detail => format!(", during the landing {trip}: {detail}"),
+    });
     match out.unconfirmed()[..] {
         [] => format!("{how}{cut}, drives disabled"),
         ref axes => format!(

@@ -10,6 +10,20 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
+    for (k, stood) in out.stood.iter().enumerate() {
+        let shown = |values: &[f64], digits: usize| {
+            let words: Vec<_> = values.iter().map(|v| format!("{v:9.digits$}")).collect();
+            words.join(" ")
+        };
+        reporter.line(&format!("pose {}", k + 1), &format!("{} rad", shown(&stood.pose, 5)));
+        reporter.line("measured", &format!("{} rad", shown(&stood.theta, 5)));
+        reporter.line("", &format!("{} N m", shown(&stood.tau_meas, 3)));
+        reporter.event(
+            "pose",
+            json!({"pose": stood.pose, "theta": stood.theta, "tau_meas": stood.tau_meas,
+                "cycles": stood.cycles}),
+        );
+    }
     for (label, path) in [("recording", &written.recording), ("trip file", &written.before_trip)] {
         if let Some(path) = path {
             reporter.line(label, &format!("{}", path.display()));
@@ -30,6 +44,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "cycles_to_zero": out.to_zero, "cycles_to_disabled": out.to_disabled,
             "reaction": out.reaction.key(), "not_disabled": out.unconfirmed(),
             "landing_trip": out.landing_trip.map(|trip| trip.to_string()),
+            "landing_detail": out.landing_detail,
             "recording": written.recording, "before_trip": written.before_trip,
             "rows": written.rows}),
     );

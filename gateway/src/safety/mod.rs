@@ -20,7 +20,7 @@ pub use bounds::Bounds;
 use history::History;
 use level::Failures;
 pub use measured::Measured;
-pub use reaction::{disabled, Disabling};
+pub use reaction::{disabled, in_landing, Disabling, InLanding};
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {

@@ -2,7 +2,7 @@
 
 use crate::bus::cia402::{self, State};
 use crate::config::AXES;
-use crate::rules::ReactionKind;
+use crate::rules::{ReactionKind, Reason, Trip};
 
 /// Cycles that a drive may take to follow a controlword before the next one is sent regardless.
 const RESPONSE_LIMIT: u32 = 400;
@@ -32,6 +32,29 @@ impl Disabling {
     /// Every drive is confirmed as disabled, or the time limit has passed.
     pub fn over(&self, disabled: &[bool; AXES]) -> bool {
         self.done > 0 && disabled.iter().all(|d| *d) || self.done > RESPONSE_LIMIT
+    }
+}
+
+/// What follows when a rule trips during a landing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InLanding {
+    /// It is told, and the landing goes on: drives and encoders are sound.
+    GoOn,
+    /// The landing goes on without the encoder of this axis.
+    Blind(usize),
+    TakePower(ReactionKind),
+}
+
+/// `kind`: the configured reaction to this reason; `blind`: axes that land without an encoder already.
+pub fn in_landing(trip: &Trip, kind: ReactionKind, blind: &[bool; AXES]) -> InLanding {
+    match (trip.reason, trip.axis) {
+        // a fall is worse than a late cycle; where the drives do not bear it, their watchdog says so
+        (Reason::Overrun, _) if kind.lands() => InLanding::GoOn,
+        (_, Some(axis)) if kind == ReactionKind::Damp && !blind.contains(&true) => {
+            InLanding::Blind(axis)
+        }
+        _ if kind.lands() => InLanding::TakePower(ReactionKind::Zero),
+        _ => InLanding::TakePower(kind),
     }
 }
 

@@ -1,6 +1,6 @@
-use super::{disabled, Disabling};
+use super::{disabled, in_landing, Disabling, InLanding};
 use crate::config::AXES;
-use crate::rules::ReactionKind;
+use crate::rules::{ReactionKind, Reason, Trip};
 
 const OFF: [u16; AXES] = [0x0250; AXES];
 const ON: [u16; AXES] = [0x0237; AXES];
@@ -44,4 +44,35 @@ fn disabled_is_what_a_reply_of_this_drive_says() {
     assert_eq!(disabled(&OFF, &cut, (true, 9)), [true, true, true, false, false, false]);
     // a drive with a fault has no power
     assert_eq!(disabled(&[0x0218; AXES], &op, (true, 18)), [true; AXES]);
+}
+
+#[test]
+fn a_landing_goes_on_only_while_five_encoders_and_all_drives_are_sound() {
+    use ReactionKind::{Damp, Land, QuickStop, Zero};
+    let reasons = [Reason::Jump, Reason::Speed, Reason::Overrun, Reason::DriveFault, Reason::Panic];
+    for reason in reasons {
+        for kind in [Land, Damp, QuickStop, Zero] {
+            for axis in [None, Some(0), Some(5)] {
+                for first in [None, Some(2)] {
+                    let mut blind = [false; AXES];
+                    first.into_iter().for_each(|k: usize| blind[k] = true);
+                    let trip = Trip::of(reason, axis, 1.0, 0.0, 7);
+                    let found = in_landing(&trip, kind, &blind);
+                    match found {
+                        InLanding::GoOn => assert!(reason == Reason::Overrun && kind.lands()),
+                        InLanding::Blind(k) => {
+                            assert_eq!((Some(k), kind, first), (axis, Damp, None));
+                        }
+                        InLanding::TakePower(stop) => {
+                            assert!(!stop.lands(), "{reason:?} {kind:?}");
+                            assert!(kind.lands() || stop == kind, "as configured");
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let late = Trip::of(Reason::Overrun, None, 3000.0, 2000.0, 7);
+    assert_eq!(in_landing(&late, Land, &[false; AXES]), InLanding::GoOn);
+    assert_eq!(in_landing(&late, Zero, &[false; AXES]), InLanding::TakePower(Zero));
 }

@@ -8,12 +8,14 @@ use tempfile::TempDir;
 use crate::component::Component;
 use crate::drives::Drives;
 use crate::error::Error;
-use crate::inline::{check_finite, Inline};
+use crate::inline::{check_finite, Inline, Watch};
 use crate::layout::Layout;
+use crate::state::State;
 use crate::system::System;
+use crate::threaded::{self, Threaded};
 use crate::trip::Trip;
 use crate::wiring::find;
-use crate::worker::{Outcome, ThreadHook, Worker};
+use crate::worker::{Outcome, ThreadHook};
 
 /// Reaction to a component in its own thread that has not finished at its tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,6 +35,10 @@ pub struct Options {
     /// Longest wait for a late one: zero by the clock, seconds in lockstep.
     pub wait: Duration,
     pub late: Late,
+    /// With `Late::Hold`: more ticks than this in a row that one leaves out trip. None: any number.
+    pub late_limit: Option<u32>,
+    /// States of an earlier run for components with a thread of their own.
+    pub resume: Vec<State>,
     /// A component that takes longer for one step trips (`What::Overrun`); None: not measured.
     pub step_limit: Option<Duration>,
     /// Values that replace those of the `.ssp`: ("feedback.tau_step", 0.003). Those of the host are
@@ -59,12 +65,6 @@ pub struct Controller {
     _folder: Arc<TempDir>,
 }
 
-/// A worker; `skips_tick`: it was late at the present tick and gets no inputs.
-struct Threaded {
-    worker: Worker,
-    skips_tick: bool,
-}
-
 impl Controller {
     /// `host`: the component of the machine; the drives replace it.
     pub fn open(system: &System, host: &str, options: Options) -> Result<Controller, Error> {
@@ -85,13 +85,8 @@ impl Controller {
         let threaded = |m: &&Component| options.own_thread.iter().any(|n| n == m.name());
         let (own, inside): (Vec<&Component>, Vec<_>) = members.iter().copied().partition(threaded);
         let inline = Inline::open(&system, &inside, &layout)?;
-        let mut workers = Vec::new();
-        for component in own {
-            let unit = layout.unit(&system, component)?;
-            let worker = Worker::open(unit, system.base_step(), options.on_thread.clone())?;
-            let skips_tick = false;
-            workers.push(Threaded { worker, skips_tick });
-        }
+        let workers =
+            threaded::open_all(&system, &own, &layout, (&options.on_thread, &options.resume))?;
         let faults = members.iter().filter_map(|m| {
             let slot = layout.find(m.name(), "fault")?;
             Some(((*m).clone(), slot))
@@ -144,8 +139,8 @@ impl Controller {
             }
         }
         for threaded in &self.workers {
-            if self.now % threaded.worker.period == 0 && !threaded.skips_tick {
-                threaded.worker.start(bus);
+            if self.now % threaded.worker.period == 0 && threaded.left_out == 0 {
+                threaded.worker.start(self.now, bus);
             }
         }
         self.inline.step(self.now, self.options.step_limit)?;
@@ -164,15 +159,19 @@ impl Controller {
             }
             match worker.finished(self.options.wait) {
                 Outcome::Done => {
-                    threaded.skips_tick = false;
+                    threaded.left_out = 0;
                     worker.take(self.inline.bus_mut());
                     let bus = self.inline.bus();
                     check_finite(&worker.name, now, worker.slots.clone(), bus, &self.layout)?;
                 }
                 Outcome::Failed(message) => return Err(Trip::refused(&worker.name, now, message)),
                 Outcome::Late if self.options.late == Late::Hold => {
-                    threaded.skips_tick = true;
+                    threaded.left_out += 1;
                     self.late += 1;
+                    if self.options.late_limit.is_some_and(|most| threaded.left_out > most) {
+                        let (name, ticks) = (&worker.name, threaded.left_out);
+                        return Err(Trip::hung(name, now, worker.period, ticks));
+                    }
                 }
                 Outcome::Late => return Err(Trip::late(&worker.name, now, worker.period)),
             }
@@ -214,6 +213,17 @@ impl Controller {
         let bus = self.inline.bus();
         let all = self.faults.iter().map(|(component, slot)| (component, bus[*slot]));
         all.filter(|(_, fault)| *fault != 0.0)
+    }
+
+    /// Tells another thread which component computes.
+    pub fn watch(&self) -> Arc<Watch> {
+        self.inline.watch()
+    }
+
+    /// The states of all components with a thread of their own, or why one has none. `wait`: longest
+    /// wait for a step that is not over.
+    pub fn save(&self, wait: Duration) -> Vec<Result<State, Error>> {
+        self.workers.iter().map(|threaded| threaded.save(&self.layout, wait)).collect()
     }
 
     /// Ticks that threads of their own have left out so far (`Late::Hold`).

@@ -1,7 +1,7 @@
 //! Safe interface to the executor of the simulation (`ssp/executor.c`). It owns all strings and
 //! arrays that the C side points to.
 
-use std::ffi::{c_char, CStr, CString};
+use std::ffi::{c_char, c_void, CStr, CString};
 use std::ptr::{null, null_mut, NonNull};
 use std::sync::Arc;
 
@@ -55,7 +55,7 @@ impl Sorted {
 
 /// Memory that the C side points to while the executor lives.
 struct Kept {
-    _binary: Binary,
+    binary: Binary,
     functions: Box<Functions>,
     name: CString,
     guid: CString,
@@ -77,7 +77,7 @@ pub(crate) struct Executor {
     n_slots: usize,
     n_units: usize,
     _descriptions: Box<[Description]>,
-    _kept: Vec<Kept>,
+    kept: Vec<Kept>,
 }
 
 // SAFETY: FMI 2.0 lets any thread call an instance, one at a time, which `&mut self` ensures;
@@ -116,7 +116,7 @@ impl Executor {
                 n_slots,
                 n_units: kept.len(),
                 _descriptions: descriptions,
-                _kept: kept,
+                kept,
             }),
             None => Err(Error::new(mended(text(&message)))),
         }
@@ -141,6 +141,13 @@ impl Executor {
         assert!(unit < self.n_units);
         // SAFETY: the executor is open and the unit exists.
         unsafe { ffi::executor_advance(self.raw.as_ptr(), unit, n) }
+    }
+
+    /// Instance of a unit, and the binary that its functions are in.
+    pub fn instance(&mut self, unit: usize) -> (*mut c_void, &Binary) {
+        assert!(unit < self.n_units);
+        // SAFETY: the executor is open and the unit exists.
+        (unsafe { ffi::executor_instance(self.raw.as_ptr(), unit) }, &self.kept[unit].binary)
     }
 
     /// Message of the last call that failed.
@@ -183,7 +190,7 @@ impl Kept {
         let categories = categories.collect::<Result<Vec<_>, _>>()?;
         Ok(Kept {
             functions: Box::new(binary.functions),
-            _binary: binary,
+            binary,
             name: string(&unit.name)?,
             guid: string(&unit.fmu.guid)?,
             resources: string(&unit.fmu.resources())?,

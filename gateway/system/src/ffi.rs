@@ -1,7 +1,7 @@
 //! The executor's C interface as in `ssp/executor.h`, and an FMU's functions by `dlopen`.
 //! No decisions are made here; `executor.rs` is the safe interface.
 
-use std::ffi::{c_char, c_void};
+use std::ffi::{c_char, c_int, c_void};
 use std::marker::{PhantomData, PhantomPinned};
 use std::path::Path;
 
@@ -84,15 +84,27 @@ extern "C" {
     pub fn executor_feed(e: *mut Opaque, component: usize, n: i64) -> bool;
     pub fn executor_advance(e: *mut Opaque, component: usize, n: i64) -> bool;
     pub fn executor_message(e: *const Opaque) -> *const c_char;
+    pub fn executor_instance(e: *const Opaque, component: usize) -> *mut c_void;
     pub fn executor_bus(e: *mut Opaque) -> *mut f64;
     pub fn executor_close(e: *mut Opaque);
+}
+
+/// The functions of FMI 2.0 for the state of an instance, `fmi2FMUstate` being `*mut c_void`.
+#[derive(Clone, Copy)]
+pub struct StateFunctions {
+    pub get: unsafe extern "C" fn(*mut c_void, *mut *mut c_void) -> c_int,
+    pub set: unsafe extern "C" fn(*mut c_void, *mut c_void) -> c_int,
+    pub free: unsafe extern "C" fn(*mut c_void, *mut *mut c_void) -> c_int,
+    pub size: unsafe extern "C" fn(*mut c_void, *mut c_void, *mut usize) -> c_int,
+    pub to_bytes: unsafe extern "C" fn(*mut c_void, *mut c_void, *mut u8, usize) -> c_int,
+    pub of_bytes: unsafe extern "C" fn(*mut c_void, *const u8, usize, *mut *mut c_void) -> c_int,
 }
 
 /// A loaded FMU binary; its functions are good for as long as it lives.
 #[derive(Debug)]
 pub struct Binary {
     pub functions: Functions,
-    _library: Library,
+    library: Library,
 }
 
 // SAFETY: the addresses are of code, which never moves or changes while the library is loaded.
@@ -114,6 +126,21 @@ impl Binary {
                 .map_err(|_| Error::new(format!("its library lacks the function {name}")))?;
             *function = *symbol;
         }
-        Ok(Binary { functions, _library: library })
+        Ok(Binary { functions, library })
+    }
+
+    /// None where the FMU cannot save its state, which FMI leaves open.
+    pub fn state_functions(&self) -> Option<StateFunctions> {
+        // SAFETY: the signatures are those that FMI 2.0 gives these names.
+        unsafe {
+            Some(StateFunctions {
+                get: *self.library.get(b"fmi2GetFMUstate").ok()?,
+                set: *self.library.get(b"fmi2SetFMUstate").ok()?,
+                free: *self.library.get(b"fmi2FreeFMUstate").ok()?,
+                size: *self.library.get(b"fmi2SerializedFMUstateSize").ok()?,
+                to_bytes: *self.library.get(b"fmi2SerializeFMUstate").ok()?,
+                of_bytes: *self.library.get(b"fmi2DeSerializeFMUstate").ok()?,
+            })
+        }
     }
 }

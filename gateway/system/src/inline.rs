@@ -5,6 +5,8 @@
 //! period take turns and no base step computes all of them.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::component::Component;
@@ -26,6 +28,29 @@ struct Member {
 pub(crate) struct Inline {
     executor: Executor,
     members: Vec<Member>,
+    watch: Arc<Watch>,
+}
+
+/// Which component computes at the moment, for another thread that sees a cycle take too long.
+#[derive(Debug)]
+pub struct Watch {
+    names: Vec<String>,
+    busy: AtomicUsize,
+}
+
+impl Watch {
+    /// None between two steps.
+    pub fn component(&self) -> Option<&str> {
+        self.names.get(self.busy.load(Ordering::Relaxed)).map(String::as_str)
+    }
+
+    fn begin(&self, member: usize) {
+        self.busy.store(member, Ordering::Relaxed);
+    }
+
+    fn end(&self) {
+        self.begin(usize::MAX);
+    }
 }
 
 impl Inline {
@@ -39,9 +64,15 @@ impl Inline {
             turn,
             slots: unit.slot..unit.slot + unit.outputs.len(),
         };
-        let members = units.iter().zip(turns).map(member).collect();
+        let members: Vec<_> = units.iter().zip(turns).map(member).collect();
         let executor = Executor::open(units, layout.names.len(), system.base_step())?;
-        Ok(Inline { executor, members })
+        let names = members.iter().map(|member| member.name.clone()).collect();
+        let watch = Arc::new(Watch { names, busy: AtomicUsize::new(usize::MAX) });
+        Ok(Inline { executor, members, watch })
+    }
+
+    pub fn watch(&self) -> Arc<Watch> {
+        Arc::clone(&self.watch)
     }
 
     pub fn bus(&self) -> &[f64] {
@@ -64,7 +95,10 @@ impl Inline {
             if tick % member.period != 0 {
                 continue;
             }
-            if !self.executor.advance(k, tick) {
+            self.watch.begin(k);
+            let stepped = self.executor.advance(k, tick);
+            self.watch.end();
+            if !stepped {
                 return Err(Trip::refused(&member.name, n, self.executor.message()));
             }
             if let (Some(limit), Some(started)) = (limit, begin) {

@@ -58,6 +58,14 @@ impl Trip {
         Trip::new(component, What::Late, now, message)
     }
 
+    pub(crate) fn hung(component: &str, now: i64, period: i64, ticks: u32) -> Trip {
+        let fed = now - i64::from(ticks) * period;
+        let message = format!(
+            "{component}: fed at base step {fed}, not finished {ticks} of its periods later"
+        );
+        Trip::new(component, What::Late, now, message)
+    }
+
     pub(crate) fn overrun(component: &str, now: i64, spent: Duration, limit: Duration) -> Trip {
         let micro = |time: Duration| (1e6 * time.as_secs_f64()).round();
         let message = format!(

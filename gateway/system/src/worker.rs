@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Error;
 use crate::executor::{Executor, Unit};
+use crate::snapshot;
 
 /// Called in a new thread before it does anything, with the component's name: priority, CPU.
 pub type ThreadHook = Arc<dyn Fn(&str) + Send + Sync>;
@@ -60,25 +61,39 @@ pub(crate) struct Worker {
     sources: Vec<usize>,
     /// Slots of the common bus that it writes.
     pub slots: std::ops::Range<usize>,
+    /// It is fed from this base step on.
+    first: i64,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
     /// unit: with slots of the common bus; inside, the FMU has a small bus of its own.
-    pub fn open(mut unit: Unit, base: f64, hook: Option<ThreadHook>) -> Result<Worker, Error> {
+    /// resume: state and base steps done of an earlier run; before `first` it then shows its outputs
+    /// of that run and is not fed.
+    pub fn open(
+        mut unit: Unit,
+        base: f64,
+        hook: Option<ThreadHook>,
+        resume: Option<(&[u8], i64)>,
+        first: i64,
+    ) -> Result<Worker, Error> {
         let own_slots = (0..unit.sources.len()).collect();
         let sources = std::mem::replace(&mut unit.sources, own_slots);
         let slots = unit.slot..unit.slot + unit.outputs.len();
         let (name, period) = (unit.name.clone(), unit.period);
         unit.slot = sources.len();
         let n_slots = sources.len() + unit.outputs.len();
-        let executor = Executor::open(vec![unit], n_slots, base)?;
+        let mut executor = Executor::open(vec![unit], n_slots, base)?;
+        if let Some((bytes, _)) = resume {
+            snapshot::restore(&mut executor, 0, bytes).map_err(|e| e.at(&name))?;
+        }
+        let now = resume.map_or(0, |(_, steps)| steps);
         let shared = Arc::new(Shared {
             turn: AtomicU8::new(DONE),
-            state: Mutex::new(State { executor, now: 0, period }),
+            state: Mutex::new(State { executor, now, period }),
         });
-        if !lock(&shared).executor.publish(0, 0) {
+        if !lock(&shared).executor.publish(0, now) {
             return Err(Error::new(lock(&shared).executor.message()));
         }
         let (theirs, title) = (Arc::clone(&shared), name.clone());
@@ -92,7 +107,7 @@ impl Worker {
                 serve(&theirs, pause);
             })
             .map_err(|e| Error::new(format!("{name}: a thread cannot be started ({e})")))?;
-        Ok(Worker { name, period, sources, slots, shared, thread: Some(thread) })
+        Ok(Worker { name, period, sources, slots, first, shared, thread: Some(thread) })
     }
 
     /// Whether the last step is over, within `wait`.
@@ -118,9 +133,10 @@ impl Worker {
         bus[self.slots.clone()].copy_from_slice(&state.executor.bus()[self.sources.len()..]);
     }
 
-    /// Inputs from the common bus, and off it goes; does nothing while it is late.
-    pub fn start(&self, bus: &[f64]) {
-        if self.shared.turn.load(Ordering::Acquire) != DONE {
+    /// Inputs of n from the common bus, and off it goes; does nothing while it is late, or before it is
+    /// to begin.
+    pub fn start(&self, n: i64, bus: &[f64]) {
+        if n < self.first || self.shared.turn.load(Ordering::Acquire) != DONE {
             return;
         }
         let mut state = lock(&self.shared);
@@ -130,6 +146,23 @@ impl Worker {
         }
         drop(state);
         self.shared.turn.store(STEP, Ordering::Release);
+    }
+}
+
+impl Worker {
+    /// State of the FMU as bytes, and the base steps that it has done; None while it steps.
+    pub fn save(&self) -> Option<Result<(Vec<u8>, i64), Error>> {
+        if self.shared.turn.load(Ordering::Acquire) != DONE {
+            return None;
+        }
+        let mut state = lock(&self.shared);
+        let now = state.now;
+        Some(snapshot::save(&mut state.executor, 0).map(|bytes| (bytes, now)))
+    }
+
+    /// Its outputs; only when finished.
+    pub fn outputs(&self) -> Vec<f64> {
+        lock(&self.shared).executor.bus()[self.sources.len()..].to_vec()
     }
 }
 

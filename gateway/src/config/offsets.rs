@@ -1,0 +1,62 @@
+//! Takes the offsets of the encoders from the homing file into the configuration.
+
+use super::hash::hash;
+use super::{Config, Homed};
+
+impl Config {
+    /// Takes the offsets of `homing.file`, and expects the drives that they were found with.
+    pub fn home(&mut self) -> Result<(), String> {
+        let Some(path) = self.homing.file.clone() else { return Ok(()) };
+        let at = |why: String| format!("{}: {why}", path.display());
+        let text = std::fs::read_to_string(&path).map_err(|why| {
+            at(format!(
+                "{why}: home the machine with `flexhex-gateway home`, or leave homing.file out"
+            ))
+        })?;
+        let homed = Homed::parse(&text).map_err(at)?;
+        for (k, (drive, axis)) in self.drive.iter_mut().zip(&homed.axis).enumerate() {
+            if let Some(serial) = drive.serial.filter(|serial| *serial != axis.serial) {
+                return Err(at(format!(
+                    "axis {}: homed with the drive of serial number {}, drive[{k}].serial = {serial}: \
+                     home the machine again",
+                    k + 1,
+                    axis.serial
+                )));
+            }
+            (drive.serial, drive.offset_counts) = (Some(axis.serial), axis.offset_counts);
+        }
+        self.hash ^= hash(&text).rotate_left(1);
+        self.homed = Some(homed.date);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{parse, HomedAxis, AXES};
+    use super::*;
+
+    fn homed() -> Homed {
+        let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
+        Homed { date: "today".to_owned(), pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
+    }
+
+    #[test]
+    fn offsets_and_serials_come_from_the_file_and_count_for_the_hash() {
+        let folder = std::env::temp_dir().join(format!("flexhex-homing-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("homing.toml");
+        std::fs::write(&file, toml::to_string(&homed()).unwrap()).unwrap();
+        let mut config = parse(include_str!("../../machines/akd.toml")).unwrap();
+        let hash = config.hash;
+        config.homing.file = Some(file.clone());
+        config.home().unwrap();
+        assert_eq!((config.drive[5].offset_counts, config.drive[5].serial), (-42, Some(1006)));
+        assert_ne!(config.hash, hash);
+        config.drive[2].serial = Some(9);
+        let why = config.home().unwrap_err();
+        assert!(why.contains("axis 3: homed with the drive of serial number 1003"), "{why}");
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(config.home().unwrap_err().contains("flexhex-gateway home"));
+    }
+}

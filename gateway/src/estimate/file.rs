@@ -1,0 +1,87 @@
+//! The file: JSON, values by name for people, the whole state of the FMU in hexadecimal digits.
+
+use flexhex_system::State;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+const FORMAT: &str = "flexhex estimate 1";
+
+#[derive(Serialize, Deserialize)]
+pub struct Estimates {
+    format: String,
+    /// Date, version, hash of the configuration, ...
+    origin: BTreeMap<String, String>,
+    states: Vec<Entry>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Entry {
+    component: String,
+    guid: String,
+    steps: i64,
+    outputs: Vec<(String, f64)>,
+    parameters: Vec<(String, f64)>,
+    state: String,
+}
+
+impl Estimates {
+    pub fn text(states: &[State], origin: &[(String, String)]) -> String {
+        let file = Estimates {
+            format: FORMAT.to_owned(),
+            origin: origin.iter().cloned().collect(),
+            states: states.iter().map(Entry::of).collect(),
+        };
+        // only maps with keys that are no strings cannot be written
+        serde_json::to_string_pretty(&file).unwrap_or_default() + "\n"
+    }
+
+    /// The states in the text of a file, at least one.
+    pub fn states(text: &str) -> Result<Vec<State>, String> {
+        let file: Estimates =
+            serde_json::from_str(text).map_err(|why| format!("no estimate ({why})"))?;
+        if file.format != FORMAT {
+            return Err(format!("format {:?}, expected {FORMAT:?}", file.format));
+        }
+        if file.states.is_empty() {
+            return Err("it holds no state".to_owned());
+        }
+        file.states.into_iter().map(Entry::state).collect()
+    }
+}
+
+impl Entry {
+    fn of(state: &State) -> Entry {
+        let mut digits = String::with_capacity(2 * state.bytes.len());
+        for byte in &state.bytes {
+            // writing to a String does not fail
+            let _ = write!(digits, "{byte:02x}");
+        }
+        Entry {
+            component: state.component.clone(),
+            guid: state.guid.clone(),
+            steps: state.steps,
+            outputs: state.outputs.clone(),
+            parameters: state.parameters.clone(),
+            state: digits,
+        }
+    }
+
+    fn state(self) -> Result<State, String> {
+        let wrong = || format!("{}: its state is no pairs of hexadecimal digits", self.component);
+        let digits = self.state.as_bytes();
+        if !digits.len().is_multiple_of(2) || !digits.iter().all(u8::is_ascii_hexdigit) {
+            return Err(wrong());
+        }
+        let value = |digit: u8| char::from(digit).to_digit(16).unwrap_or(0) as u8;
+        let bytes = digits.chunks(2).map(|pair| value(pair[0]) << 4 | value(pair[1])).collect();
+        Ok(State {
+            component: self.component,
+            guid: self.guid,
+            steps: self.steps,
+            parameters: self.parameters,
+            outputs: self.outputs,
+            bytes,
+        })
+    }
+}

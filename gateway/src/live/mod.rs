@@ -1,0 +1,9 @@
+//! A run as others see it while it goes on: its newest cycle, a local socket, a page.
+
+mod board;
+mod serve;
+mod view;
+
+pub use board::Board;
+pub use serve::{ask, serve_page, serve_status};
+pub use view::view;

@@ -1,0 +1,115 @@
+//! `move`: lifts off, moves through poses, and lands, by the feedback of the lift-off alone.
+
+use clap::Args;
+
+use crate::config::{Config, AXES};
+
+pub const EXAMPLES: &str = "\
+Examples:
+  flexhex-gateway move gateway/machines/akd.toml --enable                     # to the neutral pose
+  flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02  # nudge one axis there
+  flexhex-gateway move gateway/machines/akd.toml --enable --hold 5 \\
+      --to 0,0,0,0,0,0 --to 0.1,0.1,0.1,0.1,0.1,0.1
+
+Speed, torque and gains are those of [landing], the limits those of a run. Ctrl-C lands. It prints the mean
+angle and measured torque of each pose: compare them with and without a known weight, and the direction
+of a nudge with the drawing.";
+
+/// Poses of the command line.
+#[derive(Args, Clone, Debug)]
+pub struct Poses {
+    /// Angles of a pose, six numbers in rad; may be repeated. Left out: the neutral pose.
+    #[arg(long, value_name = "RAD,...", allow_hyphen_values = true)]
+    to: Vec<String>,
+    /// Nudge this axis in the last pose, and go back.
+    #[arg(long, value_name = "K", requires = "by")]
+    axis: Option<usize>,
+    /// Angle of the nudge in rad.
+    #[arg(long, value_name = "RAD", requires = "axis", allow_negative_numbers = true)]
+    by: Option<f64>,
+    /// Time in seconds for which each pose is held.
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    pub hold: f64,
+}
+
+impl Poses {
+    /// The poses in their order, or why they cannot be taken.
+    pub fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, String> {
+        if !(self.hold >= 0.1 && self.hold <= 3600.0) {
+            return Err(format!("--hold {}: allowed 0.1 to 3600 s", self.hold));
+        }
+        let mut poses = self.to.iter().map(|text| angles(text)).collect::<Result<Vec<_>, _>>()?;
+        if poses.is_empty() {
+            poses.push([0.0; AXES]);
+        }
+        if let (Some(axis), Some(by), Some(last)) = (self.axis, self.by, poses.last().copied()) {
+            if !(1..=AXES).contains(&axis) {
+                return Err(format!("--axis {axis}: allowed 1 to {AXES}"));
+            }
+            let mut nudged = last;
+            nudged[axis - 1] += by;
+            poses.extend([nudged, last]);
+        }
+        for pose in &poses {
+            for (k, angle) in pose.iter().enumerate() {
+                let l = config.limits(k);
+                let (low, high) = (l.position_min, l.position_max);
+                if !(low..=high).contains(angle) {
+                    return Err(format!(
+                        "axis {}: {angle} rad, allowed {low} to {high} rad (limits.position_min_rad, \
+                         position_max_rad)",
+                        k + 1
+                    ));
+                }
+            }
+        }
+        Ok(poses)
+    }
+}
+
+fn angles(text: &str) -> Result<[f64; AXES], String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers = numbers.collect::<Result<Vec<_>, _>>().unwrap_or_default();
+    numbers.try_into().map_err(|_| format!("--to {text}: write {AXES} angles in rad, with commas"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    fn listed(
+        to: &[&str],
+        axis: Option<usize>,
+        by: Option<f64>,
+        hold: f64,
+    ) -> Result<Vec<[f64; AXES]>, String> {
+        let config = parse(include_str!("../machines/akd.toml")).unwrap();
+        let to = to.iter().map(|text| (*text).to_owned()).collect();
+        Poses { to, axis, by, hold }.list(&config)
+    }
+
+    #[test]
+    fn a_nudge_goes_there_and_back() {
+        assert_eq!(listed(&[], None, None, 1.0), Ok(vec![[0.0; AXES]]));
+        let nudged = listed(&["0.1,0,0,0,0,-0.2"], Some(6), Some(0.05), 1.0).unwrap();
+        assert_eq!(
+            nudged.iter().map(|pose| pose[5]).collect::<Vec<_>>(),
+            [-0.2, -0.15000000000000002, -0.2]
+        );
+        assert!(nudged.iter().all(|pose| pose[0] == 0.1));
+    }
+
+    #[test]
+    fn what_cannot_be_taken_is_told() {
+        let told = |to: &[&str], axis, by, hold| listed(to, axis, by, hold).unwrap_err();
+        assert!(told(&["0,0"], None, None, 1.0).contains("write 6 angles"));
+        assert!(told(&["0,0,0,0,0,x"], None, None, 1.0).contains("write 6 angles"));
+        assert!(told(&["0,0,0,NaN,0,0"], None, None, 1.0).contains("axis 4: NaN rad"));
+        assert!(told(&["0.521,0,0,0,0,0"], None, None, 1.0).contains("allowed -0.52 to 0.52 rad"));
+        assert!(listed(&["0.52,0,0,0,0,-0.52"], None, None, 1.0).is_ok());
+        assert!(told(&[], Some(7), Some(0.1), 1.0).contains("--axis 7: allowed 1 to 6"));
+        assert!(told(&[], Some(1), Some(0.6), 1.0).contains("axis 1: 0.6 rad"));
+        assert!(told(&[], None, None, f64::NAN).contains("--hold NaN"));
+    }
+}

@@ -1,0 +1,72 @@
+"""Offsets of the encoders: found in a known pose, kept with date and drives, used by every run."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from tests.gateway.bench import Bench, drive, never_enabled
+from tests.gateway.test_readback import RUN, SHORT, refusal
+from tests.gateway.test_trust import head
+
+COUNTS = (123_456_789, -2_000_000_000, 0, 2_147_483_647, -1, 50_000_000)
+OFFSETS = "".join(drive(k, f"offset = {counts}") for k, counts in enumerate(COUNTS))
+NAMED = ('# file = "akd-homing.toml"', 'file = "homing.toml"')
+ZERO = "0,0,0,0,0,0"
+
+
+@pytest.fixture(scope="module")
+def homed(hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """Drives whose encoders count from anywhere, homed in the neutral pose."""
+    bench = Bench(hexapod_ssp, tmp_path_factory.mktemp("homed"))
+    command = ("home", "--at", ZERO, "--write", bench.folder / "homing.toml")
+    ran = bench.run(options=OFFSETS, command=command)
+    assert ran.code == 0, ran.words
+    never_enabled(ran)
+    assert [axis["offset_counts"] for axis in ran.one("homed")["axis"]] == list(COUNTS)
+    return bench
+
+
+def test_run_with_the_offsets_is_the_same_to_the_last_bit(homed: Bench) -> None:
+    plain = homed.run(seconds=0.25)
+    assert "axis 2: theta = " in refusal(homed.run(options=OFFSETS, command=RUN))
+    ran = homed.run(options=OFFSETS, seconds=0.25, changes=(NAMED,))
+    assert ran.code == 0, ran.words
+    digests = [each.happened("stopped")[0]["digest"] for each in (plain, ran)]
+    assert digests[0] == digests[1]
+    when = datetime.fromisoformat(head(ran.recording)["homed"])
+    assert abs(datetime.now(UTC) - when) < timedelta(hours=1)
+
+
+def test_drives_other_than_those_that_were_homed_are_refused(homed: Bench) -> None:
+    swapped = OFFSETS.replace(f"offset = {COUNTS[0]}\n", f"offset = {COUNTS[0]}\nserial = 1001\n")
+    told = refusal(homed.run(options=swapped, command=RUN, changes=(NAMED,)))
+    assert "axis 1, position 0: serial 0x3e9, expected 0x3e8: drives are swapped" in told
+    serial = ("# serial = 1002", "serial = 77")
+    ran = homed.run(options=OFFSETS, command=RUN, changes=(NAMED, serial))
+    assert ran.code == 3
+    assert "axis 2: homed with the drive of serial number 1001" in ran.one("refused")["message"]
+
+
+def test_old_file_is_kept_and_another_pose_moves_the_offsets(homed: Bench) -> None:
+    file = homed.folder / "again.toml"
+    for pose in (ZERO, "-0.1,0,0,0,0,0.2"):
+        ran = homed.run(options=OFFSETS, command=("home", "--at", pose, "--write", file))
+        assert ran.code == 0, ran.words
+    old, new = (
+        tomllib.loads(each.read_text()) for each in (homed.folder / "again-old-1.toml", file)
+    )
+    moved = [
+        b["offset_counts"] - a["offset_counts"]
+        for a, b in zip(old["axis"], new["axis"], strict=True)
+    ]
+    turn = 2**32 / (2 * math.pi)
+    assert moved == [round(0.1 * turn), 0, 0, 0, 0, -round(0.2 * turn)]
+    assert new["pose_rad"] == [-0.1, 0, 0, 0, 0, 0.2]
+    for wrong in ("0,0", "0,0,0,0,0,11"):
+        assert homed.run(command=("home", "--at", wrong)).code == 2
+    assert homed.run(command=RUN, changes=(NAMED,), seconds=SHORT).code == 1, "other counts"
