@@ -25,7 +25,7 @@ hour takes no more memory than a minute."""
 LATEST = 3.0
 """Largest delay of the torques, in tolerances."""
 LEAST, JUDGED = 200, 50
-"""Fewest rows of a run from which anything can be said, and on which something can be judged."""
+"""Rows of a run that a longer window leaves, if there are as many; fewest that say anything."""
 
 
 @dataclass(frozen=True)

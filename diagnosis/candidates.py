@@ -9,26 +9,17 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.compiled import N_SIGNAL, Compiled
-from flexhex.diagnosis.play import angle_noise
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.scales import Scales
-from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.diagnosis.signals import TORQUES, entering, signals_of, slow_motions
 from flexhex.fmus.common.effects import Shape
-from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
-SLOW = 2e-3
-"""Effects that ask the whole mechanism anew are evaluated this often [s]."""
-LOUD = 0.05
-"""Noise of the fit's torque, relative to its RMS, from which it is smoothed."""
-TORQUES = slice(3, 5)
-"""Places of a torque and its rate among the signals of an axis."""
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
 TURN = 1e-5
@@ -52,39 +43,11 @@ class Bench:
     @cached_property
     def signals(self) -> list[Array]:
         """Signals of all axes (samples, n, 6) of each block."""
-        found = []
-        for block, tau in zip(self.made.blocks, self.made.raw, strict=True):
-            motion = block.run.motion
-            clock = motion.time - motion.t0 + (block.run.start if self.across else 0.0)
-            time = np.broadcast_to(clock[:, None], tau.shape)
-            torque = self._quiet(tau, motion.ts)
-            taud = np.gradient(torque, motion.ts, axis=0)
-            listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
-            found.append(np.stack(listed, axis=2))
-        return found
+        return signals_of(self.made, self.across)
 
     @cached_property
     def _entering(self) -> list[Array]:
-        """Torques (samples, n) [N m] that the drives report, and what they change by, at the
-        instants of the angles, of each block."""
-        found = []
-        for block in self.made.blocks:
-            tau, motion = block.run.tau, block.run.motion
-            clock = tau.t0 + tau.ts * np.arange(len(tau.values))
-            at, known = motion.time + self.made.fitted.delay, tau.valid
-            own = [np.interp(at, clock[known], v[known]) for v in tau.values.T]
-            torque = np.stack(own, axis=1)
-            found.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
-        return found
-
-    def _quiet(self, tau: Array, ts: float) -> Array:
-        """Torque of the fit (samples, n) [N m], smoothed on axes where noise of the accelerations
-        is a good part of it: what gives way at high torque would give way to that."""
-        points = 2 * round(self.made.base.window / ts / 2)
-        loud = angle_noise(tau) > LOUD * self.made.torque_rms
-        if points < 4 or not loud.any():
-            return tau
-        return np.where(loud, convolve1d(tau, hann(points), axis=0, mode="nearest"), tau)
+        return entering(self.made)
 
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
@@ -230,21 +193,7 @@ class Bench:
 
     @cached_property
     def _slow(self) -> list[tuple[Motion, csr_array]]:
-        found = []
-        for block in self.made.blocks:
-            motion = block.run.motion
-            step = max(1, round(SLOW / motion.ts))
-            part = slice(None, None, step)
-            theta, thetad, thetadd = (
-                v[part] for v in (motion.theta, motion.thetad, motion.thetadd)
-            )
-            ts = step * motion.ts
-            slow = Motion(motion.t0, ts, theta, thetad, thetadd, noise=motion.noise)
-            at = block.at + block.run.shift
-            valid = np.ones(len(theta), dtype=bool)
-            weights, _ = hann_weights(at, slow.t0, slow.ts, valid, self.made.base.window)
-            found.append((slow, weights))
-        return found
+        return slow_motions(self.made)
 
     def _torque(self, k: int, motion: Motion) -> Array:
         fitted, base = self.made.fitted, self.made.base

@@ -9,10 +9,7 @@ not fitted to, and how large is it?
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from copy import copy
-from dataclasses import dataclass, field, replace
-
-import numpy as np
+from dataclasses import dataclass, field
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.choose import (
@@ -27,6 +24,7 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -34,21 +32,13 @@ from flexhex.diagnosis.selection.hypothesis import (
     HeavierBody,
     Payload,
 )
+from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
 
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Rest:
-    """What repeats of an axis' torque and is explained by nothing: relative RMS, and how many
-    standard errors it stands above zero."""
-
-    size: float
-    deviations: float
 
 
 @dataclass(frozen=True)
@@ -117,23 +107,6 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         tuple(rounds),
         bench,
     )
-
-
-def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
-    """The same beside a base model in which a body has the mass that a fit gives it."""
-    made, places, ways = bench.made, list(body.places), body.direction
-    (G, b), fit = moments.gram(None), moments.fit(None)
-    columns = G[:, places] @ ways
-    curvature = ways @ columns[places] - columns @ fit.solve(columns)
-    more = float((ways @ b[places] - columns @ fit.q) / (curvature + 1.0))
-    known = list(made.known)
-    for place in places:
-        old = known[place]
-        known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written)
-    base = copy(made.base)
-    base.linear = tuple(known[: len(base.linear)])
-    y = tuple(v - B[:, :, places] @ (more * ways) for v, B in zip(made.y, made.B, strict=True))
-    return bench.beside(replace(made, base=base, known=tuple(known), y=y))
 
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
@@ -241,30 +214,3 @@ class Search:
             return
         again = found.score.effect == before.score.effect
         self.accept(found, place, term if again else None)
-
-
-def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[float, ...]:
-    """Relative RMS of what the terms of a model add to each axis' torque, beside the same
-    parameters of the base model, which plain has without terms."""
-    alone = plain.loosened(list(moments.freed), criteria.loose**-2.0)
-    q, before = moments.fit(None).q, alone.fit(None).q
-    more = [moments.torque(i, q) - alone.torque(i, before) for i in range(moments.rows.n)]
-    return tuple(np.sqrt([(v**2).mean() for v in more]) / moments.rows.torque_rms)
-
-
-def rest_of(moments: Moments) -> tuple[Rest, ...]:
-    """What passes have in common of each axis in the fit to all folds, and nothing explains: it
-    repeats, or comes again with the opposite sign, as an oscillation of its own may."""
-    rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
-    chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
-    found = []
-    for i in range(rows.n):
-        there = rows.moving[i]
-        left = rows.level(rows.y[i] - moments.torque(i, q)) * there
-        white = rows.level(rows.white_y[i] - moments.white(i, q))
-        weight = float(there @ (pairs @ there)) or np.inf
-        size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
-        # whitened noise has a variance of one
-        sure = abs(float(white @ (pairs @ white))) / chance
-        found.append(Rest(float(size), sure))
-    return tuple(found)

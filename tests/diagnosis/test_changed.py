@@ -20,6 +20,7 @@ from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.choose import Accepted, one_cause, passes
 from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
@@ -184,7 +185,7 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     scale = np.full(4, LOOSE * 0.2)
     made = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
     bench: Any = SimpleNamespace(made=made, beside=lambda made: SimpleNamespace(made=made))
-    found = search.heavier(bench, body, Moments(rows)).made
+    found = heavier(bench, body, Moments(rows)).made
     assert [k.nominal for k in found.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
     assert [k.written for k in found.known] == [2.0, 2.0, 2.0, 0.0]
     assert found.base.linear == found.known

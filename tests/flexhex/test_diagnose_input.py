@@ -109,7 +109,7 @@ FILES: dict[str, tuple[Callable[[User], Path], str]] = {
     "empty": (lambda u: u.file("a.csv", [], []), "no row of names"),
     "header alone": (lambda u: u.file("a.csv", []), "no samples"),
     "one row": (lambda u: u.file("a.csv", u.rows()[:1]), "1 samples are too few"),
-    "twenty rows": (lambda u: u.file("a.csv", u.rows()[:20]), "at least 1.25 s are needed"),
+    "twenty rows": (lambda u: u.file("a.csv", u.rows()[:20]), "at least 0.312 s are needed"),
     "all NaN": (
         lambda u: u.file("a.csv", [[r[0], "nan", "nan"] for r in u.rows()]),
         "no sample in which all axes are numbers",
