@@ -46,7 +46,7 @@ class Hypotheses:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
-        self._kept: tuple[Axis, dict[str, Columns]] = (None, {})
+        self._kept: tuple[Axis, dict[tuple[str, str], Columns]] = (None, {})
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
@@ -81,14 +81,14 @@ class Hypotheses:
             key = name, axis, own
             if key not in self._anew:
                 listed, choices = self._orders(moments, name, axis, ANEW)
-                made = self._made(name, axis, [{ORDER[0]: o} for o in listed], keep=False)
+                made = self._made(name, axis, [{ORDER[0]: o} for o in listed])
                 self._anew[key] = replace(made, choices=choices)
             found += [self._anew[key]] if self._anew[key].shapes else []
         if waves := fundamentals(orders):
             key = name, axis, repr(waves)
             if key not in self._anew:
                 shapes = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
-                self._anew[key] = self._made(name, axis, shapes, keep=False)
+                self._anew[key] = self._made(name, axis, shapes)
             found.append(self._anew[key])
         return found
 
@@ -111,16 +111,14 @@ class Hypotheses:
         return self.bench.effects[name].effect.acts_on == "drive"
 
     def _made(
-        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]], keep: bool = True
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
         first = self._columns(name, axis, shapes[:1]) if shapes else Columns({}, {})
         felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
 
         def columns() -> Columns:
-            if len(shapes) == 1:
-                return first
-            return (self._of_grid if keep else self._columns)(name, axis, shapes)
+            return first if len(shapes) == 1 else self._of_grid(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
@@ -142,9 +140,10 @@ class Hypotheses:
         if self._kept[0] != axis:
             self._kept = axis, {}
         kept = self._kept[1]
-        if name not in kept:
-            kept[name] = self._columns(name, axis, shapes)
-        return kept[name]
+        key = name, repr(shapes)
+        if key not in kept:
+            kept[key] = self._columns(name, axis, shapes)
+        return kept[key]
 
     def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
