@@ -21,6 +21,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     NamelessHypothesis,
     nameless,
 )
+from flexhex.diagnosis.selection.keep import Keep
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.orders import (
     ANEW,
@@ -46,7 +47,7 @@ class Hypotheses:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
-        self._kept: tuple[Axis, dict[tuple[str, str], Columns]] = (None, {})
+        self._keep = Keep()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
     def effects(self, axis: Axis) -> Iterator[EffectHypothesis]:
@@ -118,7 +119,7 @@ class Hypotheses:
         felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
 
         def columns() -> Columns:
-            return first if len(shapes) == 1 else self._of_grid(name, axis, shapes)
+            return first if len(shapes) == 1 else self._columns(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
@@ -135,17 +136,13 @@ class Hypotheses:
             *made, bounds[0], *known, high=bounds[1], taken=taken if effect.entered else None
         )
 
-    def _of_grid(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
-        """Of many shapes; those of the last axis are kept, as those of all take too much memory."""
-        if self._kept[0] != axis:
-            self._kept = axis, {}
-        kept = self._kept[1]
-        key = name, repr(shapes)
-        if key not in kept:
-            kept[key] = self._columns(name, axis, shapes)
-        return kept[key]
-
     def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
+        key = name, axis, repr(shapes)
+        return self._keep.columns(key, lambda: self._new_columns(name, axis, shapes))
+
+    def _new_columns(
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
+    ) -> Columns:
         thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
         felt = range(self.rows.n) if thin[0][0].ndim == 3 else [axis or 0]
         raw, white = dict[int, Array](), dict[int, Array]()

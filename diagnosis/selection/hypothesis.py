@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 Axis = int | None
+AGAIN = 1.0
+"""One standard deviation of the mass of a body that may be another one, relative to the file's."""
 
 
 @dataclass(frozen=True)
@@ -133,13 +136,24 @@ class NamelessHypothesis:
 
 @dataclass(frozen=True)
 class ChangedParameter:
-    """Base parameters, at these places, that may leave their tolerances: one, or a body's."""
+    """Base parameters, at these places, that may leave their tolerances: one, or a body's. beside:
+    its size is what others cannot make up for."""
 
     id: str
     places: tuple[int, ...]
     axis: Axis
     extends: str = ""
     choices: int = 1
+    beside: bool = True
+
+    @property
+    def ways(self) -> Array:
+        """Directions (len(places), k) in which they may leave their tolerances."""
+        return np.eye(len(self.places))
+
+    def deviation(self, criteria: Criteria) -> float:
+        """How far they may, one standard deviation of each direction."""
+        return criteria.loose
 
     @property
     def freedom(self) -> int:
@@ -150,9 +164,20 @@ class ChangedParameter:
 @dataclass(frozen=True, eq=False)
 class HeavierBody(ChangedParameter):
     """A body with another mass, and all that goes with it; direction (len(places),): coefficients
-    of as much again as the machine file says."""
+    of as much again as the machine file says. Other parameters could make all of its torque, if no
+    tolerance held them: so all of it is its size."""
 
+    beside: bool = False
     direction: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def ways(self) -> Array:
+        """All in step."""
+        return self.direction[:, None]
+
+    def deviation(self, criteria: Criteria) -> float:
+        """Nothing, or twice what the file says."""
+        return AGAIN
 
     @property
     def freedom(self) -> int:

@@ -61,6 +61,28 @@ class Moments:
         self.prior = np.concatenate([prior, *(t.prior for t in terms)])
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
+        self._squares: dict[int, Array] = {}
+
+    def sizes(self, c: Array) -> Array:
+        """RMS of X c on each axis (n,) [N m]."""
+        squares = [float(c @ self._square(i) @ c) for i in range(self.rows.n)]
+        return np.sqrt(np.maximum(squares, 0.0) / self.rows.count)
+
+    def _square(self, axis: int) -> Array:
+        """X^T X (m, m) of an axis, not whitened, of all rows."""
+        if axis not in self._squares:
+            nb, found = self.rows.nb, np.zeros((self.m, self.m))
+            found[:nb, :nb] = self.rows.squares[axis]
+            own = [t.raw.get(axis) for t in self.terms]
+            for term, place in zip(own, self._places, strict=True):
+                if term is not None:
+                    found[:nb, place] = self.rows.B[axis].T @ term
+                    for other, beside in zip(own, self._places, strict=True):
+                        if other is not None:
+                            found[beside, place] = other.T @ term
+                    found[place, :nb] = found[:nb, place].T
+            self._squares[axis] = found
+        return self._squares[axis]
 
     def torque(self, axis: int, c: Array) -> Array:
         """X c (R,) of an axis [N m]."""

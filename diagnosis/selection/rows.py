@@ -106,6 +106,11 @@ class Rows:
         return [np.asarray(self.twins @ B) for B in self.white_B]
 
     @cached_property
+    def squares(self) -> list[Array]:
+        """B^T B (nb, nb) of each axis [N^2 m^2]."""
+        return [B.T @ B for B in self.B]
+
+    @cached_property
     def twin_y(self) -> list[Array]:
         """white_y as the other passes have it."""
         return [np.asarray(self.twins @ y) for y in self.white_y]

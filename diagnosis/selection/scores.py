@@ -23,7 +23,6 @@ from flexhex.diagnosis.selection.hypothesis import (
     Axis,
     ChangedParameter,
     EffectHypothesis,
-    HeavierBody,
     Hypothesis,
     NamelessHypothesis,
 )
@@ -164,11 +163,11 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
-    """Relative RMS of a torque (R,) [N m] of some axes (none: of all) and a step (m,) of the
-    coefficients of the model together, on the axis of these that feels them most."""
+    """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the coefficients of the
+    model together, on the axis of these that feels them most."""
     found = []
-    for i in torque or range(moments.rows.n):
-        whole = moments.torque(i, step) + torque.get(i, 0.0)
+    for i, own in torque.items():
+        whole = moments.torque(i, step) + own
         found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(found)
 
@@ -206,11 +205,8 @@ def change_scores(
     moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
     found = list[Score]()
     for change in changes:
-        places = list(change.places)
-        ways, looser = np.eye(len(places)), criteria.loose**-2.0
-        if isinstance(change, HeavierBody):
-            # nothing, or twice of what the file says, is one standard deviation
-            ways, looser = change.direction[:, None], 1.0
+        places, ways = list(change.places), change.ways
+        looser = change.deviation(criteria) ** -2.0
         total: dict[Left, float] = {}
         step = np.zeros(moments.m)
         for left, (G, b) in grams.items():
@@ -221,13 +217,11 @@ def change_scores(
             total[left] = _log_evidence(values, turned, looser)
             if left is None:
                 gains = ways @ vectors @ (turned / (values + looser))
-                # other parameters may make the torque of a body too, if no tolerance held them
-                step -= 0.0 if isinstance(change, HeavierBody) else taken @ gains
                 step[places] += gains
+                step -= taken @ gains if change.beside else 0.0
         without = np.array([total[fold] for fold in moments.rows.folds])
         score = Score(change, total[None], without, 0.0)
-        # the size of what gains nothing is of no interest, and takes most of the time
-        size = size_of(moments, step, {}) if score.gain > 0 else 0.0
+        size = float((moments.sizes(step) / moments.rows.torque_rms).max())
         found.append(replace(score, size=size))
     return found
 
