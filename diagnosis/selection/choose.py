@@ -148,14 +148,14 @@ def best_first(scores: Iterable[Score]) -> list[Score]:
 def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
     """The hypothesis with the fewest free numbers of those that predict as well as the best one on
     its axis; the others are its rivals, but for those that only extend it."""
-    axis = best.hypothesis.axis
+    axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score
         for score in scores
         if score is best
         or (
             (score.hypothesis.axis == axis or isinstance(score.hypothesis, ChangedParameter))
-            and as_good(score, best, criteria)
+            and as_good(score.gain, best.gain, max(error, form_error(score, criteria)), criteria)
         )
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))
@@ -201,8 +201,7 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     return found
 
 
-def as_good(score: Score, best: Score, criteria: Criteria) -> bool:
-    """Whether a hypothesis predicts about as well as the best one, but for chance and for errors in
-    the form of either."""
-    error = max(form_error(score, criteria), form_error(best, criteria))
-    return best.gain - score.gain < log(criteria.odds) + error**2 * best.gain
+def as_good(gain: float, best: float, error: float, criteria: Criteria) -> bool:
+    """Whether a gain [nats] is about as large as the best one, but for chance and for a relative
+    error of the form."""
+    return best - gain < log(criteria.odds) + error**2 * best

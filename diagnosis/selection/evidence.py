@@ -129,3 +129,17 @@ def evidences(fits: Mapping[Left, Tried], folds: Sequence[int]) -> tuple[float, 
 def _mean(evidence: Array) -> float:
     """Of shapes that are equally likely."""
     return float(logsumexp(evidence) - np.log(len(evidence)))
+
+
+def turned_to(S: Array, r: Array) -> tuple[Array, Array, Array]:
+    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
+    model explains all are empty."""
+    values, vectors = np.linalg.eigh((S + S.T) / 2)
+    there = values > GONE * max(float(values[-1]), 0.0)
+    return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
+
+
+def log_evidence(values: Array, turned: Array, prior: float) -> float:
+    """Evidence for coefficients that all have the same inverse variance."""
+    A = values + prior
+    return float((turned**2 / A - np.log(A / prior)).sum()) / 2

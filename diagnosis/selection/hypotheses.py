@@ -140,9 +140,7 @@ class Hypotheses:
         key = name, axis, repr(shapes)
         return self._keep.columns(key, lambda: self._new_columns(name, axis, shapes))
 
-    def _new_columns(
-        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
-    ) -> Columns:
+    def _new_columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
         thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
         felt = range(self.rows.n) if thin[0][0].ndim == 3 else [axis or 0]
         raw, white = dict[int, Array](), dict[int, Array]()

@@ -27,7 +27,8 @@ class Keep:
         if short is None:
             made = make()
             short = tuple(
-                {i: v.astype(np.float32) for i, v in part.items()} for part in (made.raw, made.white)
+                {i: v.astype(np.float32) for i, v in part.items()}
+                for part in (made.raw, made.white)
             )
             self.taken += size_of(short)
         self._found[key] = short

@@ -126,13 +126,17 @@ class Moments:
             longer._grams[fold] = whole, right
         return longer
 
-    def without(self, term: Term) -> Moments:
-        """Without one of its terms; products that are known already are kept."""
-        place = next(k for k, t in enumerate(self.terms) if t is term)
-        kept = np.delete(np.arange(self.m), self._places[place])
-        shorter = Moments(self.rows, [t for t in self.terms if t is not term], self.freed)
+    def without(self, *terms: Term) -> Moments:
+        """Without some of its terms; products that are known already are kept."""
+        gone = np.concatenate([np.arange(self.m)[self.place(term)] for term in terms])
+        kept = np.setdiff1d(np.arange(self.m), gone)
+        shorter = Moments(self.rows, [t for t in self.terms if t not in terms], self.freed)
         shorter._grams = {f: (G[np.ix_(kept, kept)], b[kept]) for f, (G, b) in self._grams.items()}
         return shorter
+
+    def place(self, term: Term) -> slice:
+        """Where the columns of a term stand."""
+        return self._places[next(k for k, t in enumerate(self.terms) if t is term)]
 
     def loosened(self, places: Sequence[int], prior: float) -> Moments:
         """With another inverse variance of base parameters."""

@@ -11,12 +11,13 @@ from scipy.special import logsumexp
 
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import (
-    GONE,
     Tried,
     evidences,
     free,
+    log_evidence,
     products,
     tried,
+    turned_to,
 )
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -185,8 +186,8 @@ def generic_score(
             moved = fit.solve(found.cross)
             S, r = found.own[0] - found.cross.T @ moved, found.right - found.cross.T @ fit.q
             for way in kind.ways:
-                values, turned, vectors = _turned(way.T @ S @ way, way.T @ r)
-                evidence += [_log_evidence(values, turned, prior) for prior in priors]
+                values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
+                evidence += [log_evidence(values, turned, prior) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
                     gains = way @ vectors @ (turned / (values + prior))
@@ -194,6 +195,21 @@ def generic_score(
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
+
+
+def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
+    """What terms of a model add, all of them, to the log predictive density of its folds [nats];
+    rest: the model without them."""
+    own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
+    others = np.setdiff1d(np.arange(moments.m), own)
+    size, total = moments.prior[own] ** -0.5, dict[Left, float]()
+    for left in [None, *moments.rows.folds]:
+        (G, b), fit = moments.gram(left), rest.fit(left)
+        cross = G[np.ix_(others, own)]
+        S = G[np.ix_(own, own)] - cross.T @ fit.solve(cross)
+        values, turned, _ = turned_to(S * np.outer(size, size), (b[own] - cross.T @ fit.q) * size)
+        total[left] = log_evidence(values, turned, 1.0)
+    return sum(total[None] - total[fold] for fold in moments.rows.folds)
 
 
 def change_scores(
@@ -213,8 +229,8 @@ def change_scores(
             columns, taken = G[:, places], moved[left][:, places]
             S = columns[places] - columns.T @ taken
             r = b[places] - columns.T @ moments.fit(left).q
-            values, turned, vectors = _turned(ways.T @ S @ ways, ways.T @ r)
-            total[left] = _log_evidence(values, turned, looser)
+            values, turned, vectors = turned_to(ways.T @ S @ ways, ways.T @ r)
+            total[left] = log_evidence(values, turned, looser)
             if left is None:
                 gains = ways @ vectors @ (turned / (values + looser))
                 step[places] += gains
@@ -224,17 +240,3 @@ def change_scores(
         size = float((moments.sizes(step) / moments.rows.torque_rms).max())
         found.append(replace(score, size=size))
     return found
-
-
-def _turned(S: Array, r: Array) -> tuple[Array, Array, Array]:
-    """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
-    model explains all are empty."""
-    values, vectors = np.linalg.eigh((S + S.T) / 2)
-    there = values > GONE * max(float(values[-1]), 0.0)
-    return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
-
-
-def _log_evidence(values: Array, turned: Array, prior: float) -> float:
-    """Evidence for coefficients that all have the same inverse variance."""
-    A = values + prior
-    return float((turned**2 / A - np.log(A / prior)).sum()) / 2

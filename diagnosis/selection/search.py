@@ -10,14 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import log
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.choose import (
     Accepted,
+    as_good,
     best_first,
     chosen,
     effect_scores,
     enough,
+    form_error,
     one_cause,
     parameter_scores,
     passes,
@@ -36,7 +39,7 @@ from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score, together
 
 Say = Callable[[str], None]
 
@@ -49,7 +52,8 @@ class Selection:
     explained: relative RMS, on each axis, of the torque of all effects together beyond what the
     base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
     something without a name beside all that was accepted; unsure: nats below which it may be noise,
-    by axis. bench: of the base model with the payloads that were found.
+    by axis; instead: of an axis something without a name that predicts better than all that was
+    accepted there. bench: of the base model with the payloads that were found.
     """
 
     accepted: tuple[Accepted, ...]
@@ -57,6 +61,7 @@ class Selection:
     arbitrated: bool
     beside: tuple[Score, ...]
     unsure: Mapping[int | None, float]
+    instead: Mapping[int, Score]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
     rounds: tuple[tuple[Score, ...], ...]
@@ -102,6 +107,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         arbitrated,
         tuple(beside),
         unrepeated(moments, search.known()),
+        search.instead() if arbitrated else {},
         before,
         rest_of(moments),
         tuple(rounds),
@@ -202,6 +208,25 @@ class Search:
                     self._anew(k, term)
             if names == [score.hypothesis.id for score in self.known()]:
                 break
+
+    def instead(self) -> dict[int, Score]:
+        """Of each axis something without a name that predicts better, in the place of all effects
+        that were accepted there, than these do: then they only imitate it."""
+        unsure, found = unrepeated(self.moments, self.known()), dict[int, Score]()
+        for axis in range(self.hypotheses.rows.n):
+            pairs = zip(self.accepted, self.terms, strict=True)
+            own = [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
+            if not own:
+                continue
+            terms = [term for _, term in own]
+            rest = self.moments.without(*terms)
+            other = generic_score(rest, self.hypotheses.generic(axis))
+            gain = together(self.moments, rest, terms) + unsure[axis]
+            gain -= sum(log(score.hypothesis.choices) for score, _ in own)
+            error = max(form_error(score, self.criteria) for score, _ in own)
+            if not as_good(gain, other.gain, error, self.criteria):
+                found[axis] = other
+        return found
 
     def _anew(self, place: int, term: Term) -> None:
         before, known = self.accepted.pop(place), self.known()

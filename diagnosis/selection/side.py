@@ -179,6 +179,10 @@ def nameless(
         if size > least:
             what = f": it goes with {beside.hypothesis.id}" if goes else ""
             found[axis] = Nameless(size, what)
+    for axis, other in selection.instead.items():
+        # what was accepted only imitates it, and has no part in what is explained
+        whole = float(np.hypot(selection.explained[axis], rest[axis].size))
+        found[axis] = Nameless(whole, f": it goes with {other.hypothesis.id}")
     return found
 
 
