@@ -64,7 +64,9 @@ def options(
 app.command("run", short_help="Simulate the paper's cases: table and report.")(run_command)
 app.command("build", short_help="Build FMUs and system descriptions.")(build_command)
 app.command("simulate", short_help="Simulate a .ssp and save its signals.")(simulate_command)
-app.command("identify", short_help="Estimate the parameters from logs.")(identify_command)
+app.command("identify", short_help="Estimate the parameters from logs.", cls=Greedy)(
+    identify_command
+)
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
