@@ -46,11 +46,10 @@ from flexhex.trajectory import variant
 File = str | Path
 __all__ = [
     "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "Identified",
-    "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "TrajectoryError",
-    "UsageError", "build_model", "compare_results", "diagnose_runs", "identify_parameters",
-    "identify_runs",
-    "load_machine", "load_result", "machine_file", "parameter_names", "read_log", "save_result",
-    "simulate_system", "with_trajectory",
+    "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result", "RunError",
+    "TrajectoryError", "UsageError", "build_model", "compare_results", "diagnose_runs",
+    "identify_parameters", "identify_runs", "load_machine", "load_result", "machine_file",
+    "parameter_names", "read_log", "save_result", "simulate_system", "with_trajectory",
 ]  # fmt: skip
 
 
