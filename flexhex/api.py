@@ -255,6 +255,7 @@ def diagnose_runs(
     base: str = "hexapod",
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
+    effects: Sequence[str] = (),
     progress: DiagnosisProgress = silent,
 ) -> Diagnosis:
     """Find effects that measured runs show and the model lacks.
@@ -263,7 +264,8 @@ def diagnose_runs(
     trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
     for other bases. base: `hexapod`, `axis` (each by itself), `schunk`, a robot's file, or one of
     your own, `base.py:Arm` (docs/own-base.md). tolerance: in place of the machine file's,
-    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes.
+    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. effects: of your
+    own, `effect.py:GasSpring` (docs/own-effect.md), beside the library's.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -274,7 +276,7 @@ def diagnose_runs(
     if file is None and base == "hexapod":
         file = machine_file()
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
+    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints), effects=tuple(effects))
     return diagnose(*known, file, options, progress)
 
 

@@ -46,7 +46,12 @@ Tolerances = Annotated[
 
 
 def base_options(
-    base: str, machine: Path | None, joints: str, tolerance: list[str] | None, log: LogOptions
+    base: str,
+    machine: Path | None,
+    joints: str,
+    tolerance: list[str] | None,
+    log: LogOptions,
+    effects: list[str] | None = None,
 ) -> tuple[Options, Path | None]:
     """How to compare, and the machine file of a hexapod. UsageError for what does not go
     together."""
@@ -64,7 +69,7 @@ def base_options(
         raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
     known = tolerances(tolerance or [])
     named = tuple(name.strip() for name in joints.split(",") if name.strip())
-    return Options(base, log, tolerance=known, joints=named), file
+    return Options(base, log, tolerance=known, joints=named, effects=tuple(effects or [])), file
 
 
 def tolerances(words: list[str]) -> dict[str, float]:

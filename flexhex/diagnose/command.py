@@ -44,6 +44,13 @@ def diagnose_command(
     base: Base = "hexapod",
     joints: Joints = "",
     tolerance: Tolerances = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILE.py:NAME",
+            help="search an effect of your own, too (`flexhex init effect.py` writes an example)",
+        ),
+    ] = None,
     apply: Annotated[
         bool,
         typer.Option(
@@ -69,12 +76,14 @@ def diagnose_command(
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
     logs = log_options(torque_constant, unit or [], rename or [])
-    options, file = base_options(base, machine, joints, tolerance, logs)
+    options, file = base_options(base, machine, joints, tolerance, logs, effect)
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
     held = [*(held_out or []), *(locked or [])]
-    if isolability and (held or apply):
-        which = "--held-out" if held else "--apply"
+    if apply and effect:
+        raise UsageError("--apply: no machine file can hold an effect of --effect: take one out")
+    if isolability and (held or apply or effect):
+        which = "--held-out" if held else "--apply" if apply else "--effect"
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
     once_each(runs, held)
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
