@@ -14,7 +14,8 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
-from flexhex.diagnosis.estimation.identified import Identified, identify
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.identify import Fit, fit
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read

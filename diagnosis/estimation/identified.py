@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,145 +12,21 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Base
 from flexhex.diagnosis.blocks import torque_at
 from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.changed import NORMAL
-from flexhex.diagnosis.estimation.estimate import Estimated, announced, estimate, never_negative
-from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.determined import Seen
+from flexhex.diagnosis.estimation.estimate import Estimated, estimate
+from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.structure import Combination, structure
-from flexhex.diagnosis.gram import safe_inverse
 from flexhex.diagnosis.kinds import units_of
-from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.pairing import mispaired
 from flexhex.diagnosis.prepare import Options, asked_of, misfit
-from flexhex.diagnosis.verdict import Estimate
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
-NARROWER, WIDER = 0.5, 10.0
-"""A parameter is determined by the runs if its standard deviation is this much smaller than what
-was known of it, and would be with tolerances so much wider: else the file's other values do it;"""
-SMALL = 0.05
-"""or, where nothing was known, if its standard deviation makes less than this share of an axis'
-torque."""
-UNSEEN = 1e-4
-"""Share of a combination that lies where neither runs nor file say anything: it has no value."""
 SURE = 3.0
 """Standard deviations from which the runs contradict every machine."""
 POOR = 0.2
 """Share of an axis' torque that is left, from which something large is missing."""
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter, or a sum of several.
-
-    terms: names with coefficients; file: its value there, and tolerance: one standard deviation of
-    that, infinite where nothing is known. determined: whether the runs say more of it than the
-    file.
-    """
-
-    terms: tuple[tuple[str, float], ...]
-    estimate: Estimate
-    file: float
-    tolerance: float
-    determined: bool
-
-    @property
-    def name(self) -> str:
-        """As it is read: `link_3.mc_x + 0.31 link_4.m`."""
-        return summed(self.terms)
-
-    @property
-    def shift(self) -> float:
-        """Difference from the file in tolerances; NaN where there is none."""
-        known = 0 < self.tolerance < math.inf
-        return (self.estimate.value - self.file) / self.tolerance if known else math.nan
-
-    def data(self) -> dict[str, Any]:
-        """As in `--json`."""
-        return {
-            "name": self.name,
-            "terms": [{"parameter": name, "factor": factor} for name, factor in self.terms],
-            **self.estimate.data(),
-            "file": self.file if math.isfinite(self.tolerance) else None,
-            "tolerance": self.tolerance if math.isfinite(self.tolerance) else None,
-            "difference_in_tolerances": None if math.isnan(self.shift) else self.shift,
-            "determined": self.determined,
-        }
-
-
-@dataclass(frozen=True)
-class Errors:
-    """RMS of what is left of the smoothed torque relative to its RMS (n,): with the file's
-    parameters and no friction, and with the estimates. torque (n,): RMS in the axes' units."""
-
-    torque: Array
-    file: Array
-    fitted: Array
-
-    def data(self) -> dict[str, Any]:
-        """As in `--json`."""
-        names = ("torque", "file", "fitted")
-        return {
-            str(i + 1): {name: float(getattr(self, name)[i]) for name in names}
-            for i in range(len(self.torque))
-        }
-
-
-@dataclass(frozen=True)
-class Identified:
-    """What `flexhex identify` says of a base model.
-
-    parameters: all; combinations: base parameters of the mechanism, which torques can tell at all;
-    silent: names of what no torque feels. on: errors on the runs, and on held-out ones. notes:
-    sentences for the reader; findings: what the logs had. estimated: the fit.
-    """
-
-    base: str
-    parameters: tuple[Parameter, ...]
-    combinations: tuple[Parameter, ...]
-    silent: tuple[str, ...]
-    units: tuple[str, ...]
-    errors: Errors
-    held_out: Errors | None
-    delay: Estimate
-    notes: tuple[str, ...]
-    findings: tuple[str, ...]
-    runs: tuple[str, ...]
-    locked: tuple[str, ...]
-    estimated: Estimated = field(repr=False)
-
-    def __getitem__(self, name: str) -> Parameter:
-        """A parameter by its name. KeyError where there is none."""
-        for one in self.parameters:
-            if one.name == name:
-                return one
-        raise KeyError(name)
-
-    def data(self) -> dict[str, Any]:
-        """As in `--json`."""
-        forms = [
-            {"axis": i + 1, "kind": form.kind, "size": form.size, "unit": form.unit,
-             "lead": form.lead}
-            for i, form in enumerate(self.estimated.forms)
-        ]  # fmt: skip
-        return {
-            "base": self.base,
-            "parameters": [one.data() for one in self.parameters],
-            "combinations": [one.data() for one in self.combinations],
-            "unobservable": list(self.silent),
-            "delay": self.delay.data(),
-            "friction_forms": forms,
-            "relative_error": {
-                "units_of_torque": list(self.units),
-                "runs": self.errors.data(),
-                "held_out": self.held_out.data() if self.held_out else None,
-            },
-            "notes": list(self.notes),
-            "findings": list(self.findings),
-            "runs": list(self.runs),
-            "held_out": list(self.locked),
-        }
 
 
 def identify(
@@ -183,7 +56,7 @@ def identify(
     progress("on held-out runs", 2, 3)
     errors = _errors(found, found.made)
     other = _errors(found, found.along(asked.judged)) if asked.judged else None
-    seen = _Seen(found)
+    seen = Seen(found)
     which = structure(found.made.base, found.made.blocks)
     names = [known.name for known in found.known]
     late = next(i for i, k in enumerate(found.known) if k.group == "delay")
@@ -205,20 +78,6 @@ def identify(
     )
 
 
-def summed(terms: Sequence[tuple[str, float]], most: int | None = None) -> str:
-    """`link_3.mc_x + 0.31 link_4.m`; no more than so many terms, of which the last says how many
-    there are."""
-    listed = list(terms if most is None or len(terms) <= most else terms[: most - 1])
-    text = ""
-    for k, (name, factor) in enumerate(listed):
-        sign = " - " if factor < 0 else " + "
-        size = f"{abs(factor):.3g}"
-        shown = name if size == "1" else f"{size} {name}"
-        text += (sign if k else "-" * (factor < 0)) + shown
-    left = len(terms) - len(listed)
-    return text + (f" + {left} more" if left else "")
-
-
 def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:
     """The base model with the geometry of its file, unless its tolerance was given."""
     found = copy(base)
@@ -227,49 +86,6 @@ def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> 
     if settle is not None:
         found.settle = settle
     return found
-
-
-class _Seen:
-    """What the runs say of parameters and their sums."""
-
-    def __init__(self, found: Estimated) -> None:
-        self.found, made, reg = found, found.made, found.regression
-        self.more = announced(made)
-        G = np.diag(reg.prior) + np.sum([part for part, _ in reg.grams], axis=0)
-        self.unseen = np.eye(len(G)) - reg.covariance @ G
-        loose = reg.prior / WIDER**2
-        self.alone = found.level * safe_inverse(G - np.diag(reg.prior - loose), loose)
-        rms = np.array([np.sqrt((np.concatenate(made.B)[:, i] ** 2).mean(axis=0))
-                        for i in range(made.base.n)])  # fmt: skip
-        torque = np.maximum(made.torque_rms, np.finfo(float).tiny)
-        self.share = (rms / torque[:, None]).max(axis=0) / made.scale
-
-    def parameter(self, combination: Combination) -> Parameter:
-        """A sum of parameters by their places."""
-        found, known = self.found, self.found.known
-        places = [place for place, _ in combination.terms]
-        c = np.zeros(len(known))
-        c[places] = [factor for _, factor in combination.terms]
-        value = float(c @ (found.values + self.more))
-        file = float(c @ (np.array([k.nominal for k in known]) + self.more))
-        # what is assumed of friction is no file's
-        wide = [np.inf if known[p].group == FRICTION else known[p].tolerance for p in places]
-        tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
-        q = c * found.made.scale
-        lost = np.linalg.norm(self.unseen.T @ q) > UNSEEN * np.linalg.norm(q)
-        deviation = math.inf if lost else math.sqrt(max(float(c @ found.covariance @ c), 0.0))
-        alone = math.sqrt(max(float(q @ self.alone @ q), 0.0))
-        if math.isfinite(tolerance):
-            determined = max(deviation, alone) < NARROWER * LOOSE * tolerance
-        else:
-            size = float((self.share[places] / np.abs(c[places])).min())
-            determined = max(deviation, alone) * size < SMALL
-        low, high = value - NORMAL * deviation, value + NORMAL * deviation
-        if len(places) == 1 and (never_negative(known[places[0]]) or known[places[0]].positive):
-            low = max(low, 0.0)
-        terms = tuple((known[p].name, float(c[p])) for p in places)
-        estimate = Estimate(value, (low, high), known[places[0]].unit)
-        return Parameter(terms, estimate, file, tolerance, bool(determined))
 
 
 def _errors(found: Estimated, there: Calibrated) -> Errors:

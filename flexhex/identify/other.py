@@ -10,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from flexhex.diagnosis.estimation.identified import Errors, Identified, Parameter, summed
+from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
 from flexhex.identify.view import signed, with_deviation
 
 WIDE = 34

@@ -8,7 +8,7 @@ import io
 import os
 from pathlib import Path
 
-from flexhex.diagnosis.estimation.identified import Identified
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.fmus.common.errors import OutputError, UsageError
 from flexhex.identify.other import identified_json
 

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.kinds import ROTARY
 from flexhex.diagnosis.own_effect import own_effects
+from flexhex.diagnosis.scales import Scales
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
@@ -122,6 +124,15 @@ def test_columns_have_all_axes_and_one_gain_may_be_flat(tmp_path: Path) -> None:
     signals = np.random.default_rng(1).standard_normal((5, 18))  # the axis, then both
     (found,) = effect.along(signals, np.zeros((5, 1)), np.zeros((5, 1)))
     assert_close(found, (signals[:, 12] * signals[:, 1])[:, None], atol=0.0)
+
+
+def test_values_to_try_are_taken_as_they_stand(tmp_path: Path) -> None:
+    file = tmp_path / "effect.py"
+    file.write_text(FEW.format('shapes = (("a", "N m", (1, 2)),)', ", a", "a * axis.theta"))
+    effect = own_effects([f"{file}:Mine"])["mine"]
+    scales = Scales((ROTARY,), ((8.0, 2.0, 2.0),), (30.0,), {"mine": effect})
+    assert scales.sized("mine", 0, {"a": 1.5}) == {"a": 1.5}
+    assert (scales.ranges("mine", 0)["a"].low, scales.ranges("mine", 0)["a"].high) == (1.0, 2.0)
 
 
 def test_guide_shows_the_example_as_it_is() -> None:

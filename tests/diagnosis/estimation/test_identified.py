@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.bodies import TEN, consistent
-from flexhex.diagnosis.estimation.identified import Identified, identify, summed
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.records import Identified, summed
 from flexhex.diagnosis.prepare import Options
 from flexhex.fmus.common.errors import LogError
 from flexhex.init import two_links as example
