@@ -88,6 +88,8 @@ def asked_of(
     ours = [logs.read_log(path, reading) for path in paths]
     theirs = [logs.read_log(path, reading) for path in locked]
     logs.refuse_copies([*ours, *theirs])
+    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
+    ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0], options.tolerance, options.joints)
@@ -99,7 +101,6 @@ def asked_of(
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
-    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     asked = Asked(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, asked, _trouble(ours, runs)
 
