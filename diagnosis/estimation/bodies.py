@@ -117,6 +117,8 @@ def possible(
 ) -> Possible:
     """The nearest values that a machine can have: (v - values)^T curvature (v - values) least.
 
+    What has no curvature is fixed where it is, or where the file's body has it.
+
     curvature (n, n); bodies: each with the ten values of its file, about which it starts; positive:
     places of parameters that are not negative, beside those of bodies.
     """
@@ -128,11 +130,10 @@ def possible(
     x = barrier.start(values)
     count = 4 * len(bodies) + len(positive)
     mu = max(float((x - values) @ curvature @ (x - values)) / count, GAP / count)
-    while True:
-        x = _minimum(x, values, curvature, mu, barrier)
-        if 2 * mu * count <= GAP:
-            break
+    x = _minimum(x, values, curvature, mu, barrier)
+    while 2 * mu * count > GAP:
         mu *= FALL
+        x = _minimum(x, values, curvature, mu, barrier)
     return Possible(x, float((x - values) @ curvature @ (x - values)))
 
 
@@ -143,14 +144,16 @@ def _minimum(x: Array, values: Array, curvature: Array, mu: float, barrier: _Bar
         off = at - values
         return float(off @ curvature @ off) / 2 + mu * barrier.value(at)
 
-    now = cost(x)
+    free, now = np.flatnonzero(np.diag(curvature) > 0), cost(x)
     for _ in range(STEPS):
         slope, bend = barrier.slopes(x)
         g, H = curvature @ (x - values) + mu * slope, curvature + mu * bend
+        g, H = g[free], H[np.ix_(free, free)]
         size = np.sqrt(np.maximum(np.diag(H), 1e-300))
-        scaled = H / np.outer(size, size) + np.diag(np.full(len(x), np.finfo(float).eps))
-        step = -np.linalg.solve(scaled, g / size) / size
-        decrease, length = -float(g @ step), 1.0
+        scaled = H / np.outer(size, size) + np.diag(np.full(len(g), np.finfo(float).eps))
+        step = np.zeros(len(x))
+        step[free] = -np.linalg.solve(scaled, g / size) / size
+        decrease, length = -float(g @ step[free]), 1.0
         if decrease < SETTLED * mu:
             break
         while (

@@ -41,7 +41,8 @@ class Seen:
         rms = np.array([np.sqrt((np.concatenate(made.B)[:, i] ** 2).mean(axis=0))
                         for i in range(made.base.n)])  # fmt: skip
         torque = np.maximum(made.torque_rms, np.finfo(float).tiny)
-        self.share = (rms / torque[:, None]).max(axis=0) / made.scale
+        scale = np.where(made.scale > 0, made.scale, np.inf)
+        self.share = (rms / torque[:, None]).max(axis=0) / scale
 
     def parameter(self, combination: Combination) -> Parameter:
         """A sum of parameters by their places."""

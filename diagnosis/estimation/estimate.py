@@ -68,7 +68,9 @@ class Estimated:
     def q(self) -> Array:
         """Coefficients of the rows (nb,)."""
         nominal = np.array([k.nominal for k in self.known])
-        return np.asarray((self.values - nominal) / self.made.scale)
+        scale = self.made.scale
+        times = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
+        return np.asarray((self.values - nominal) * times)
 
     def along(self, runs: Sequence[Run]) -> Calibrated:
         """The same columns for other runs."""

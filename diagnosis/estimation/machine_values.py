@@ -19,7 +19,9 @@ def possible_values(
 ) -> tuple[Possible, dict[str, tuple[int, ...]]]:
     """Values that a machine can have, and the places, by name, of what none has before."""
     known, more = made.known, announced(made)
-    curved = curvature / np.outer(made.scale, made.scale)
+    # a parameter that the file has exactly has no scale, and no curvature
+    times = np.divide(1.0, made.scale, out=np.zeros_like(made.scale), where=made.scale > 0)
+    curved = curvature * np.outer(times, times)
     file = np.array([one.nominal for one in known]) + more
     bodies = [(body, file[list(body.places)]) for body in bodies_of(known)]
     inside = {place for body, _ in bodies for place in body.places}

@@ -86,6 +86,17 @@ def test_nearest_values_are_nearest_of_all_that_can_be(seed: int) -> None:
     assert_close(found.excess, slope @ (found.values - wanted), rtol=1e-9)
 
 
+def test_fixed_values_stay_where_they_are() -> None:
+    rng = np.random.default_rng(7)
+    file = points(np.ones(6), 0.1 * np.vstack([np.eye(3), -np.eye(3)]))
+    H = tight(rng, 10)
+    H[1], H[:, 1] = 0.0, 0.0
+    wanted = file + np.array([0, 0, 2.0, 0, 0, 0, 0, 0, 0, 0])
+    found = possible(wanted, H, [(BODY, file)], [])
+    assert consistent(found.values)
+    assert found.values[1] == file[1]
+
+
 def test_values_that_can_be_stay_as_they_are() -> None:
     rng = np.random.default_rng(3)
     ten = drawn(rng)

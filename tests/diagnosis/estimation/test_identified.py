@@ -16,6 +16,7 @@ from flexhex.diagnosis.prepare import Options
 from flexhex.fmus.common.errors import LogError
 from flexhex.init import two_links as example
 from tests.compare import assert_close
+from tests.conftest import ROOT
 from tests.diagnosis import sliding, two_links
 from tests.diagnosis.estimation import machines
 
@@ -88,6 +89,25 @@ def test_errors_on_held_out_runs_are_those_of_the_noise(links: Identified) -> No
     # noise of the torque: 0.02 N m and 0.5 %, smoothed over 16 samples
     assert (links.held_out.fitted < 0.006).all()
     assert (links.held_out.file > 5 * links.held_out.fitted).all()
+
+
+def test_parameters_that_are_exact_stay_exact(tmp_path: Path) -> None:
+    text = Path(example.__file__).read_text()
+    (tmp_path / "base.py").write_text(text.replace('"kg", 2.0, 0.1)', '"kg", 2.0, 0)'))
+    found = identify(arm(tmp_path, (1, 2)), options=Options(f"{tmp_path / 'base.py'}:TwoLinks"))
+    assert found["link_2.m"].estimate.ci95 == (2.0, 2.0)
+    assert (found.errors.fitted < 0.006).all()
+    assert held(found, "link_1.mc", TRUE["link_1.mc"])
+    assert found["link_1.mc"].determined
+
+
+def test_bodies_of_a_file_with_exact_values_come_to_an_end() -> None:
+    folder = ROOT / "examples" / "schunk"
+    found = identify([folder / "run_001.csv", folder / "run_040.csv"], options=Options("schunk"))
+    assert np.isfinite(found.errors.fitted).all()
+    for k in range(1, 7):
+        ten = np.array([found[f"link[{k}].{name}"].estimate.value for name in TEN])
+        assert consistent(ten), k
 
 
 def test_terms_are_written_as_they_are_read() -> None:
