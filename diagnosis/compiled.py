@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
+from flexhex.diagnosis.own_effect import OwnEffect
 from flexhex.fmus.common.effects import Effect, Shape, Signals, library
-from flexhex.numeric.rows import RowFunction, native
+from flexhex.numeric.rows import native
 from flexhex.numeric.scan import ScanFunction, scans
 
+Array = NDArray[np.float64]
 N_SIGNAL = 6
 """theta, thetad, thetadd, tau, taud, time."""
 
@@ -26,7 +29,7 @@ class Compiled:
     """
 
     effect: Effect
-    columns: RowFunction
+    columns: Callable[[Array, Array, Array], list[Array]]
     along: ScanFunction | None
     alone: bool = False
     by_way: bool = False
@@ -53,7 +56,9 @@ def compiled(
     n: int, effects: Mapping[str, Effect] | None = None, without: frozenset[str] = frozenset()
 ) -> list[Compiled]:
     """The library for machines of n axes, `without` what their base model has itself."""
-    listed = (effects or library()).values()
+    listed = list((effects or library()).values())
+    own = [Compiled(e, e.along, None) for e in listed if isinstance(e, OwnEffect)]
+    listed = [e for e in listed if not isinstance(e, OwnEffect)]
     chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
     columns = native([_columns(effect, n) for effect in chosen])
     with_states = [effect for effect in chosen if effect.states]
@@ -65,7 +70,8 @@ def compiled(
         )
     )
     pairs = zip(chosen, columns, strict=True)
-    return [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
+    made = [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
+    return made + own
 
 
 def signals(n: int, symbol: ca.SX) -> Signals:

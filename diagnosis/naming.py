@@ -20,7 +20,7 @@ def named_of(held: Joint) -> list[Named]:
     grouped: dict[str, list[int]] = {}
     for k, part in enumerate(held.parts):
         grouped.setdefault(part.id, []).append(k)
-    known = library()
+    known = {id: item.effect for id, item in held.bench.effects.items()} | dict(library())
     made = []
     for name, places in grouped.items():
         parts = [(_axis(held.parts[k]), _estimates(held, k)) for k in places]
@@ -47,7 +47,9 @@ def _axis(part: Part) -> int:
 
 def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
     """Gains, then shapes, of one part."""
-    part, effect = held.parts[k], library()[held.parts[k].id]
+    part = held.parts[k]
+    item = held.bench.effects.get(part.id)
+    effect = library()[part.id] if item is None or part.id in library() else item.effect
     found = {}
     kind = held.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):

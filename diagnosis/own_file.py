@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Sequence
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -32,26 +33,34 @@ def split(text: str) -> tuple[Path, str] | None:
     return (Path(text), "") if text.endswith(".py") else None
 
 
-def refuse_missing(file: Path, text: str) -> None:
-    """UsageError for a file of `--base` that is not there."""
+def refuse_missing(file: Path, text: str, option: str = "--base") -> None:
+    """UsageError for a file of `--base` or `--effect` that is not there."""
     if not file.is_file():
         raise UsageError(
-            f"--base {text}: no such file {file}; `flexhex init {file}` writes an example"
+            f"{option} {text}: no such file {file}; `flexhex init {file}` writes an example"
         )
 
 
-def from_file(file: Path, name: str) -> object:
+def from_file(
+    file: Path,
+    name: str,
+    needed: Sequence[str] = NEEDED,
+    option: str = "--base",
+    what: str = "base model",
+) -> object:
     """The model NAME of FILE.py; a class or function is called without arguments.
+
+    needed: members by which one is known; option, what: how messages call it.
 
     Raises MachineError for a file that cannot be run, and for one that has no such name.
     """
     module = _run(file)
-    usable = [own for own, value in vars(module).items() if all(hasattr(value, m) for m in NEEDED)]
+    usable = [own for own, value in vars(module).items() if all(hasattr(value, m) for m in needed)]
     if not name or not hasattr(module, name):
-        has = f"it has {', '.join(usable)}" if usable else "it has no base model"
-        what = f"no {name!r} in it" if name else "no name given"
+        has = f"it has {', '.join(usable)}" if usable else f"it has no {what}"
+        missing = f"no {name!r} in it" if name else "no name given"
         example = usable[0] if usable else "NAME"
-        raise MachineError(f"{file}: {what}; {has}: write --base {file}:{example}")
+        raise MachineError(f"{file}: {missing}; {has}: write {option} {file}:{example}")
     return made(getattr(module, name), f"{file}:{name}", str(file.resolve()))
 
 

@@ -17,6 +17,7 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.fit import calibrate
 from flexhex.diagnosis.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
+from flexhex.diagnosis.own_effect import OwnEffect, own_effects
 from flexhex.diagnosis.runs import runs_of, starts_of
 from flexhex.diagnosis.verdict import Diagnosis, Gap
 from flexhex.diagnosis.window import smoother
@@ -37,12 +38,14 @@ deviations of their noise, excite nothing."""
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
     `flexhex.diagnosis.bases`. log: how to read. tolerance: in place of the machine file's, by the
-    keys of its section. joints: of a robot's file, in the order of the axes."""
+    keys of its section. joints: of a robot's file, in the order of the axes. effects: of the
+    user, `FILE.py:NAME` each, beside the library's."""
 
     base: str = "hexapod"
     log: logs.Options = field(default_factory=logs.Options)
     tolerance: Mapping[str, float] = field(default_factory=dict)
     joints: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ class Asked:
     """Runs to be explained, and those to be judged on, of n axes.
 
     units: of the torque of each axis. findings: what the runs had. names: files of both. coarse
-    (n,): torque RMS [N m] that the angles' own error may make again in every pass.
+    (n,): torque RMS [N m] that the angles' own error may make again in every pass. own: effects
+    that the user wrote, by id.
     """
 
     units: tuple[str, ...]
@@ -59,6 +63,7 @@ class Asked:
     findings: tuple[str, ...]
     names: tuple[tuple[str, ...], tuple[str, ...]]
     coarse: Array
+    own: Mapping[str, OwnEffect] = field(default_factory=dict)
 
     def cannot_tell(self, why: str) -> Diagnosis:
         """The answer when the runs do not hold what is needed."""
@@ -75,6 +80,7 @@ def asked_of(
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
+    own = own_effects(options.effects)
     if not paths:
         raise LogError("no run given: name at least one log")
     share = SAMPLES / (len(paths) + len(locked))
@@ -82,17 +88,20 @@ def asked_of(
     ours = [logs.read_log(path, reading) for path in paths]
     theirs = [logs.read_log(path, reading) for path in locked]
     logs.refuse_copies([*ours, *theirs])
+    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
+    ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)
     groups, apart = logs.group_runs(ours), logs.group_runs(theirs)
     findings = _findings([*ours, *theirs], [*groups, *apart])
     base = base_of(options.base, machine_file, ours[0], options.tolerance, options.joints)
+    for effect in own.values():
+        effect.check(base.n)
     for log in [*ours, *theirs]:
         width = log["theta"].width
         refuse_others(log.name, kinds_of(log, width), kinds_of(base, base.n), "the base model")
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
-    names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
-    asked = Asked(units, runs, judged, findings, names, np.zeros(base.n))
+    asked = Asked(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, asked, _trouble(ours, runs)
 
 

@@ -57,6 +57,8 @@ class Scales:
 
     def _times(self, shape: Shape, axis: int) -> float:
         """How much larger a shape of the library is on an axis."""
+        if shape.as_is:
+            return 1.0
         return self.peaks[axis] if shape.of_peak else self.scale(shape.unit, axis)
 
     def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:

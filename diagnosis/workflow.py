@@ -147,7 +147,8 @@ def _sought(asked: Asked) -> dict[str, Effect]:
     """The library for the mechanism: what the drives themselves do shows where logs have the
     command, so that less of it can stand behind their reports."""
     told = all(run.command is not None for run in asked.runs)
-    return {id: (effect.behind or effect) if told else effect for id, effect in library().items()}
+    known = {id: (effect.behind or effect) if told else effect for id, effect in library().items()}
+    return known | dict(asked.own)
 
 
 def diagnose_files(

@@ -14,6 +14,8 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
+from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.identify import Fit, fit
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read
@@ -44,11 +46,11 @@ from flexhex.trajectory import variant
 
 File = str | Path
 __all__ = [
-    "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "InterfaceError",
-    "Log", "LogError", "Machine", "MachineError", "Result", "RunError", "TrajectoryError",
-    "UsageError", "build_model", "compare_results", "diagnose_runs", "identify_parameters",
-    "load_machine", "load_result", "machine_file", "parameter_names", "read_log", "save_result",
-    "simulate_system", "with_trajectory",
+    "Build", "BuildError", "Comparison", "Diagnosis", "Fit", "FlexhexError", "Identified",
+    "InterfaceError", "Log", "LogError", "Machine", "MachineError", "Result", "RunError",
+    "TrajectoryError", "UsageError", "build_model", "compare_results", "diagnose_runs",
+    "identify_parameters", "identify_runs", "load_machine", "load_result", "machine_file",
+    "parameter_names", "read_log", "save_result", "simulate_system", "with_trajectory",
 ]  # fmt: skip
 
 
@@ -217,6 +219,35 @@ def identify_parameters(
     return fit(machine, given, settle)
 
 
+def identify_runs(
+    runs: Sequence[File],
+    held_out: Sequence[File] = (),
+    *,
+    base: str,
+    tolerance: Mapping[str, float] | None = None,
+    joints: Sequence[str] = (),
+    settle: float | None = None,
+) -> Identified:
+    """Parameters of a robot, of axes or of a model of your own from measured runs, with 95 %
+    intervals, as values that a machine can have (docs/identify.md).
+
+    runs: logs of one machine. held_out: logs that are not fitted. base: `axis` (each by itself),
+    `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
+    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
+    out at the start of each run.
+
+    Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
+
+    >>> found = flexhex.identify_runs(["a.csv"], ["b.csv"], base="axis")
+    >>> found["J[1]"].estimate.ci95
+    """
+    if base == "hexapod":
+        raise UsageError("base = 'hexapod': use identify_parameters")
+    known = [Path(path) for path in runs], [Path(path) for path in held_out]
+    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
+    return identify(*known, None, options, settle)
+
+
 def diagnose_runs(
     runs: Sequence[File],
     held_out: Sequence[File] = (),
@@ -225,6 +256,7 @@ def diagnose_runs(
     base: str = "hexapod",
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
+    effects: Sequence[str] = (),
     progress: DiagnosisProgress = silent,
 ) -> Diagnosis:
     """Find effects that measured runs show and the model lacks.
@@ -233,7 +265,8 @@ def diagnose_runs(
     trajectories, which are not fitted. machine: its machine file; None is the T-Flex, and nothing
     for other bases. base: `hexapod`, `axis` (each by itself), `schunk`, a robot's file, or one of
     your own, `base.py:Arm` (docs/own-base.md). tolerance: in place of the machine file's,
-    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes.
+    `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. effects: of your
+    own, `effect.py:GasSpring` (docs/own-effect.md), beside the library's.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -244,7 +277,7 @@ def diagnose_runs(
     if file is None and base == "hexapod":
         file = machine_file()
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
-    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
+    options = Search(base, tolerance=tolerance or {}, joints=tuple(joints), effects=tuple(effects))
     return diagnose(*known, file, options, progress)
 
 

@@ -64,11 +64,13 @@ def options(
 app.command("run", short_help="Simulate the paper's cases: table and report.")(run_command)
 app.command("build", short_help="Build FMUs and system descriptions.")(build_command)
 app.command("simulate", short_help="Simulate a .ssp and save its signals.")(simulate_command)
-app.command("identify", short_help="Estimate the parameters from logs.")(identify_command)
+app.command("identify", short_help="Estimate the parameters from logs.", cls=Greedy)(
+    identify_command
+)
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
-app.command("init", short_help="Write an example of a base model.")(init_command)
+app.command("init", short_help="Write an example of a base model or an effect.")(init_command)
 app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
 app.command("plot", short_help="Plot signals of a run.")(plot_command)
 app.command("convert", short_help="Write a run in another format.")(convert_command)

@@ -1,6 +1,7 @@
 """Measured or simulated runs as logs: one file is one run, each channel on its own clock."""
 
 from flexhex.diagnosis.logs.copies import refuse_copies
+from flexhex.diagnosis.logs.cycles import with_cycles
 from flexhex.diagnosis.logs.groups import RunGroup, group_runs
 from flexhex.diagnosis.logs.log import Channel, Finding, Log, Options
 from flexhex.diagnosis.logs.read import read_log
@@ -14,4 +15,5 @@ __all__ = [
     "group_runs",
     "read_log",
     "refuse_copies",
+    "with_cycles",
 ]

@@ -16,6 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from flexhex.diagnosis.logs.csv_head import Header, decode, read_header
+from flexhex.diagnosis.logs.dialects import translated
 from flexhex.diagnosis.logs.log import Array, Finding, Options
 from flexhex.diagnosis.logs.raw import (
     Column,
@@ -39,7 +40,9 @@ def read_csv(path: Path, options: Options) -> Raw:
     where = str(path)
     with path.open("rb") as file:
         header = read_header(file, where)
+        options, known = translated(header, options, where)
         plans, findings = _plans(header, where, options)
+        findings = known + findings
         file.seek(header.start)
         rows = _count(file)
         if rows < 1:

@@ -61,7 +61,7 @@ def read_header(file: BinaryIO, where: str) -> Header:
             key, _, value = text.strip('"').lstrip("# ").partition(":")
             meta[key.strip().lower()] = value.strip(' \t",;')
         elif text.strip(",;\t "):
-            separator = separator or max(";\t,", key=text.count)
+            separator = separator or _separator(text)
             fields = _fields(text, separator)
             numbers = sum(map(_number, fields))
             if numbers and 2 * numbers > sum(bool(f) for f in fields):
@@ -74,6 +74,12 @@ def read_header(file: BinaryIO, where: str) -> Header:
     if not names:
         raise LogError(f"{where}: no row of names: its first row wants time,theta[1], ...")
     return Header(names, units, meta, separator or ",", start)
+
+
+def _separator(text: str) -> str:
+    """What stands between the fields of a row; spaces where there is nothing else."""
+    best = max(";\t,", key=text.count)
+    return best if best in text or " " not in text else " "
 
 
 def _fields(text: str, separator: str) -> list[str]:

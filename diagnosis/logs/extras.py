@@ -14,11 +14,12 @@ from flexhex.diagnosis.logs.raw import Raw, channel_of, split_unit
 from flexhex.fmus.common.errors import LogError
 
 
-def _package(path: Path, module: str, extra: str) -> Any:
+def installed(path: Path, module: str, extra: str) -> Any:
+    """A module that reads a file. LogError where it is not installed, naming the extra."""
     try:
         return importlib.import_module(module)
     except ImportError:
-        package = module.split(".")[0]
+        package = module.split(".")[0].replace("_", "-")
         raise LogError(
             f"{path}: reading {path.suffix} needs the package {package}:"
             f" pip install 'flexhex[{extra}]'"
@@ -27,7 +28,7 @@ def _package(path: Path, module: str, extra: str) -> Any:
 
 def read_parquet(path: Path, options: Options) -> Raw:
     """Columns as in CSV; `unit` in a field's metadata, the rest in the file's."""
-    parquet = _package(path, "pyarrow.parquet", "parquet")
+    parquet = installed(path, "pyarrow.parquet", "parquet")
     try:
         file = parquet.ParquetFile(path)
         schema = file.schema_arrow
@@ -52,7 +53,7 @@ def read_parquet(path: Path, options: Options) -> Raw:
         for key, value in (schema.metadata or {}).items()
         if key not in (b"ARROW:schema", b"pandas")
     }
-    return _one(path, [("", data)], units, meta, options, list(fields))
+    return as_tables(path, [("", data)], units, meta, options, list(fields))
 
 
 def _numbers(column: Any) -> Any:
@@ -72,7 +73,7 @@ def _seconds(stamps: Any) -> Any:
 
 def read_mdf(path: Path, options: Options) -> Raw:
     """Channel groups of an MDF file with the same master clock are one table."""
-    asammdf = _package(path, "asammdf", "mdf")
+    asammdf = installed(path, "asammdf", "mdf")
     groups: list[tuple[str, dict[str, Any]]] = []
     units: dict[str, str] = {}
     names: list[str] = []
@@ -94,7 +95,7 @@ def read_mdf(path: Path, options: Options) -> Raw:
     except Exception as error:  # asammdf's own classes
         raise LogError(f"{path}: not a readable MDF file ({error})") from None
     units["time"] = "s"
-    return _one(path, groups, units, meta, options, names)
+    return as_tables(path, groups, units, meta, options, names)
 
 
 def _beside(groups: list[tuple[str, dict[str, Any]]], name: str, data: dict[str, Any]) -> None:
@@ -110,7 +111,7 @@ def _wanted(name: str, options: Options) -> bool:
     return name.lower() in ("time", "t") or bool(channel_of(name, options)[0])
 
 
-def _one(
+def as_tables(
     path: Path,
     groups: list[tuple[str, dict[str, Any]]],
     units: dict[str, str],
@@ -118,6 +119,7 @@ def _one(
     options: Options,
     names: list[str],
 ) -> Raw:
+    """Groups of channels, each with its time, as tables. LogError where none of them is known."""
     tables, findings = [], list[Finding]()
     for name, data in groups:
         where = f"{path}: {name}" if name else str(path)

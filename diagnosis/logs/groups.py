@@ -177,23 +177,23 @@ def shift_of(a: Channel, b: Channel, alike: float) -> float | None:
 
     alike: largest rms(a - b) / rms(a) over the overlap.
     """
-    first, second = _coarse(a), _coarse(b)
+    first, second = coarse(a), coarse(b)
     if min(len(first), len(second)) < 4 or not first.any() or not second.any():
         return None
     lag = _lag(first, second)
     shift = b.t0 - a.t0 + lag * COARSE
     for _ in range(STEPS):
-        step, apart = _newton(a, b, shift)
+        step, apart = nearer(a, b, shift)
         if step is None or apart is None:
             return None
         shift += step
         if abs(step) < 1e-4 * min(a.ts, b.ts):
             break
-    _, apart = _newton(a, b, shift)
+    _, apart = nearer(a, b, shift)
     return shift if apart is not None and apart < alike else None
 
 
-def _coarse(channel: Channel) -> Array:
+def coarse(channel: Channel) -> Array:
     """Samples every COARSE s from t0 on, mean removed (samples, width)."""
     time = channel.time
     grid = np.arange(time[0], time[-1] + 0.5 * channel.ts, COARSE)
@@ -222,7 +222,7 @@ def _lag(a: Array, b: Array) -> int:
     return int(lags[np.argmin(np.where(near, apart, np.inf))])
 
 
-def _newton(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
+def nearer(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
     """Step towards the best shift, and the relative difference at this one."""
     time, other = a.time, b.time
     inside = a.valid & (time + shift >= other[0] + b.ts) & (time + shift <= other[-1] - b.ts)

@@ -53,10 +53,11 @@ class Channel:
 class Finding:
     """Something noticed while reading.
 
-    kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "delay", "drift",
-    "duplicate", "extra", "gap", "jitter", "jump", "memory", "metadata", "missing", "names", "nan",
-    "no-repeat", "range", "rate", "reset", "short", "sign", "swapped", "units". where: file and
-    channel. corrected: whether the log is as good as if it had not been there.
+    kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "cycles", "delay",
+    "drift", "duplicate", "extra", "gap", "jitter", "jump", "memory", "metadata", "missing",
+    "names", "nan", "no-repeat", "range", "rate", "reset", "short", "sign", "swapped",
+    "units". where: file and channel. corrected: whether the log is as good as if it had not been
+    there.
     """
 
     kind: str

@@ -35,6 +35,7 @@ READERS = {
     ".parquet": ("extras", "read_parquet"),
     ".mf4": ("extras", "read_mdf"),
     ".mdf": ("extras", "read_mdf"),
+    ".mcap": ("mcap", "read_mcap"),
 }
 NEEDED = ("theta", "tau_meas")
 
@@ -48,7 +49,7 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
     if path.suffix.lower() not in READERS:
         raise LogError(
             f"{path}: unknown kind {path.suffix!r}; write CSV or HDF5 (.csv, .h5), or .mat,"
-            " .parquet, .mf4"
+            " .parquet, .mf4, .mcap"
         )
     module, function = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f"flexhex.diagnosis.logs.{module}"), function)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
-from flexhex.diagnose.options import interactive, once_each, tolerances, writable
+from flexhex.arguments import AsJson
+from flexhex.base_options import Base, Joints, Tolerances, base_options
+from flexhex.diagnose.options import interactive, once_each, writable
 from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
     from flexhex.diagnosis.prepare import Options
     from flexhex.diagnosis.verdict import Diagnosis
-
-KINDS = ("hexapod", "axis", "schunk")
-"""Names that come with the package."""
 
 
 def diagnose_command(
@@ -43,29 +41,14 @@ def diagnose_command(
     machine: Annotated[
         Path | None, typer.Option("--machine", "-m", help="machine file (TOML)")
     ] = None,
-    base: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME",
-            help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
-            " robot's file (.urdf, MJCF .xml), or one of your own, FILE.py:NAME",
-            autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
-        ),
-    ] = "hexapod",
-    joints: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME,NAME,...",
-            help="joints of a robot's file, in the order of the logs' axes; the others are locked",
-        ),
-    ] = "",
-    tolerance: Annotated[
+    base: Base = "hexapod",
+    joints: Joints = "",
+    tolerance: Tolerances = None,
+    effect: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY=VALUE",
-            help="one standard deviation of what a machine's or robot's file says, relative, in"
-            " place of its [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma,"
-            " geometry",
+            metavar="FILE.py:NAME",
+            help="search an effect of your own, too (`flexhex init effect.py` writes an example)",
         ),
     ] = None,
     apply: Annotated[
@@ -92,33 +75,21 @@ def diagnose_command(
 ) -> None:
     """Find effects that the model lacks. Exit code 0: none, or added to a machine file; 1: effects
     or an unexplained residual remain, or the runs do not decide."""
-    from flexhex.diagnosis.bases import known_base
-    from flexhex.diagnosis.prepare import Options
-    from flexhex.diagnosis.robot_file import is_robot
-
-    known_base(base)
-    if machine is not None and base != "hexapod":
-        raise UsageError(
-            f"--machine {machine}: --base {base} reads no machine file: take --machine out"
-        )
-    file = found_machine(machine or DEFAULT_MACHINE) if machine or base == "hexapod" else None
-    if tolerance and base != "hexapod" and not is_robot(base):
-        raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
-    known = tolerances(tolerance or [])
+    logs = log_options(torque_constant, unit or [], rename or [])
+    options, file = base_options(base, machine, joints, tolerance, logs, effect)
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
     held = [*(held_out or []), *(locked or [])]
-    if isolability and (held or apply):
-        which = "--held-out" if held else "--apply"
+    if apply and effect:
+        raise UsageError("--apply: no machine file can hold an effect of --effect: take one out")
+    if isolability and (held or apply or effect):
+        which = "--held-out" if held else "--apply" if apply else "--effect"
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
     once_each(runs, held)
-    logs = log_options(torque_constant, unit or [], rename or [])
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
     session = Session(base, file, out, page, json, apply)
-    named = tuple(name.strip() for name in joints.split(",") if name.strip())
-    options = Options(base, logs, tolerance=known, joints=named)
     if isolability:
         session.isolate(runs, options)
         return

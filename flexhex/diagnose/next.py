@@ -29,9 +29,11 @@ class Asked:
 
 
 def applicable(found: Diagnosis) -> bool:
-    """Whether something was found that a machine file can hold; a payload on some runs is none."""
+    """Whether something was found that a machine file can hold: no payload on some runs, and no
+    effect of the user's own."""
     kept = found.effects or [change for change in found.changed if not change.runs]
-    return found.verdict in APPLICABLE and bool(kept)
+    foreign = any(effect.id not in library() for effect in found.effects)
+    return found.verdict in APPLICABLE and bool(kept) and not foreign
 
 
 def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:

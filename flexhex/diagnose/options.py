@@ -40,23 +40,6 @@ def repeated(args: list[str]) -> list[str]:
     return made
 
 
-def tolerances(words: list[str]) -> dict[str, float]:
-    """`mass=0.1` and the like, by the keys of a machine file's [tolerance]. UsageError for what is
-    none of them, or no such number."""
-    from flexhex.diagnosis.bases import with_tolerance
-    from flexhex.fmus.common.machine.sections import Tolerance
-
-    made: dict[str, float] = {}
-    for word in words:
-        name, _, text = word.partition("=")
-        try:
-            made[name] = float(text)
-        except ValueError:
-            raise UsageError(f"--tolerance {word}: write KEY=NUMBER, such as mass=0.1") from None
-    with_tolerance(Tolerance(), made)
-    return made
-
-
 def interactive() -> bool:
     """Whether somebody sits there who can answer."""
     return sys.stdin.isatty()

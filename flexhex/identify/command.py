@@ -4,25 +4,48 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
+from flexhex.base_options import Base, Joints, Tolerances, base_options
+from flexhex.diagnose.options import once_each
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
+
+if TYPE_CHECKING:
+    from flexhex.diagnosis.prepare import Options
+
+SETTLE = 2.0
+"""What is left out at the start of a log of the hexapod [s]."""
 
 
 def identify_command(
     logs: Annotated[
-        list[Path], typer.Argument(metavar="LOG", help="logs of one machine (CSV, HDF5, MAT)")
+        list[Path], typer.Argument(metavar="LOG...", help="logs of one machine (CSV, HDF5, MAT)")
     ],
-    machine: MachineFile = DEFAULT_MACHINE,
+    held_out: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="LOG...", help="logs that are not fitted: the error on them is shown"),
+    ] = None,
+    machine: Annotated[
+        Path | None, typer.Option("--machine", "-m", help="machine file (TOML) of a hexapod")
+    ] = None,
+    base: Base = "hexapod",
+    joints: Joints = "",
+    tolerance: Tolerances = None,
     settle: Annotated[
-        float,
-        typer.Option(metavar="SECONDS", help="left out at the start of each log", min=0.0, max=1e6),
-    ] = 2.0,
+        float | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="left out at the start of each log; default: 2 of a hexapod, else as much as the"
+            " base model says",
+            min=0.0,
+            max=1e6,
+        ),
+    ] = None,
     every: Annotated[
-        bool, typer.Option("--all", help="show all parameters, the cogging amplitudes as well")
+        bool, typer.Option("--all", help="show all parameters, also those that are not determined")
     ] = False,
     write: Annotated[
         Path | None,
@@ -30,8 +53,8 @@ def identify_command(
             "--write",
             "-w",
             metavar="FILE",
-            help="write a machine file with the fitted values (.toml), or all values with their"
-            " standard deviations (.csv, .json)",
+            help="write the fitted values into a machine file (.toml) or a robot's file of the same"
+            " kind (.urdf, .xml), or all of them with intervals (.csv, .json)",
         ),
     ] = None,
     torque_constant: TorqueConstant = None,
@@ -39,19 +62,52 @@ def identify_command(
     rename: Rename = None,
     json: AsJson = False,
 ) -> None:
-    """Fit the 162 parameters to logs by least squares."""
+    """Fit the parameters of a hexapod, a robot, axes or a model of your own to logs."""
+    held = held_out or []
+    once_each(logs, held)
+    options, file = base_options(
+        base, machine, joints, tolerance, log_options(torque_constant, unit or [], rename or [])
+    )
+    if base != "hexapod":
+        from flexhex.identify.any_base import identify_other
+
+        identify_other(logs, held, options, settle, write, json, every)
+        return
+    _hexapod(
+        logs, held, found_machine(file or DEFAULT_MACHINE), options,
+        SETTLE if settle is None else settle, write, json, every,
+    )  # fmt: skip
+
+
+def _hexapod(
+    logs: list[Path],
+    held: list[Path],
+    file: Path,
+    options: Options,
+    settle: float,
+    write: Path | None,
+    json: bool,
+    every: bool,
+) -> None:
     from flexhex.diagnosis.identify import fit
     from flexhex.diagnosis.logs import read_log
+    from flexhex.fmus.common.errors import UsageError
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.identify.view import fit_json, print_fit
     from flexhex.identify.write import checked_target, write_fit
 
-    file = found_machine(machine)
+    if held:
+        raise UsageError(
+            "--held-out: not for the hexapod: `flexhex diagnose --held-out` judges its model"
+        )
+    if options.tolerance:
+        raise UsageError(
+            "--tolerance: the hexapod is fitted without its file's values: take it out"
+        )
     if write is not None:
         checked_target(write, file)
-    given = log_options(torque_constant, unit or [], rename or [])
     described = load_machine(file)
-    found = fit(described, [read_log(path, given) for path in logs], settle)
+    found = fit(described, [read_log(path, options.log) for path in logs], settle)
     left_out = [] if write is None else write_fit(write, file, described, found, logs)
     if json:
         print(fit_json(described, found))

@@ -26,6 +26,7 @@ built: flexhex.Build = flexhex.build_model(out="out")
 result: flexhex.Result = flexhex.simulate_system(built.model, 1.0, signals=["K.p"])
 peak: float = float(abs(result["feedback.e"]).max())
 fit: flexhex.Fit = flexhex.identify_parameters(machine, [flexhex.read_log("a.csv")])
+found: flexhex.Identified = flexhex.identify_runs(["a.csv"], base="axis")
 diagnosis: flexhex.Diagnosis = flexhex.diagnose_runs(["a.csv"], machine="m.toml")
 same: bool = flexhex.compare_results(result, flexhex.load_result("b.h5")).equal
 try:

@@ -44,7 +44,7 @@ class Shape:
 
     start: first guess; grid: values to try; whole: only whole numbers make sense; closed: what
     seems to lie at `high` or beyond is something else; of_peak: the diagnosis takes all these
-    numbers as shares of the largest torque.
+    numbers as shares of the largest torque; as_is: it takes them as they stand, for any axis.
     """
 
     name: str
@@ -57,6 +57,7 @@ class Shape:
     whole: bool = False
     closed: bool = False
     of_peak: bool = False
+    as_is: bool = False
 
 
 @dataclass(frozen=True)

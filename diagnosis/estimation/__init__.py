@@ -1,0 +1,1 @@
+"""Parameters of any base model from runs: what they determine, consistent with physics."""

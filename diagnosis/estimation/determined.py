@@ -1,0 +1,72 @@
+"""Parameters and their sums with intervals, and whether the runs determine them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.changed import NORMAL
+from flexhex.diagnosis.estimation.estimate import Estimated
+from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.machine_values import announced, never_negative
+from flexhex.diagnosis.estimation.records import Parameter
+from flexhex.diagnosis.estimation.structure import Combination
+from flexhex.diagnosis.gram import safe_inverse
+from flexhex.diagnosis.linearize import LOOSE
+from flexhex.diagnosis.verdict import Estimate
+
+Array = NDArray[np.float64]
+NARROWER, WIDER = 0.5, 10.0
+"""A parameter is determined by the runs if its standard deviation is this much smaller than what
+was known of it, and would be with tolerances so much wider: else the file's other values do it;"""
+SMALL = 0.05
+"""or, where nothing was known, if its standard deviation makes less than this share of an axis'
+torque."""
+UNSEEN = 1e-4
+"""Share of a combination that lies where neither runs nor file say anything: it has no value."""
+
+
+class Seen:
+    """What the runs say of parameters and their sums."""
+
+    def __init__(self, found: Estimated) -> None:
+        self.found, made, reg = found, found.made, found.regression
+        self.more = announced(made)
+        G = np.diag(reg.prior) + np.sum([part for part, _ in reg.grams], axis=0)
+        self.unseen = np.eye(len(G)) - reg.covariance @ G
+        loose = reg.prior / WIDER**2
+        self.alone = found.level * safe_inverse(G - np.diag(reg.prior - loose), loose)
+        rms = np.array([np.sqrt((np.concatenate(made.B)[:, i] ** 2).mean(axis=0))
+                        for i in range(made.base.n)])  # fmt: skip
+        torque = np.maximum(made.torque_rms, np.finfo(float).tiny)
+        scale = np.where(made.scale > 0, made.scale, np.inf)
+        self.share = (rms / torque[:, None]).max(axis=0) / scale
+
+    def parameter(self, combination: Combination) -> Parameter:
+        """A sum of parameters by their places."""
+        found, known = self.found, self.found.known
+        places = [place for place, _ in combination.terms]
+        c = np.zeros(len(known))
+        c[places] = [factor for _, factor in combination.terms]
+        value = float(c @ (found.values + self.more))
+        file = float(c @ (np.array([k.nominal for k in known]) + self.more))
+        # what is assumed of friction is no file's
+        wide = [np.inf if known[p].group == FRICTION else known[p].tolerance for p in places]
+        tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
+        q = c * found.made.scale
+        lost = np.linalg.norm(self.unseen.T @ q) > UNSEEN * np.linalg.norm(q)
+        deviation = math.inf if lost else math.sqrt(max(float(c @ found.covariance @ c), 0.0))
+        alone = math.sqrt(max(float(q @ self.alone @ q), 0.0))
+        if math.isfinite(tolerance):
+            determined = max(deviation, alone) < NARROWER * LOOSE * tolerance
+        else:
+            size = float((self.share[places] / np.abs(c[places])).min())
+            determined = max(deviation, alone) * size < SMALL
+        low, high = value - NORMAL * deviation, value + NORMAL * deviation
+        if len(places) == 1 and (never_negative(known[places[0]]) or known[places[0]].positive):
+            low = max(low, 0.0)
+        terms = tuple((known[p].name, float(c[p])) for p in places)
+        estimate = Estimate(value, (low, high), known[places[0]].unit)
+        return Parameter(terms, estimate, file, tolerance, bool(determined))

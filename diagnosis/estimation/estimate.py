@@ -1,0 +1,231 @@
+"""Parameters of a base model, friction beside it, fitted together to runs.
+
+    q = argmin |y - B q|^2 / s^2 + |q|^2_prior,  bodies and friction as a machine can have them
+
+Rows, noise, products between passes and delay are those of the diagnosis. s is what is left of the
+rows: a model that leaves more than noise is trusted less beside what the file says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.answer import axis_rms
+from flexhex.diagnosis.base import Base, Known
+from flexhex.diagnosis.blocks import JUDGED, LATEST, Run, blocks
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.estimation import friction
+from flexhex.diagnosis.estimation.friction import Form
+from flexhex.diagnosis.estimation.machine_values import possible_values
+from flexhex.diagnosis.identify import correlation_time
+from flexhex.diagnosis.known import about_known
+from flexhex.diagnosis.noise import ORDER, Noise
+from flexhex.diagnosis.prepare import fitted
+from flexhex.diagnosis.regression import Columns, Regression
+
+Array = NDArray[np.float64]
+ROUNDS, FORMED, LATER = 6, 2, 0.02
+"""Fits at most; those of them that choose the form of friction; and the change of the delay,
+relative to its tolerance, that ends them."""
+FINER = (1.5, 1.5, 1.25, 1.25, 1.1)
+"""Factors by which the numbers of a form are tried beside the best of the grid."""
+APART = 0.5
+"""Delay, in tolerances, beyond which none is tried too."""
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """A base model fitted to runs.
+
+    `made.known` are its parameters, friction among them, `values` (nb,) their estimates in their
+    units, `covariance` (nb, nb). free (nb,): the estimates before they had to be those of a
+    machine; excess: what that adds to the sum of squares, in units of the noise; wrong: places of
+    bodies and parameters, by name, that no machine has before. level: mean square of the rows,
+    times as many as repeat each other. forms: dry friction of each axis. regression: of the rows,
+    beside priors.
+    """
+
+    made: Calibrated
+    values: Array
+    covariance: Array
+    free: Array
+    excess: float
+    wrong: Mapping[str, tuple[int, ...]]
+    level: float
+    forms: tuple[Form, ...]
+    regression: Regression
+
+    @property
+    def known(self) -> tuple[Known, ...]:
+        """The parameters."""
+        return self.made.known
+
+    @property
+    def q(self) -> Array:
+        """Coefficients of the rows (nb,)."""
+        nominal = np.array([k.nominal for k in self.known])
+        scale = self.made.scale
+        times = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
+        return np.asarray((self.values - nominal) * times)
+
+    def along(self, runs: Sequence[Run]) -> Calibrated:
+        """The same columns for other runs."""
+        made, base = self.made, self.made.base
+        theirs = blocks(base, runs, made.spacing, JUDGED)
+        there = about_known(base, theirs, made.fitted, made.noise, made.blocks)
+        own = [known for known in made.known if known.group == friction.GROUP]
+        return friction.beside(there, own, friction.columns(theirs, own, self.forms))
+
+
+def estimate(base: Base, runs: Sequence[Run]) -> tuple[Estimated, str]:
+    """Fit a base model to runs; what was done about noise of the angles, or nothing."""
+    made, _, done = fitted(base, runs)
+    listed = friction.parameters(made.base, made.blocks)
+    dry = _dry(made, listed)
+    made = about_known(made.base, made.blocks, made.fitted, _even(made, made.regression.q))
+    found = _settled(made, listed, dry)
+    if dry and abs(made.fitted.delay) > APART * made.fitted.late:
+        # a wrong form of friction may be what is late
+        prompt = about_known(made.base, made.blocks, replace(made.fitted, delay=0.0), made.noise)
+        found = min(found, _settled(prompt, listed, dry), key=_left)
+    return _finished(found), done
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A base model with friction, its regression beside priors, and the friction's forms."""
+
+    made: Calibrated
+    regression: Regression
+    level: float
+    forms: tuple[Form, ...]
+
+    @property
+    def values(self) -> Array:
+        """Of all parameters (nb,), in their units."""
+        nominal = np.array([k.nominal for k in self.made.known])
+        return np.asarray(nominal + self.made.scale * self.regression.q)
+
+
+def _left(fit: _Fit) -> float:
+    """Mean square of what is left, each axis relative to its torque."""
+    left = axis_rms(fit.made.blocks, fit.made.residual(fit.regression.q))
+    return float(((left / fit.made.torque_rms) ** 2).mean())
+
+
+def _settled(
+    made: Calibrated, listed: Sequence[Known], dry: dict[int, dict[Form, list[Array]]]
+) -> _Fit:
+    """Fits until the delay stays, from this one on."""
+    usual = Form("rate", 1.0, "")
+    forms = tuple(next(iter(dry.get(i, {usual: []}))) for i in range(made.base.n))
+    for turn in range(ROUNDS):
+        full = friction.beside(made, listed, friction.columns(made.blocks, listed, forms))
+        if turn < FORMED:
+            forms = _formed(full, dry, forms)
+            full = friction.beside(made, listed, friction.columns(made.blocks, listed, forms))
+        regression, level = _levelled(full)
+        fit = _Fit(full, regression, level, forms)
+        late = next(i for i, k in enumerate(full.known) if k.group == "delay")
+        most = LATEST * made.fitted.late
+        moved = replace(
+            made.fitted,
+            p=fit.values[: len(made.base.linear)],
+            delay=float(np.clip(fit.values[late], -most, most)),
+            loads={load.name: fit.values[full.places(load)] for load in full.loads},
+        )
+        settled = abs(moved.delay - made.fitted.delay) < LATER * made.fitted.late
+        if settled and turn >= FORMED:
+            break
+        made = about_known(made.base, made.blocks, moved, _even(full, regression.q))
+    return fit
+
+
+def _dry(made: Calibrated, listed: Sequence[Known]) -> dict[int, dict[Form, list[Array]]]:
+    """Smoothed dry friction of each axis that has it as a parameter, for all forms."""
+    axes = [known.axis or 0 for known in listed if known.name.startswith("F_c")]
+    return {
+        axis: {
+            form: [friction.dry(block, axis, form) for block in made.blocks]
+            for form in friction.forms_of(made.base, made.blocks, axis)
+        }
+        for axis in axes
+    }
+
+
+def _formed(
+    full: Calibrated, dry: dict[int, dict[Form, list[Array]]], forms: tuple[Form, ...]
+) -> tuple[Form, ...]:
+    """The form of each axis' dry friction that leaves least at this delay, beside the present ones
+    of the other axes."""
+    whole, found = full.regression, list(forms)
+    for axis, columns in dry.items():
+        name = f"F_c[{axis + 1}]"
+        others = np.array([k.name != name and k.group != "delay" for k in full.known])
+        beside = Regression(
+            whole.y,
+            whole.B[:, others],
+            whole.prior[others],
+            whole.layout,
+            [(G[np.ix_(others, others)], b[others]) for G, b in whole.grams],
+            whole.twin[:, others],
+        )
+
+        def fall(form: Form, i: int = axis, rows: Regression = beside) -> float:
+            known = dry[i].get(form)
+            values = known or [friction.dry(block, i, form) for block in full.blocks]
+            return rows.fall(Columns(i, full.white(i, values)))[0]
+
+        best = max(columns, key=fall)
+        for factor in FINER:
+            best = max((best, *best.near(factor)), key=fall)
+        found[axis] = best
+    return tuple(found)
+
+
+def _even(made: Calibrated, q: Array) -> Noise:
+    """Each axis weighted by the RMS that is left of it, all frequencies alike: what a model lacks
+    is more than noise, and has another spectrum."""
+    left = np.maximum(axis_rms(made.blocks, made.residual(q)), np.finfo(float).tiny)
+    n = made.base.n
+    return Noise(np.zeros((n, ORDER)), left, left, made.noise.repeats, np.ones((n, 2)))
+
+
+def _levelled(made: Calibrated) -> tuple[Regression, float]:
+    """The regression with priors that count beside what is left of the rows, of which as many as
+    repeat each other count as one."""
+    regression, level = made.regression, 1.0
+    for _ in range(2):
+        left = regression.residual.reshape(made.base.n, -1).T
+        level = max(1.0, float((left**2).mean()) * correlation_time(left))
+        scaled = {k: float(level * v) for k, v in enumerate(made.regression.prior) if v > 0}
+        regression = made.regression.loosened(scaled)
+    return regression, level
+
+
+def _finished(fit: _Fit) -> Estimated:
+    made, regression, values = fit.made, fit.regression, fit.values
+    curvature = (
+        np.diag(regression.prior) + np.sum([G for G, _ in regression.grams], axis=0)
+    ) / fit.level
+    found, wrong = possible_values(made, values, curvature)
+    spread = _covariance(fit) * np.outer(made.scale, made.scale)
+    return Estimated(
+        made, found.values, spread, values, found.excess, wrong, fit.level, fit.forms, regression
+    )
+
+
+def _covariance(fit: _Fit) -> Array:
+    """Of the coefficients (nb, nb), robust to errors that go together within a cluster."""
+    layout, regression = fit.made.layout, fit.regression
+    weighted = regression.twin * regression.residual[:, None]
+    scores = np.array([np.bincount(layout.cluster, weights=w) for w in weighted.T])
+    seen = len(np.unique(layout.cluster))
+    S = scores @ scores.T * (seen / max(1, seen - 1))
+    A = regression.covariance
+    # the priors that are in the regression count level times
+    return np.asarray(A @ (S + np.diag(regression.prior) * fit.level) @ A)

@@ -1,0 +1,141 @@
+"""What every drive has beside the base model: friction, and an offset of the reported torque.
+
+    F_c[i] s + d[i] thetad + o[i]
+
+The dry friction s turns over with the rate, tanh(thetad / v_s); with the way since the last
+reversal, as Dahl has it; or a time T before the rate does, tanh((thetad + T thetadd) / v_s), as the
+soft constraints of simulators do. What is left of an axis' torque says which, and how sharply: a
+wrong form looks like a delay of the torques, and like damping.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Base, Known
+from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.estimation.structure import Span
+from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.linearize import LOOSE
+
+Array = NDArray[np.float64]
+RATES = (0.003, 0.01, 0.03, 0.1, 0.3)
+"""Rates v_s at which friction turns over, relative to the axis' RMS rate."""
+WAYS = (0.001, 0.004, 0.016, 0.06)
+"""Ways s_0 within which it does, relative to the axis' RMS way from its mean."""
+LEADS, LEADING = (0.005, 0.01, 0.02), (0.01, 0.03, 0.1)
+"""Times T [s] by which it does before the rate, each with these relative rates."""
+HELD = {"coulomb_friction": "F_c", "viscous_friction": "d"}
+"""Effects that a base model may contain already, and their parameters here."""
+GROUP = "friction"
+
+
+@dataclass(frozen=True)
+class Form:
+    """How the dry friction of an axis turns over: with the `rate` or the `way`, within `size` of it
+    [unit]; lead: T [s]."""
+
+    kind: str
+    size: float
+    unit: str
+    lead: float = 0.0
+
+    def near(self, factor: float) -> list[Form]:
+        """Forms with one number larger or smaller by a factor."""
+        both = (factor, 1 / factor)
+        found = [replace(self, size=self.size * f) for f in both]
+        return found + ([replace(self, lead=self.lead * f) for f in both] if self.lead else [])
+
+
+def parameters(base: Base, blocks: Sequence[Block]) -> list[Known]:
+    """Friction and offset of each axis that the base model has no columns for, with weak priors:
+    one standard deviation makes all of the axis' torque."""
+    listed, kinds, span = list[Known](), kinds_of(base, base.n), Span.of(base, blocks)
+    rates = _rms(blocks, "thetad")
+    torque = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in blocks])
+    rms = np.maximum(np.sqrt((torque**2).mean(axis=0)), np.finfo(float).tiny)
+    missing = {name for id, name in HELD.items() if id not in base.holds}
+    for i, kind in enumerate(kinds):
+        own = (
+            ("F_c", "N m", rms[i], lambda v: np.sign(v)),
+            ("d", "N m s/rad", rms[i] / rates[i], lambda v: v),
+            ("o", "N m", rms[i], lambda v: np.ones_like(v)),
+        )
+        for name, unit, size, of_rate in own:
+            if name != "o" and name not in missing:
+                continue
+            if not span.holds(i, of_rate):
+                full = f"{name}[{i + 1}]"
+                listed.append(Known(full, kind.unit(unit), 0.0, float(size) / LOOSE, GROUP, i))
+    return listed
+
+
+def forms_of(base: Base, blocks: Sequence[Block], axis: int) -> list[Form]:
+    """All forms of the dry friction of an axis."""
+    unit = kinds_of(base, base.n)[axis].unit("rad")
+    rate, way = (float(_rms(blocks, name)[axis]) for name in ("thetad", "theta"))
+    found = [Form("rate", size * rate, f"{unit}/s") for size in RATES]
+    found += [Form("way", size * way, unit) for size in WAYS]
+    return found + [Form("rate", v * rate, f"{unit}/s", T) for T in LEADS for v in LEADING]
+
+
+def dry(block: Block, axis: int, form: Form) -> Array:
+    """Smoothed s (m,) of an axis in a block."""
+    motion = block.run.motion
+    if form.kind == "way":
+        return block.smooth(_dahl(motion.steady[:, axis], form.size))
+    rate = motion.thetad[:, axis]
+    if form.lead:
+        rate = rate + form.lead * motion.thetadd[:, axis]
+    return block.smooth(np.tanh(rate / form.size))
+
+
+def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Form]) -> list[Array]:
+    """Smoothed columns (m, n, k) of these parameters in each block."""
+    found = []
+    for block in blocks:
+        made = np.zeros((len(block.at), len(forms), len(listed)))
+        for k, known in enumerate(listed):
+            axis, name = known.axis or 0, known.name.partition("[")[0]
+            if name == "F_c":
+                made[:, axis, k] = dry(block, axis, forms[axis])
+            elif name == "d":
+                made[:, axis, k] = block.smooth(block.run.motion.thetad[:, axis])
+            else:
+                made[:, axis, k] = 1.0
+        found.append(made)
+    return found
+
+
+def beside(made: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:
+    """A base model with further parameters after its own."""
+    scale = np.array([LOOSE * known.tolerance for known in listed])
+    B = [np.concatenate([b, c * scale], axis=2) for b, c in zip(made.B, columns, strict=True)]
+    return replace(
+        made,
+        known=(*made.known, *listed),
+        scale=np.concatenate([made.scale, scale]),
+        B=tuple(B),
+    )
+
+
+def _rms(blocks: Sequence[Block], name: str) -> Array:
+    values = np.concatenate([getattr(block.run.motion, name) for block in blocks])
+    if name == "theta":
+        values = values - values.mean(axis=0)
+    return np.asarray(np.maximum(np.sqrt((values**2).mean(axis=0)), np.finfo(float).tiny))
+
+
+def _dahl(theta: Array, width: float) -> Array:
+    """z (samples,) with z' = (thetad - |thetad| z) / width, exact for steps of one sign."""
+    step = np.diff(theta, prepend=theta[:1])
+    left, z = np.exp(-np.abs(step) / width), np.zeros(len(theta))
+    pushed = np.sign(step) * (1 - left)
+    for k in range(1, len(theta)):
+        z[k] = left[k] * z[k - 1] + pushed[k]
+    return z

@@ -1,0 +1,136 @@
+"""From files to parameters: estimates, what the runs determine of them, how well they fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.blocks import torque_at
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.estimation.determined import Seen
+from flexhex.diagnosis.estimation.estimate import Estimated, estimate
+from flexhex.diagnosis.estimation.records import Errors, Identified
+from flexhex.diagnosis.estimation.structure import Combination, structure
+from flexhex.diagnosis.kinds import units_of
+from flexhex.diagnosis.pairing import mispaired
+from flexhex.diagnosis.prepare import Options, asked_of, misfit
+from flexhex.fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+SURE = 3.0
+"""Standard deviations from which the runs contradict every machine."""
+POOR = 0.2
+"""Share of an axis' torque that is left, from which something large is missing."""
+Progress = Callable[[str, int, int], None]
+
+
+def identify(
+    paths: Sequence[Path],
+    held_out: Sequence[Path] = (),
+    machine_file: Path | None = None,
+    options: Options | None = None,
+    settle: float | None = None,
+    progress: Progress = lambda *_: None,
+) -> Identified:
+    """Parameters of a base model from runs; held_out: runs that they are tried on.
+
+    settle [s]: what is left out at the start of each run, instead of the base model's own. Errors
+    of geometry are fitted only where `options.tolerance` names a tolerance of them. Raises
+    LogError, MachineError or UsageError for what cannot be read or does not fit.
+    """
+    asked_for = options or Options()
+    progress("reading", 0, 3)
+    base, asked, trouble = asked_of(paths, held_out, machine_file, asked_for)
+    base = _plain(base, asked_for.tolerance, settle)
+    if trouble := trouble or mispaired(base, asked.runs):
+        raise LogError(trouble)
+    progress("fitting the parameters", 1, 3)
+    found, smoothed = estimate(base, asked.runs)
+    if trouble := misfit(found.made):
+        raise LogError(trouble)
+    progress("on held-out runs", 2, 3)
+    errors = _errors(found, found.made)
+    other = _errors(found, found.along(asked.judged)) if asked.judged else None
+    seen = Seen(found)
+    which = structure(found.made.base, found.made.blocks)
+    names = [known.name for known in found.known]
+    late = next(i for i, k in enumerate(found.known) if k.group == "delay")
+    shown = [i for i, k in enumerate(found.known) if k.group != "delay"]
+    progress("done", 3, 3)
+    return Identified(
+        asked_for.base,
+        tuple(seen.parameter(Combination(((place, 1.0),))) for place in shown),
+        tuple(seen.parameter(c) for c in which.combinations),
+        tuple(names[place] for place in which.silent),
+        units_of(base, base.n, "N m"),
+        errors,
+        other,
+        seen.parameter(Combination(((late, 1.0),))).estimate,
+        tuple(_notes(found, errors)),
+        (*asked.findings, *filter(None, [smoothed])),
+        *asked.names,
+        found,
+    )
+
+
+def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:
+    """The base model with the geometry of its file, unless its tolerance was given."""
+    found = copy(base)
+    if "geometry" not in tolerance:
+        found.geometry = None
+    if settle is not None:
+        found.settle = settle
+    return found
+
+
+def _errors(found: Estimated, there: Calibrated) -> Errors:
+    kept = [block.usable for block in there.blocks]
+
+    def rms(parts: Sequence[Array]) -> Array:
+        rows = np.concatenate([part[good] for part, good in zip(parts, kept, strict=True)])
+        return np.asarray(np.sqrt((rows**2).mean(axis=0)))
+
+    window, delay = there.base.window, there.fitted.delay
+    torque = rms([torque_at(block, window, delay) for block in there.blocks])
+    size = np.maximum(torque, np.finfo(float).tiny)
+    file = rms(there.residual(there.nominal))
+    return Errors(torque, file / size, rms(there.residual(found.q)) / size)
+
+
+def _notes(found: Estimated, errors: Errors) -> list[str]:
+    deviation = np.maximum(np.sqrt(np.diag(found.covariance)), np.finfo(float).tiny)
+    off = np.abs(found.free - found.values) / deviation
+    against = {name: float(max(off[k] for k in own)) for name, own in found.wrong.items()}
+    sure = [name for name, size in against.items() if size > SURE]
+    within = [name for name in against if name not in sure]
+    notes = []
+    if sure:
+        notes.append(
+            f"{', '.join(sure)}: the runs alone ask for values that no machine has, up to"
+            f" {max(against[name] for name in sure):.1f} standard deviations away; these are the"
+            " nearest that one can have. Something else is missing: `flexhex diagnose` says what"
+        )
+    if within:
+        notes.append(
+            f"{', '.join(within)}: the best fit lies at values that no machine has, within the"
+            " noise; these are the nearest that one can have"
+        )
+    there = {known.name for known in found.known}
+    same = [str(i + 1) for i in range(found.made.base.n) if f"o[{i + 1}]" not in there]
+    if same:
+        notes.append(
+            f"an offset of axis {', '.join(same)} acts as parameters of the base model do, on these"
+            " motions: it is not fitted beside them"
+        )
+    poor = [str(i + 1) for i, left in enumerate(errors.fitted) if left > POOR]
+    if poor:
+        notes.append(
+            f"more than {POOR:.0%} of the torque of axis {', '.join(poor)} is left: the intervals"
+            " hold for this model, which lacks something: `flexhex diagnose` says what"
+        )
+    return notes

@@ -1,0 +1,143 @@
+"""What an identification says, as data: for the terminal, files and `--json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.estimation.estimate import Estimated
+from flexhex.diagnosis.verdict import Estimate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter, or a sum of several.
+
+    terms: names with coefficients; file: its value there, and tolerance: one standard deviation of
+    that, infinite where nothing is known. determined: whether the runs say more of it than the
+    file.
+    """
+
+    terms: tuple[tuple[str, float], ...]
+    estimate: Estimate
+    file: float
+    tolerance: float
+    determined: bool
+
+    @property
+    def name(self) -> str:
+        """As it is read: `link_3.mc_x + 0.31 link_4.m`."""
+        return summed(self.terms)
+
+    @property
+    def shift(self) -> float:
+        """Difference from the file in tolerances; NaN where there is none."""
+        known = 0 < self.tolerance < math.inf
+        return (self.estimate.value - self.file) / self.tolerance if known else math.nan
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "name": self.name,
+            "terms": [{"parameter": name, "factor": factor} for name, factor in self.terms],
+            **self.estimate.data(),
+            "file": self.file if math.isfinite(self.tolerance) else None,
+            "tolerance": self.tolerance if math.isfinite(self.tolerance) else None,
+            "difference_in_tolerances": None if math.isnan(self.shift) else self.shift,
+            "determined": self.determined,
+        }
+
+
+@dataclass(frozen=True)
+class Errors:
+    """RMS of what is left of the smoothed torque relative to its RMS (n,): with the file's
+    parameters and no friction, and with the estimates. torque (n,): RMS in the axes' units."""
+
+    torque: Array
+    file: Array
+    fitted: Array
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        names = ("torque", "file", "fitted")
+        return {
+            str(i + 1): {name: float(getattr(self, name)[i]) for name in names}
+            for i in range(len(self.torque))
+        }
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What `flexhex identify` says of a base model.
+
+    parameters: all; combinations: base parameters of the mechanism, which torques can tell at all;
+    silent: names of what no torque feels. on: errors on the runs, and on held-out ones. notes:
+    sentences for the reader; findings: what the logs had. estimated: the fit.
+    """
+
+    base: str
+    parameters: tuple[Parameter, ...]
+    combinations: tuple[Parameter, ...]
+    silent: tuple[str, ...]
+    units: tuple[str, ...]
+    errors: Errors
+    held_out: Errors | None
+    delay: Estimate
+    notes: tuple[str, ...]
+    findings: tuple[str, ...]
+    runs: tuple[str, ...]
+    locked: tuple[str, ...]
+    estimated: Estimated = field(repr=False)
+
+    def __getitem__(self, name: str) -> Parameter:
+        """A parameter by its name. KeyError where there is none."""
+        for one in self.parameters:
+            if one.name == name:
+                return one
+        raise KeyError(name)
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        forms = [
+            {"axis": i + 1, "kind": form.kind, "size": form.size, "unit": form.unit,
+             "lead": form.lead}
+            for i, form in enumerate(self.estimated.forms)
+        ]  # fmt: skip
+        return {
+            "base": self.base,
+            "parameters": [one.data() for one in self.parameters],
+            "combinations": [one.data() for one in self.combinations],
+            "unobservable": list(self.silent),
+            "delay": self.delay.data(),
+            "friction_forms": forms,
+            "relative_error": {
+                "units_of_torque": list(self.units),
+                "runs": self.errors.data(),
+                "held_out": self.held_out.data() if self.held_out else None,
+            },
+            "notes": list(self.notes),
+            "findings": list(self.findings),
+            "runs": list(self.runs),
+            "held_out": list(self.locked),
+        }
+
+
+def summed(terms: Sequence[tuple[str, float]], most: int | None = None) -> str:
+    """`link_3.mc_x + 0.31 link_4.m`; no more than so many terms, of which the last says how many
+    there are."""
+    listed = list(terms if most is None or len(terms) <= most else terms[: most - 1])
+    text = ""
+    for k, (name, factor) in enumerate(listed):
+        sign = " - " if factor < 0 else " + "
+        size = f"{abs(factor):.3g}"
+        shown = name if size == "1" else f"{size} {name}"
+        text += (sign if k else "-" * (factor < 0)) + shown
+    left = len(terms) - len(listed)
+    return text + (f" + {left} more" if left else "")

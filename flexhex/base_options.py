@@ -1,0 +1,89 @@
+"""Options that say which model of the mechanism logs are compared with; shared by `diagnose` and
+`identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from flexhex.arguments import DEFAULT_MACHINE, found_machine
+from flexhex.fmus.common.errors import UsageError
+
+if TYPE_CHECKING:
+    from flexhex.diagnosis.logs import Options as LogOptions
+    from flexhex.diagnosis.prepare import Options
+
+KINDS = ("hexapod", "axis", "schunk")
+"""Names that come with the package."""
+
+Base = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME",
+        help="model of the mechanism: hexapod, axis (each by itself), schunk (six-axis arm), a"
+        " robot's file (.urdf, MJCF .xml), or one of your own, FILE.py:NAME",
+        autocompletion=lambda incomplete: [b for b in KINDS if b.startswith(incomplete)],
+    ),
+]
+Joints = Annotated[
+    str,
+    typer.Option(
+        metavar="NAME,NAME,...",
+        help="joints of a robot's file, in the order of the logs' axes; the others are locked",
+    ),
+]
+Tolerances = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=VALUE",
+        help="one standard deviation of what a machine's or robot's file says, relative, in"
+        " place of its [tolerance]: mass=0.1; also inertia, centre, stiffness, actuator, sigma,"
+        " geometry",
+    ),
+]
+
+
+def base_options(
+    base: str,
+    machine: Path | None,
+    joints: str,
+    tolerance: list[str] | None,
+    log: LogOptions,
+    effects: list[str] | None = None,
+) -> tuple[Options, Path | None]:
+    """How to compare, and the machine file of a hexapod. UsageError for what does not go
+    together."""
+    from flexhex.diagnosis.bases import known_base
+    from flexhex.diagnosis.prepare import Options
+    from flexhex.diagnosis.robot_file import is_robot
+
+    known_base(base)
+    if machine is not None and base != "hexapod":
+        raise UsageError(
+            f"--machine {machine}: --base {base} reads no machine file: take --machine out"
+        )
+    file = found_machine(machine or DEFAULT_MACHINE) if base == "hexapod" else None
+    if tolerance and base != "hexapod" and not is_robot(base):
+        raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
+    known = tolerances(tolerance or [])
+    named = tuple(name.strip() for name in joints.split(",") if name.strip())
+    return Options(base, log, tolerance=known, joints=named, effects=tuple(effects or [])), file
+
+
+def tolerances(words: list[str]) -> dict[str, float]:
+    """`mass=0.1` and the like, by the keys of a machine file's [tolerance]. UsageError for what is
+    none of them, or no such number."""
+    from flexhex.diagnosis.bases import with_tolerance
+    from flexhex.fmus.common.machine.sections import Tolerance
+
+    made: dict[str, float] = {}
+    for word in words:
+        name, _, text = word.partition("=")
+        try:
+            made[name] = float(text)
+        except ValueError:
+            raise UsageError(f"--tolerance {word}: write KEY=NUMBER, such as mass=0.1") from None
+    with_tolerance(Tolerance(), made)
+    return made

@@ -1,0 +1,64 @@
+"""`identify --write FILE` of any base model but the hexapod: the robot's file with what was found,
+or all values with their intervals (.csv, .json)."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from pathlib import Path
+
+from flexhex.diagnosis.estimation.records import Identified
+from flexhex.fmus.common.errors import OutputError, UsageError
+from flexhex.identify.other import identified_json
+
+TABLES = (".csv", ".json")
+
+
+def checked_target(path: Path, base: str) -> None:
+    """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
+    from flexhex.diagnosis.robot_file import is_robot
+
+    kinds = (Path(base).suffix, *TABLES) if is_robot(base) else TABLES
+    if path.suffix not in kinds:
+        robot = f"{kinds[0]} for the robot's file, " if is_robot(base) else ""
+        raise UsageError(
+            f"--write {path}: write {robot}.csv or .json for all values with their intervals"
+        )
+    if is_robot(base) and path.resolve() == Path(base).resolve():
+        raise UsageError(f"--write {path}: is the robot's file itself: name another file")
+    folder = path.resolve().parent
+    if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
+        raise OutputError(f"--write {path}: cannot be written: name a file in a folder of yours")
+
+
+def write_identified(path: Path, found: Identified) -> list[Path]:
+    """Write what was found: the files. Beside a robot's file all values stand as JSON, as it has
+    no place for intervals, offsets and more."""
+    if path.suffix == ".csv":
+        path.write_text(_csv(found), encoding="utf-8")
+        return [path]
+    if path.suffix == ".json":
+        path.write_text(identified_json(found) + "\n", encoding="utf-8")
+        return [path]
+    from flexhex.diagnosis.robot_write import write_robot
+    from flexhex.diagnosis.robots import RobotBase
+
+    base = found.estimated.made.base
+    assert isinstance(base, RobotBase)
+    values = {one.name: one.estimate.value for one in found.parameters}
+    write_robot(path, base, Path(found.base), values)
+    beside = path.with_suffix(".json")
+    beside.write_text(identified_json(found) + "\n", encoding="utf-8")
+    return [path, beside]
+
+
+def _csv(found: Identified) -> str:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("name", "unit", "value", "low", "high", "file", "determined"))
+    for one in (*found.parameters, *(c for c in found.combinations if len(c.terms) > 1)):
+        e = one.estimate
+        numbers = (repr(float(v)) for v in (e.value, *e.ci95, one.file))
+        table.writerow((one.name, e.unit, *numbers, str(one.determined).lower()))
+    return text.getvalue()

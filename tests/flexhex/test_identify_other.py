@@ -1,0 +1,107 @@
+"""`flexhex identify` of any base model: the command, what it prints and writes."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from flexhex.cli import app
+from flexhex.init import two_links as example
+from tests.diagnosis import two_links
+from tests.diagnosis.estimation import machines
+from tests.diagnosis.estimation.test_identified import FRICTION
+
+BASE = f"{example.__file__}:TwoLinks"
+RUN = CliRunner()
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    folder, paths = tmp_path_factory.mktemp("runs"), []
+    for seed in (1, 2, 3):
+        run = two_links.run(seed, 1, 0.0, (0.0, 0.0))
+        _, rate, _ = two_links.moved(run["time"], seed)
+        tau = run["tau_meas"] + machines.rubbed(rate, FRICTION, (0.0, 0.0))
+        head, path = f"# trajectory: {seed}\n", folder / f"{seed}.csv"
+        machines.write(path, run["time"], run["theta"], tau, (False, False), head, seed)
+        paths.append(str(path))
+    return paths
+
+
+def test_terminal_shows_sums_errors_and_what_is_not_determined(runs: list[str]) -> None:
+    done = RUN.invoke(app, ["identify", *runs[:2], "--held-out", runs[2], "--base", BASE])
+    assert done.exit_code == 0, done.output
+    for text in (
+        "link_1.mc + 0.4 link_2.m",
+        "F_c[1]",
+        "held out: file",
+        "3 of 11 parameters are not determined",
+    ):
+        assert text in done.stdout, text
+    assert "link_2.m *" not in done.stdout
+    done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, "--all"])
+    assert "link_2.m *" in done.stdout
+
+
+def test_json_has_units_intervals_and_what_was_written(runs: list[str], tmp_path: Path) -> None:
+    table = tmp_path / "found.csv"
+    words = ["identify", *runs[:2], "--held-out", runs[2], "--base", BASE, "--json"]
+    done = RUN.invoke(app, [*words, "--write", str(table)])
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    (J,) = [one for one in data["parameters"] if one["name"] == "link_2.J"]
+    assert J["unit"] == "kg m2"
+    assert J["ci95"][0] < J["value"] < J["ci95"][1]
+    assert J["file"] == 0.075
+    assert J["determined"] is True
+    assert set(data["relative_error"]["held_out"]) == {"1", "2"}
+    assert data["written"] == [str(table)]
+    rows = {row["name"]: row for row in csv.DictReader(table.open())}
+    assert float(rows["link_2.J"]["value"]) == J["value"]
+    assert rows["link_1.mc + 0.4 link_2.m"]["determined"] == "true"
+
+
+WRONG = {
+    "machine": (["--machine", "m.toml"], 2, "reads no machine file"),
+    "tolerance": (["--tolerance", "mass=0.1"], 2, "reads no machine file"),
+    "joints": (["--joints", "a,b"], 2, "is no robot's file"),
+    "urdf": (["--write", "x.urdf"], 2, "write .csv or .json"),
+    "folder": (["--write", "nowhere/x.csv"], 3, "cannot be written"),
+    "twice": (["--held-out", "RUN"], 2, "name it once"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_options_are_said_before_anything_is_computed(name: str, runs: list[str]) -> None:
+    words, code, message = WRONG[name]
+    words = [runs[0] if word == "RUN" else word for word in words]
+    done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, *words])
+    error = done.exception
+    assert getattr(error, "exit_code", None) == code, done.output
+    assert message in str(error)
+
+
+def test_hexapod_refuses_what_is_for_others(runs: list[str]) -> None:
+    done = RUN.invoke(app, ["identify", runs[0], "--tolerance", "mass=0.1"])
+    assert "without its file's values" in str(done.exception)
+    done = RUN.invoke(app, ["identify", runs[0], "--held-out", runs[1]])
+    assert "not for the hexapod" in str(done.exception)
+
+
+def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
+    file, made = tmp_path / "cart.xml", tmp_path / "found.xml"
+    file.write_text(machines.CART)
+    paths = machines.cart_runs(tmp_path, machines.heavier(machines.CART), (1, 2))
+    words = ["identify", *map(str, paths), "--base", str(file), "--write", str(made)]
+    done = RUN.invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "frictionloss=" in made.read_text()
+    data = json.loads(made.with_suffix(".json").read_text())
+    assert {"o[2]", "wrist.m"} <= {one["name"] for one in data["parameters"]}
+    done = RUN.invoke(app, [*words[:-1], str(file)])
+    assert "is the robot's file itself" in str(done.exception)
