@@ -202,8 +202,9 @@ function frame(now) {
 
 async function start() {
   document.documentElement.classList.toggle("framed", window.parent !== window);
-  const framed = document.documentElement.classList.contains("framed");  // by the report, which is light
-  setTheme(!framed && window.matchMedia("(prefers-color-scheme: dark)").matches);
+  const media = window.matchMedia("(prefers-color-scheme: dark)");  // in a frame: that of the page around
+  setTheme(media.matches);
+  media.addEventListener("change", () => setTheme(media.matches));
   plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t); } }, zoom: setRange });
   fill();
   listen();
