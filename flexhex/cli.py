@@ -68,7 +68,9 @@ app.command("identify", short_help="Estimate the parameters from logs.")(identif
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
-app.command("init", short_help="Write an example of a base model.")(init_command)
+app.command("init", short_help="Write a machine file of a hexapod, or an example of a base model.")(
+    init_command
+)
 app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
 app.command("plot", short_help="Plot signals of a run.")(plot_command)
 app.command("convert", short_help="Write a run in another format.")(convert_command)

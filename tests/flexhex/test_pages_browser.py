@@ -83,9 +83,8 @@ def shown(browser: Browser, page: Path) -> Iterator[Browser]:
 def visible(browser: Browser, plot: str) -> list[Any]:
     """Names and joints of the lines that a plot shows."""
     lines = browser.run(
-        f"byPlot('{plot}').data.filter(t => t.visible !== false).map(t => [t.name, t.meta?.joint])".replace(
-            "byPlot", "document.getElementById"
-        )
+        f"document.getElementById('{plot}').data.filter(t => t.visible !== false)"
+        ".map(t => [t.name, t.meta?.joint])"
     )
     return list(lines)
 
