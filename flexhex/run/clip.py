@@ -72,13 +72,13 @@ def residual_clip(run: PaperRun) -> Clip | None:
             ("extended model", COLOURS["adaptive"], "after"),
         )
     ]
-    begin = float(strips[0].time[0])
+    begin = max(SETTLE, float(strips[0].time[0]))
     span = (begin, min(begin + SECONDS, float(strips[0].time[-1])))
     data = page_data(runs, run.builder.machine, span, SIZE, ghost="beside", factor=1.0)
     text = (
         f"{span[1] - span[0]:g} s of a {'held-out' if strips[0].held_out else 'fitted'} run, joints"
-        " coloured by the torque that the model leaves unexplained (signal `residual`): left the"
-        " original model, right the one with the effects that were found."
+        " coloured by the torque that the model leaves unexplained (the signal “residual”): left"
+        " the original model, right the one with the effects that were found."
     )
     return Clip(view_html("residual before and after", data), text)
 

@@ -144,8 +144,8 @@ def _sources(run: PaperRun) -> Figure:
         after = missing.rebuilt.loops["machine"][1].e
         rows.append(("adaptive, with the effects<br>that the diagnosis found", after, "#3a8a4d"))
     rows.append(("non-repeatable part<br>of fixed feedforward", apart, "#8a6a4f"))
-    exact = [o for o in run.extra if o.case.plant == "plant"]
-    rows += [("adaptive, exact plant", o.figures.e, "#777") for o in exact[-1:]]
+    exact = [o for o in run.extra if o.case.name == "exact-adaptive"]
+    rows += [("adaptive, exact plant", o.figures.e, "#777") for o in exact]
     bars = {
         "type": "bar",
         "orientation": "h",
