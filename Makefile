@@ -4,12 +4,13 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 DEV    := $(VENV)/.ready-dev
+SITE   := $(VENV)/.ready-docs
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
 # all tests of a file in one process, so that what they share is made once
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
-.PHONY: help run quick missing build platforms gateway machine test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies clean lock
+.PHONY: help run quick missing build platforms gateway machine docs test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -18,6 +19,7 @@ help:
 	@echo "make platforms FMUs for Linux, Windows, macOS and ARM at once (400 MB of compiler)"
 	@echo "make gateway   build the drive gateway (Rust)"
 	@echo "make machine   the adaptive loop on emulated EtherCAT drives (root; minutes)"
+	@echo "make docs      build the site from docs/ into out/docs (opens without a network)"
 	@echo "make test      linters, types, formatting and the tests (large suites sampled)"
 	@echo "make test-all  the same with every test in full"
 	@echo "make golden    write the golden results of the FMUs anew"
@@ -65,6 +67,17 @@ gateway: $(READY)
 
 machine: gateway
 	$(BIN)/flexhex drive
+
+# what builds the site; the notebook in it finds the FMUs in the cache
+$(SITE): requirements-docs.lock $(READY)
+	$(PIP) install --require-hashes -r requirements-docs.lock
+	@touch $@
+
+docs: build $(SITE)
+	$(BIN)/python docs/machine_reference.py
+	$(BIN)/python docs/draw_frames.py
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
+	@echo "out/docs/index.html"
 
 test: check
 	$(BIN)/pytest $(SIDE_BY_SIDE)
@@ -137,6 +150,7 @@ lock:
 	command -v uv || { $(PYTHON) -m venv out/uv && out/uv/bin/pip install --quiet uv; }
 	$(COMPILE) --extra build pyproject.toml -o requirements.lock
 	$(COMPILE) --extra build --extra dev -c requirements.lock pyproject.toml -o requirements-dev.lock
+	$(COMPILE) --extra build --extra docs -c requirements-dev.lock pyproject.toml -o requirements-docs.lock
 	grep -o 'ziglang[^"]*' pyproject.toml | $(COMPILE) --no-annotate - -o requirements-platforms.lock
 
 clean:

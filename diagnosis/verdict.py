@@ -161,6 +161,25 @@ class Map:
 
 
 @dataclass(frozen=True)
+class Strip:
+    """Torque of an axis (from 1) in one run over time (m,) [s], in `unit`; held_out: nothing was
+    fitted to the run.
+
+    measured, and what the model says before and after what was found was added (m,); NaN where the
+    log has a gap.
+    """
+
+    run: str
+    held_out: bool
+    axis: int
+    unit: str
+    time: Array
+    measured: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
 
@@ -179,6 +198,7 @@ class Diagnosis:
     locked: tuple[str, ...] = ()
     machine: str | None = None
     shown: Mapping[str, Any] = field(default_factory=dict)
+    strips: tuple[Strip, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""

@@ -25,6 +25,7 @@ from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.search import carrying
 from flexhex.diagnosis.selection.side import Side, selected
+from flexhex.diagnosis.strips import strips
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
 
@@ -112,6 +113,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
         tuple(notes),
         (*asked.findings, *filter(None, [late])),
         *asked.names,
+        strips=strips(main),
     )
 
 

@@ -70,7 +70,9 @@ app.command("identify", short_help="Estimate the parameters from logs.", cls=Gre
 app.command("diagnose", short_help="Find effects that the model lacks.", cls=Greedy)(
     diagnose_command
 )
-app.command("init", short_help="Write an example of a base model or an effect.")(init_command)
+app.command(
+    "init", short_help="Write a hexapod's machine file, an example of a base or an effect."
+)(init_command)
 app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
 app.command("plot", short_help="Plot signals of a run.")(plot_command)
 app.command("convert", short_help="Write a run in another format.")(convert_command)

@@ -59,7 +59,7 @@ def _tracking(judged: Figures, runs: Sequence[Run]) -> Part:
         shown = (group.time >= judged.begin) & (group.time <= judged.end)
         lines.append(trace(group.time[shown], rms[shown], run.name, run.colour))
     title = "Tracking error, RMS over all joints in a moving window of 0.25 s"
-    drawn = {"tracking": figure(title, "time [s]", "e [µrad]", lines, hovermode="x unified")}
+    drawn = {"tracking": figure(title, "time [s]", "e [µrad]", lines)}
     return Part(
         "Tracking", judged_text(judged), figure_headings(runs), figure_rows(judged), drawn, True
     )
@@ -72,8 +72,7 @@ def _plots(d: Difference, runs: Sequence[Run]) -> tuple[Figure, Figure]:
     name, unit = cells(d)[0], f"[{cells(d)[3]}]"
     both = zip(((t, x), (s, y)), runs, strict=True)
     lines = [trace(*samples, run.name, run.colour) for samples, run in both]
-    more = {"hovermode": "x unified", **NARROW}
-    overlay = figure(name, "time [s]", unit, lines, **more)
+    overlay = figure(name, "time [s]", unit, lines, **NARROW)
     with np.errstate(invalid="ignore"):
         apart = y[:n] - x[:n]
     lines = [trace(t[:n], apart, "difference", DIFFERENCE)]
@@ -84,7 +83,7 @@ def _plots(d: Difference, runs: Sequence[Run]) -> tuple[Figure, Figure]:
             ends = np.array([t[0], t[n - 1]])
             lines.append(trace(ends, limit, label, LIMIT, showlegend=bool(label)))
     title = f"{name}: {runs[1].name} minus {runs[0].name}"
-    return overlay, figure(title, "time [s]", unit, lines, **more)
+    return overlay, figure(title, "time [s]", unit, lines, **NARROW)
 
 
 def _element(d: Difference, run: Run) -> tuple[Array, Array]:

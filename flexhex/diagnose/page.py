@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.plots import candidate_bars, gap_bars, residual_map, spectrum_map
+from flexhex.diagnose.plots import (
+    candidate_bars,
+    gap_bars,
+    residual_map,
+    spectrum_map,
+    strip_figures,
+)
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
@@ -41,7 +47,8 @@ FREQUENCY = "frequency"
 def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
     """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
-        Part("Verdict", _verdict(found)),
+        *_strips(found),
+        Part("Verdict", _verdict(found), answer=True),
         *_effects(found),
         *_gap(found),
         *_tracking(found.shown),
@@ -61,6 +68,29 @@ def _verdict(found: Diagnosis) -> str:
         if e.experiment
     ]
     return " ".join([verdict(found), *planned])
+
+
+def _strips(found: Diagnosis) -> list[Part]:
+    """Torque and residual over time of one run, one axis at a time."""
+    if not found.strips:
+        return []
+    one = found.strips[0]
+    kind = "a held-out run" if one.held_out else "one of the runs"
+    text = (
+        f"{Path(one.run).name}, {kind}: measured torque, and that of the model before and after"
+        " what was found is added; below, what each leaves."
+    )
+    if len(found.strips) > 1:
+        text += " The buttons choose the axis."
+    drawn = strip_figures(found.strips, matters(found))
+    return [Part("Torque over time", text, figures=drawn, timed=True)]
+
+
+def matters(found: Diagnosis) -> int:
+    """The axis (from 1) to look at first: that of the first effect, else where most repeats."""
+    axes = [axis for effect in found.effects for axis in effect.axes]
+    repeat = np.nan_to_num(found.gap.repeat, nan=-1.0)
+    return axes[0] if axes else int(np.argmax(repeat)) + 1
 
 
 def _effects(found: Diagnosis) -> list[Part]:

@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.words import title, where
-from flexhex.diagnosis.verdict import Candidate, Map
-from flexhex.output.plots import Figure, figure, trace
+from flexhex.diagnosis.verdict import Candidate, Map, Strip
+from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
 
 Array = NDArray[np.float64]
-BEFORE, AFTER, FLOOR, OTHER = "#d1731d", "#1f6fb2", "#333", "#b5b5b5"
-DARK, LIGHT = (16, 78, 139), (255, 255, 255)
+BEFORE, AFTER, FLOOR, OTHER, INK = "#d1731d", "#1f6fb2", "#333", "#b5b5b5", "#222"
+STRIP = 2000
+"""Points of a line over time."""
+CELL = "31,111,178"
+"""Colour of a full cell; a lesser one lets the ground through, light or dark."""
 MOST_BARS = 10
 """Candidates of a round that are drawn."""
 TOP = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"size": 12}}
@@ -49,7 +52,8 @@ def gap_bars(
         mark = {"symbol": "line-ew", "size": wide, "line": {"width": 2.5, "color": FLOOR}}
         line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
         bars.append({**line, "name": "non-repeatable"})
-    layout = {"barmode": "group", "bargap": 0.35, "legend": TOP, "margin": MARGIN}
+    gap = max(0.35, 0.85 - 0.1 * len(axes))
+    layout = {"barmode": "group", "bargap": gap, "legend": TOP, "margin": MARGIN}
     label_y = f"RMS [{unit}]" if unit else "RMS"
     return figure(name, "", label_y, bars, yaxis={"rangemode": "tozero"}, **layout)
 
@@ -100,6 +104,35 @@ def label(c: Candidate) -> str:
     return "<br>".join(lines)
 
 
+def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
+    """Torque and residual of all axes over time, one axis at a time; first: where it begins."""
+    torque, residual = list[dict[str, Any]](), list[dict[str, Any]]()
+    for s in strips:
+        t, known = s.time - s.time[0], np.isfinite(s.measured)
+        for values, name, colour in (
+            (s.measured, "measured", INK),
+            (s.before, "model before", BEFORE),
+            (s.after, "model after", AFTER),
+        ):
+            line = trace(t[known], values[known], name, colour, points=STRIP)
+            torque.append(of_joint(s.axis, line))
+            if name != "measured":
+                left = s.measured[known] - values[known]
+                rest = trace(t[known], left, name.removeprefix("model "), colour, points=STRIP)
+                residual.append(of_joint(s.axis, rest))
+    drawn = {
+        "strip": figure("Torque of axis {joint}", "time [s]", f"torque [{strips[0].unit}]", torque),
+        "strip-residual": figure(
+            "Residual of axis {joint}, measured minus model",
+            "time [s]",
+            f"residual [{strips[0].unit}]",
+            residual,
+            height=300,
+        ),
+    }
+    return {name: per_joint(one, "axis", first) for name, one in drawn.items()}
+
+
 def residual_map(m: Map) -> Figure:
     """Mean residual over a quantity, before with a band of two standard errors, and after."""
     band = _band(m.centre, m.before - 2 * m.spread, m.before + 2 * m.spread)
@@ -145,7 +178,7 @@ def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) 
             {
                 "type": "rect",
                 **{"x0": j - 0.5, "x1": j + 0.5, "y0": i - 0.5, "y1": i + 0.5},
-                "line": {"width": 1, "color": "white"},
+                "line": {"width": 1, "color": "rgba(128,128,128,0.25)"},
                 "fillcolor": shade(value),
                 "layer": "below",
             }
@@ -197,10 +230,8 @@ def _ticks(names: Sequence[str], more: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def shade(value: float) -> str:
-    """White at 0, dark blue at 1."""
-    share = min(max(value, 0.0), 1.0)
-    parts = [round(a + share * (b - a)) for a, b in zip(LIGHT, DARK, strict=True)]
-    return f"rgb({parts[0]},{parts[1]},{parts[2]})"
+    """Nothing at 0, blue at 1."""
+    return f"rgba({CELL},{min(max(value, 0.0), 1.0):.3g})"
 
 
 def rounded(values: Array) -> list[float | None]:

@@ -174,13 +174,13 @@ def _passes(result: Repeatability) -> Figure:
     keep = result.t < SHOWN
     t, lines = result.t[keep], []
     for k in range(result.passes):
-        shade, group = SHADES[k % len(SHADES)], {"legendgroup": str(k)}
+        shade, group = SHADES[k % len(SHADES)], dict[str, Any](legendgroup=str(k))
         e, apart = (1e6 * values[k, keep, 0] for values in (result.e, result.deviation))
         lines.append(trace(t, e, f"pass {k + 1}", shade, **group))
         name = f"pass {k + 1} − mean"
         lines.append(trace(t, apart, name, shade, yaxis="y2", showlegend=False, **group))
     title = "Error of joint 1 in each pass; below, its deviation from the mean of the passes"
-    lower = {"domain": [0, 0.27], "title": {"text": "deviation [µrad]"}, "gridcolor": "#eee"}
+    lower = {"domain": [0, 0.27], "title": {"text": "deviation [µrad]"}}
     upper = {"domain": [0.35, 1]}
     anchor = {"anchor": "y2"}
     return figure(

@@ -1,4 +1,4 @@
-"""Command `init`: an example of a file that users write themselves."""
+"""Command `init`: a file that users write themselves, to begin with: base model or machine."""
 
 from __future__ import annotations
 
@@ -26,23 +26,73 @@ EXAMPLES = {
 
 
 def init_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE.py", help="file to write")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="file to write: .toml a hexapod's machine file, .py an example"
+        ),
+    ],
     kind: Annotated[
         Kind | None,
-        typer.Option(help="what of; default: an effect where the file's name says so, else a base"),
+        typer.Option(
+            help="of a .py; default: an effect where the file's name says so, else a base model"
+        ),
     ] = None,
+    radius: Annotated[
+        float, typer.Option(help="of the motors' axes from the centre [m]", min=1e-6)
+    ] = 0.15,
+    spacing: Annotated[float, typer.Option(help="of the two motors of a pair [m]", min=0.0)] = 0.16,
+    platform_radius: Annotated[
+        float, typer.Option(help="of the platform's joints from its centre [m]", min=1e-6)
+    ] = 0.26,
+    platform_spacing: Annotated[
+        float, typer.Option(help="of the two joints of a pair on the platform [m]", min=0.0)
+    ] = 0.06,
+    upper: Annotated[float, typer.Option(help="length of the upper arms [m]", min=1e-6)] = 0.28,
+    lift: Annotated[
+        float, typer.Option(help="angle of the upper arms above the horizontal [rad]")
+    ] = 0.2,
+    height: Annotated[
+        float, typer.Option(help="of the end-effector over the motor axes, at rest [m]")
+    ] = 0.3,
 ) -> None:
-    """Write an example for `diagnose`: a base model, two links in a vertical plane, or an effect,
-    a gas spring."""
-    if file.suffix != ".py":
-        raise UsageError(f"{file}: is Python: name a file that ends in .py")
-    kind = kind or (Kind.effect if "effect" in file.stem.lower() else Kind.base)
-    example, name = EXAMPLES[kind]
+    """Write a machine file of your own hexapod and draw it, or an example of a base or an effect.
+
+    FILE.toml: three pairs of arms of the given lengths. The length of the lower arms follows; that
+    the loops close is checked; FILE.html shows the machine in 3D. What is no geometry is the
+    T-Flex's, for you to replace. FILE.py: two links in a vertical plane, for `diagnose --base`, or
+    a gas spring, for `diagnose --effect`.
+    """
+    if file.suffix == ".py":
+        kind = kind or (Kind.effect if "effect" in file.stem.lower() else Kind.base)
+        example, name = EXAMPLES[kind]
+        _write(file, example.read_text(encoding="utf-8"))
+        print(f"written  {file}\nuse it   flexhex diagnose RUN... --{kind.value} {file}:{name}")
+        return
+    if file.suffix != ".toml":
+        raise UsageError(
+            f"{file}: neither a machine file (.toml) nor an example (.py): name one of these"
+        )
+    from flexhex.init.hexapod import Hexapod, draw, machine_text
+
+    lengths = radius, spacing, platform_radius, platform_spacing, upper, lift, height
+    text, machine = machine_text(Hexapod(*lengths), file)
+    page = file.with_suffix(".html")
+    if page.exists():
+        raise OutputError(f"{page}: is there already: name another file")
+    _write(file, text)
+    draw(machine, page)
+    print(f"written  {file}: the lower arms are {machine.platform.l:.6g} m long; the loops close")
+    print(f"drawn    {page}")
+    print(f"next     replace what is no geometry, then flexhex run --machine {file}")
+
+
+def _write(file: Path, text: str) -> None:
+    """A new file; OutputError where there is one already or it cannot be written."""
     try:
         with file.open("x", encoding="utf-8") as written:
-            written.write(example.read_text(encoding="utf-8"))
+            written.write(text)
     except FileExistsError:
         raise OutputError(f"{file}: is there already: name another file") from None
     except OSError as error:
         raise OutputError(f"{file}: cannot be written ({error.strerror})") from None
-    print(f"written  {file}\nuse it   flexhex diagnose RUN... --{kind.value} {file}:{name}")

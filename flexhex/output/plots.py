@@ -33,9 +33,16 @@ def thinned(t: Array, y: Array, points: int = MAX_POINTS) -> tuple[Array, Array]
     return t[picked], y[picked]
 
 
-def trace(t: Array, y: Array, name: str, colour: str | None = None, **more: Any) -> dict[str, Any]:
-    """One line, thinned and rounded to six digits."""
-    t, y = thinned(np.asarray(t), np.asarray(y))
+def trace(
+    t: Array,
+    y: Array,
+    name: str,
+    colour: str | None = None,
+    points: int = MAX_POINTS,
+    **more: Any,
+) -> dict[str, Any]:
+    """One line, thinned to at most `points` and rounded to six digits."""
+    t, y = thinned(np.asarray(t), np.asarray(y), points)
     line = {"width": 1.2} | ({"color": colour} if colour else {})
     xs = [float(f"{v:.6g}") for v in t]
     ys = [float(f"{v:.5g}") for v in y]
@@ -45,19 +52,36 @@ def trace(t: Array, y: Array, name: str, colour: str | None = None, **more: Any)
 def figure(
     title: str, x: str, y: str, traces: Sequence[Mapping[str, Any]], **layout: Any
 ) -> Figure:
-    """A figure with axis titles; layout is merged over the house style."""
+    """A figure with axis titles; layout is merged over the house style.
+
+    The scheme's colours are added where it is drawn (frame/frame.js). Lines over a common x show
+    their values together; `{joint}` in the title is the chosen joint.
+    """
+    together = all("lines" in one.get("mode", "") for one in traces)
     base: dict[str, Any] = {
         "title": {"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},
-        "xaxis": {"title": {"text": x}, "zeroline": False, "gridcolor": "#eee"},
-        "yaxis": {"title": {"text": y}, "zeroline": False, "gridcolor": "#eee"},
+        "xaxis": {"title": {"text": x}, "zeroline": False},
+        "yaxis": {"title": {"text": y}, "zeroline": False},
         "margin": {"l": 70, "r": 190, "t": 45, "b": 50},
         "height": 360,
-        "plot_bgcolor": "white",
+        "hovermode": "x unified" if together else "closest",
         "font": {"family": "system-ui, sans-serif", "size": 13},
     }
     for key, value in layout.items():
         base[key] = base[key] | value if isinstance(base.get(key), dict) else value
     return {"data": list(traces), "layout": base}
+
+
+def of_joint(number: int, line: dict[str, Any]) -> dict[str, Any]:
+    """A line that is seen when the page's selector stands on this joint (from 1)."""
+    return line | {"meta": {"joint": number}, "visible": number == 1}
+
+
+def per_joint(figure: Figure, word: str = "joint", first: int = 1) -> Figure:
+    """A figure of lines made by `of_joint`. word: what the selector calls them; first: the one that
+    the page begins with."""
+    layout = figure["layout"]
+    return {**figure, "layout": {**layout, "meta": {"joint": word, "first": first}}}
 
 
 def spectrum(e: Array, ts: float) -> tuple[Array, Array]:

@@ -120,6 +120,6 @@ def write_plots(picked: Sequence[Picked], name: str, path: Path) -> Path:
             for column, values in zip(one.columns, one.values.T, strict=True)
         ]
         units = sorted(set(one.units))
-        drawn = figure(one.name, "time [s]", ", ".join(units), lines, hovermode="x unified")
+        drawn = figure(one.name, "time [s]", ", ".join(units), lines)
         parts.append(Part(one.name, figures={f"signal{k}": drawn}, timed=True))
     return write_page(path, "Signals of a run", name, parts)

@@ -119,7 +119,7 @@ def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float =
     for axis, column in enumerate(scale * found[channel].T, start=1):
         known = np.isfinite(column)
         lines.append(trace(seconds(found)[known], column[known], f"axis {axis}"))
-    return figure(title, "time [s]", unit, lines, hovermode="x unified")
+    return figure(title, "time [s]", unit, lines)
 
 
 def _tracking(found: Recording) -> Part:

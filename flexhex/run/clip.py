@@ -1,18 +1,25 @@
-"""The moving picture on top of the report: feedback only beside adaptive feedforward."""
+"""The moving pictures of the report: feedback only beside adaptive feedforward, and the residual
+before and after what the model lacks was added."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from flexhex.compare.runs import Run
+from flexhex.diagnosis.logs import read_log
+from flexhex.diagnosis.verdict import Strip
 from flexhex.output.plots import COLOURS
 from flexhex.run.outcome import Outcome, PaperRun
+from flexhex.ssp.result import Group, Result
 from flexhex.tracking import ERROR, SETTLE
 from flexhex.view.data import Size, page_data
 from flexhex.view.page import view_html
+from flexhex.view.sources import of_log
 
 SECONDS = 4.0
 """Length of the clip [s]: about four moves."""
@@ -46,6 +53,47 @@ def clip(run: PaperRun) -> Clip | None:
         " feedforward leaves."
     )
     return Clip(view_html("feedback only beside adaptive feedforward", data), text)
+
+
+def residual_clip(run: PaperRun) -> Clip | None:
+    """A logged run twice, joints coloured by the residual: the model as it was, and extended.
+
+    None where nothing was diagnosed or no effect was found.
+    """
+    missing = run.experiments.get("missing")
+    if not missing or not missing.diagnosis.effects or not missing.diagnosis.strips:
+        return None
+    strips = missing.diagnosis.strips
+    result = of_log(read_log(Path(strips[0].run)))
+    runs = [
+        Run(name, name, colour, _with_residual(result, strips, side))
+        for name, colour, side in (
+            ("original model", COLOURS["fixed"], "before"),
+            ("extended model", COLOURS["adaptive"], "after"),
+        )
+    ]
+    begin = max(SETTLE, float(strips[0].time[0]))
+    span = (begin, min(begin + SECONDS, float(strips[0].time[-1])))
+    data = page_data(runs, run.builder.machine, span, SIZE, ghost="beside", factor=1.0)
+    text = (
+        f"{span[1] - span[0]:g} s of a {'held-out' if strips[0].held_out else 'fitted'} run, joints"
+        " coloured by the torque that the model leaves unexplained (the signal “residual”): left"
+        " the original model, right the one with the effects that were found."
+    )
+    return Clip(view_html("residual before and after", data), text)
+
+
+def _with_residual(result: Result, strips: Sequence[Strip], side: str) -> Result:
+    """A log as a result, with the residual of one model at its samples."""
+    group = result.group("theta")
+    left = [
+        np.interp(group.time, strip.time, np.nan_to_num(strip.measured - getattr(strip, side)))
+        for strip in strips
+    ]
+    signals = {"theta": group.signals["theta"], "residual": np.column_stack(left)}
+    units = {"theta": "rad", "residual": strips[0].unit}
+    made = Group(group.period, group.base, signals, units)
+    return Result({"log": made}, duration=result.duration)
 
 
 def _run(outcome: Outcome) -> Run:

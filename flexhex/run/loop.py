@@ -99,7 +99,7 @@ def bode(machine: Machine) -> Figure:
         trace(f, 20 * np.log10(np.abs(L)), "magnitude", "#1f6fb2"),
         trace(f, phase, "phase", "#d1731d", yaxis="y2"),
     ]
-    lower = {"domain": [0, 0.45], "title": {"text": "phase [°]"}, "gridcolor": "#eee"}
+    lower = {"domain": [0, 0.45], "title": {"text": "phase [°]"}}
     return figure(
         "Open feedback loop of one joint, PID and plant with all delays",
         "frequency [Hz]",

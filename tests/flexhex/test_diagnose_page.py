@@ -86,7 +86,7 @@ def test_heat_table_colours_and_figures_are_the_shares() -> None:
     cells = {(s["x0"] + 0.5, s["y0"] + 0.5): s["fillcolor"] for s in drawn["shapes"]}
     assert cells == {(0, 0): shade(1.0), (1, 0): shade(0.25)}
     assert [note["text"] for note in drawn["annotations"]] == ["100", "25"]
-    assert shade(0.0) == "rgb(255,255,255)"
+    assert [shade(v) for v in (-1.0, 0.25, 2.0)] == [f"rgba(31,111,178,{v})" for v in (0, 0.25, 1)]
     large = np.full((20, 20), 0.3) + 0.7 * np.eye(20)
     large[2, 5] = 0.92
     names = [f"effect {k}" for k in range(20)]

@@ -9,6 +9,11 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "2.0": "FMI 2.0",
         "3.11": "version of Python",
     },
+    "docs/concepts.md": {
+        "4 kHz": "rate of a component",
+        "2 kHz": "rate of a component",
+        "33.3 Hz": "rate of the estimator",
+    },
     "docs/diagnose.md": {
         "95 %": "level of the intervals",
         "12 s": "length of a logged run",
@@ -22,6 +27,16 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.1": "default of a tolerance",
         "0.002": "default of a tolerance",
         "0.5 %": "error of parts as they are machined",
+    },
+    "docs/five-minutes.md": {
+        "500 Hz": "rate of the sample logs",
+        "0.1 N m": "friction that examples/axis/make_logs.py hides",
+    },
+    "docs/fmpy.md": {
+        "0.25 ms": BASE,
+        "40 ms": "length of a simulation",
+        "2 s": "rest before the motion",
+        "20 mm": "size of the motion",
     },
     "docs/gateway.md": {
         "10 s": "length of a run of `flexhex drive`",
@@ -42,6 +57,16 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "0.00025": BASE,
         "2.0": "FMI 2.0",
         "1.0": "SSP 1.0",
+    },
+    "docs/index.md": {"2.0": "FMI 2.0", "3.11": "version of Python"},
+    "docs/my-hexapod.md": {
+        "0.15 m": "default of an option",
+        "0.16 m": "default of an option",
+        "0.26 m": "default of an option",
+        "0.06 m": "default of an option",
+        "0.28 m": "default of an option",
+        "0.2 rad": "default of an option",
+        "0.3 m": "default of an option",
     },
     "docs/machines.md": {
         "12 s": "length of a logged run",

@@ -15,6 +15,9 @@ from results.record import FOLDER, ROOT
 from tests.results.specifications import SPECIFICATIONS
 
 TEXTS = render.texts()
+WRITTEN = ("docs/machine-file.md",)
+"""Pages that hold the machine file's values, written by a program and compared with it."""
+TYPED = [path for path in TEXTS if path.relative_to(ROOT).as_posix() not in WRITTEN]
 FILES = sorted(FOLDER.glob("*.json"))
 UNITS = "µrad|mrad|rad|mN m|N m|nm|µm|um|mm|m|kg|A|mA|ns|µs|us|ms|s|min|h|Hz|kHz|MB|GB|%|×|cases"
 FIGURE = re.compile(
@@ -38,7 +41,7 @@ def test_text_says_what_the_results_files_say(path: Path) -> None:
     assert render.rendered(text) == text, "`python -m results.render` writes it"
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("path", TYPED, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_text_has_no_figure_of_its_own(path: Path) -> None:
     """Both ways: what is allowed and stands there no more is taken off the list."""
     found = figures_in(path.read_text(encoding="utf-8"))

@@ -3,7 +3,7 @@
 
 const byId = id => document.getElementById(id);
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
-const FIRST = [["feedback.e", "e"], ["plant.tau_meas", "tau_meas", "feedback.tau"], ["plant.theta", "theta"]];
+const FIRST = [["feedback.e", "e"], ["residual", "plant.tau_meas", "tau_meas", "feedback.tau"], ["plant.theta", "theta"]];
 
 const state = { t: DATA.begin, playing: false, speed: 1, factor: 1, colour: "torque", ghost: "none", range: [DATA.begin, DATA.end] };
 let stage, plots, real, ghost, other, dirty = true, last = 0;
@@ -68,7 +68,7 @@ function setColour(name) {
   const channel = { torque: "tau", error: "e" }[name];
   const known = channel && DATA.runs[0].frames[channel];
   if (known) { tops[channel] ??= largest(channel, DATA.settled); }
-  const title = name === "torque" ? `|torque| of each motor` : "|tracking error| of each joint";
+  const title = name === "torque" ? `|${DATA.runs[0].frames.torque === "residual" ? "residual" : "torque"}| of each motor` : "|tracking error| of each joint";
   const unit = name === "torque" ? "N m" : "rad";
   byId("legend").innerHTML = !channel ? "" : !known ? `the run has no ${name}`
     : `${title}<div class="ramp" style="background:${rampCss()}"></div><div class="ends"><span>0</span><span>${shown(tops[channel], unit)}</span></div>`;
@@ -202,8 +202,9 @@ function frame(now) {
 
 async function start() {
   document.documentElement.classList.toggle("framed", window.parent !== window);
-  const framed = document.documentElement.classList.contains("framed");  // by the report, which is light
-  setTheme(!framed && window.matchMedia("(prefers-color-scheme: dark)").matches);
+  const media = window.matchMedia("(prefers-color-scheme: dark)");  // in a frame: that of the page around
+  setTheme(media.matches);
+  media.addEventListener("change", () => setTheme(media.matches));
   plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t); } }, zoom: setRange });
   fill();
   listen();

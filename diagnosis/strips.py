@@ -1,0 +1,45 @@
+"""One run over time: measured torque beside what the model says before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.blocks import Block, torque_at
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.selection.side import Side
+from flexhex.diagnosis.verdict import Strip
+
+Array = NDArray[np.float64]
+
+
+def strips(side: Side) -> tuple[Strip, ...]:
+    """Of every axis: in the first held-out run, or in the first run where none was held out.
+
+    The torque is smoothed by the window of the rows. Rows at which a channel is missing are NaN.
+    """
+    held, others = side.held, side.others
+    made = held.bench.made
+    if others is not None and others.blocks:
+        block, where = others.blocks[0], others.there
+        before = others.residual((), (), made.regression.q)[0]
+        after = others.residual(held.parts, held.beta, held.q)[0]
+    else:
+        block, where = made.blocks[0], made
+        before = made.residual(made.regression.q)[0]
+        after = held.residual[0]
+    time = block.at + block.run.shift
+    return tuple(
+        Strip(block.run.name, others is not None, i + 1, kind.unit("N m"), time, *values)
+        for i, kind in enumerate(held.bench.scales.kinds)
+        for values in [_sides(block, where, before[:, i], after[:, i], i)]
+    )
+
+
+def _sides(
+    block: Block, made: Calibrated, before: Array, after: Array, axis: int
+) -> tuple[Array, Array, Array]:
+    """Measured torque of an axis, that of the model before, after (m,)."""
+    measured = torque_at(block, made.base.window, made.fitted.delay)[:, axis]
+    measured = np.where(block.usable, measured, np.nan)
+    return measured, measured - before, measured - after

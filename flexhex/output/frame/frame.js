@@ -1,0 +1,230 @@
+"use strict";
+// Plots of a page: colours of the scheme, one hover with names and units, linked time axes, one
+// selector of joints, the data behind each plot, print. `figures`: plotly figures by id, whose
+// layout.meta says more: time (a group of linked axes), joint (word of the selector), first.
+
+const root = document.documentElement;
+const media = matchMedia("(prefers-color-scheme: dark)");
+const PAPER = 700; // width of a plot in print [px]: A4 between its margins
+let chosen = "", joint = null, printing = false;
+try { chosen = localStorage.getItem("flexhex-scheme") ?? ""; } catch { /* a page from a file may have no storage */ }
+
+const isDark = () => !printing && (chosen ? chosen === "dark" : media.matches);
+const narrow = () => !printing && innerWidth < 700;
+
+// a colour that was chosen for white paper on a dark ground: greys turn round, others get lighter
+function inDark(hex) {
+  const full = hex.length === 4 ? hex.replace(/[0-9a-f]/gi, "$&$&") : hex;
+  const rgb = [1, 3, 5].map(k => parseInt(full.slice(k, k + 2), 16) / 255);
+  const high = Math.max(...rgb), low = Math.min(...rgb);
+  const mixed = high - low < 0.12
+    ? rgb.map(v => 1 - 0.9 * v)
+    : rgb.map(v => (high + low < 1.1 ? v + 0.36 * (1 - v) : high + low > 1.4 ? 0.55 * v : v));
+  return "#" + mixed.map(v => Math.round(255 * v).toString(16).padStart(2, "0")).join("");
+}
+
+const DATA = new Set(["x", "y", "text", "customdata", "hovertext", "error_y", "meta"]);
+function coloured(value, key = "") {
+  if (typeof value === "string") { return /^#([0-9a-f]{3}|[0-9a-f]{6})$/i.test(value) && isDark() ? inDark(value) : value; }
+  if (value === null || typeof value !== "object" || DATA.has(key)) { return value; }
+  if (Array.isArray(value)) { return value.map(one => coloured(one)); }
+  return Object.fromEntries(Object.entries(value).map(([name, one]) => [name, coloured(one, name)]));
+}
+
+const unitOf = title => /\[([^\]]+)\]/.exec(title ?? "")?.[1] ?? "";
+const axisOf = (f, trace, name) => f.layout[`${name}axis${(trace[`${name}axis`] ?? "").slice(1)}`] ?? {};
+const plain = text => (text ?? "").replace(/<[^>]*>/g, " ");
+
+function layoutOf(f) {
+  const axis = { gridcolor: "#e6e9ec", linecolor: "#bbb", zerolinecolor: "#bbb" };
+  const made = coloured({
+    ...f.layout,
+    paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+    font: { ...f.layout.font, color: "#222" },
+    template: { layout: { colorway: ["#1f6fb2", "#d1731d", "#3a8a4d", "#8a4fae", "#b8443c", "#6b5d4f"], xaxis: axis, yaxis: axis } },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: "#999", activecolor: "#1f6fb2" },
+    hoverlabel: { namelength: -1, bgcolor: "#ffffff", bordercolor: "#999", font: { color: "#222" } },
+  });
+  const unit = unitOf(f.layout.xaxis?.title?.text), x = plain(f.layout.xaxis?.title?.text).replace(/\s*\[.*/, "");
+  if (made.hovermode === "x unified") {
+    made.xaxis = { ...made.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
+  }
+  if (made.title?.text) { made.title = { ...made.title, text: made.title.text.replaceAll("{joint}", joint ?? "") }; }
+  if (narrow()) {
+    made.margin = { ...made.margin, l: 55, r: 10 };
+    if (made.title) { made.title = { ...made.title, font: { size: 12.5 }, text: wrapped(made.title.text ?? "", 46), xref: "container", x: 0.03, yref: "container", y: 0.98, yanchor: "top" }; }
+    // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
+    const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
+    if (named.length > 1 && made.legend?.orientation !== "h") {
+      made.margin.b = 60 + 22 * Math.ceil(named.length / 2);
+      made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
+    }
+  }
+  if (printing) { made.width = f.layout.meta?.half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
+  return made;
+}
+
+function wrapped(text, most) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    if ((lines.at(-1) + word).length > most) { lines.push(""); }
+    lines[lines.length - 1] += (lines.at(-1) && " ") + word;
+  }
+  return lines.join("<br>");
+}
+
+function tracesOf(f) {
+  return f.data.map(trace => {
+    const made = coloured(trace), unit = unitOf(axisOf(f, trace, "y").title?.text);
+    if (!trace.hovertemplate && !trace.hoverinfo && !trace.hovertext && (trace.mode ?? "").includes("lines")) {
+      made.hovertemplate = `%{y:.4~g} ${unit}`;
+    }
+    if (trace.meta?.joint !== undefined) { made.visible = trace.meta.joint === joint; }
+    return made;
+  });
+}
+
+function draw(id) {
+  const f = figures[id], box = document.getElementById(id);
+  return Plotly.react(box, tracesOf(f), layoutOf(f), {
+    responsive: !printing, displaylogo: false, displayModeBar: narrow() ? false : "hover",
+    modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+  });
+}
+const redraw = () => Promise.all(Object.keys(figures).map(draw));
+
+// --- the data behind a plot ----------------------------------------------------------------------
+const xOf = trace => trace.x ?? trace.y.map((_, k) => (trace.x0 ?? 0) + k * (trace.dx ?? 1));
+const cell = value => (value === null || value === undefined ? "" : /[",\n]/.test(value) ? `"${String(value).replaceAll('"', '""')}"` : String(value));
+
+// one column of x where all lines share it, else one beside each line
+function csvOf(id) {
+  const f = figures[id], columns = [];
+  let last = null;
+  f.data.forEach((trace, k) => {
+    const x = xOf(trace), same = last && last.length === x.length && last.every((v, i) => v === x[i]);
+    const name = [plain(trace.name) || `line ${k + 1}`, trace.meta?.joint === undefined ? "" : `${f.layout.meta.joint} ${trace.meta.joint}`];
+    if (!same) { columns.push([plain(axisOf(f, trace, "x").title?.text) || "x", x]); }
+    const label = `${name.filter(Boolean).join(" ")}${axisOf(f, trace, "y").title?.text ? `: ${plain(axisOf(f, trace, "y").title.text)}` : ""}`;
+    columns.push([label, trace.y]);
+    if (trace.error_y?.array) { columns.push([`${label}, ±`, trace.error_y.array]); }
+    last = x;
+  });
+  const count = Math.max(0, ...columns.map(([, values]) => values.length));
+  const rows = [columns.map(([label]) => cell(label))];
+  for (let k = 0; k < count; k++) { rows.push(columns.map(([, values]) => cell(values[k]))); }
+  return rows.map(row => row.join(",")).join("\n") + "\n";
+}
+
+function save(id) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([csvOf(id)], { type: "text/csv" }));
+  link.download = `${id}.csv`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+// --- what stands above a plot --------------------------------------------------------------------
+const jointsOf = f => [...new Set(f.data.map(trace => trace.meta?.joint).filter(one => one !== undefined))];
+
+function tools(id) {
+  const f = figures[id], box = document.getElementById(id), frame = document.createElement("figure");
+  box.replaceWith(frame);
+  const bar = document.createElement("div");
+  bar.className = "tools";
+  if (jointsOf(f).length > 1) {
+    bar.append(f.layout.meta.joint);
+    for (const number of jointsOf(f)) {
+      const button = Object.assign(document.createElement("button"), { type: "button", textContent: number });
+      button.dataset.joint = number;
+      button.addEventListener("click", () => choose(number));
+      bar.append(button);
+    }
+  }
+  const data = Object.assign(document.createElement("button"), { type: "button", className: "data plain", textContent: "data (CSV)" });
+  data.setAttribute("aria-label", `download the data of ${plain(f.layout.title?.text)}`);
+  data.addEventListener("click", () => save(id));
+  bar.append(data);
+  frame.append(bar, box);
+}
+
+function choose(number) {
+  joint = number;
+  for (const button of document.querySelectorAll("[data-joint]")) { button.setAttribute("aria-pressed", Number(button.dataset.joint) === number); }
+  return Promise.all(Object.keys(figures).filter(id => jointsOf(figures[id]).length).map(draw));
+}
+
+// --- time axes that are zoomed together ----------------------------------------------------------
+let linking = false;
+function link(id) {
+  const group = figures[id].layout.meta?.time;
+  if (!group) { return; }
+  document.getElementById(id).on("plotly_relayout", change => {
+    const begin = change["xaxis.range[0]"], reset = change["xaxis.autorange"] || change["xaxis.showspikes"] !== undefined;
+    if (linking || (begin === undefined && !reset)) { return; }
+    linking = true;
+    const range = begin === undefined ? { "xaxis.autorange": true } : { "xaxis.range": [begin, change["xaxis.range[1]"]] };
+    const others = Object.keys(figures).filter(other => other !== id && figures[other].layout.meta?.time === group);
+    Promise.all(others.map(other => Plotly.relayout(other, { ...range }))).finally(() => { linking = false; });
+  });
+}
+
+// --- scheme, contents, print ---------------------------------------------------------------------
+function scheme() {
+  root.dataset.scheme = isDark() ? "dark" : "light";
+  document.getElementById("scheme").textContent = isDark() ? "☀ light" : "☾ dark";
+}
+
+function contents() {
+  const list = document.querySelector(".contents ol"), titles = [...document.querySelectorAll("main h2")];
+  const seen = new Set();
+  for (const title of titles.length > 2 ? titles : []) {
+    let id = title.textContent.trim().toLowerCase().replace(/[^a-z0-9]+/g, "-");
+    while (seen.has(id) || (document.getElementById(id) && document.getElementById(id) !== title)) { id += "-"; }
+    seen.add(id);
+    title.id = id;
+    const link = Object.assign(document.createElement("a"), { href: `#${id}`, textContent: title.textContent });
+    link.addEventListener("click", () => title.closest("details")?.setAttribute("open", ""));
+    const item = document.createElement("li");
+    item.append(link);
+    list.append(item);
+  }
+  if (innerWidth < 1360) { document.querySelector(".contents details").open = false; }
+}
+
+const folded = () => [...document.querySelectorAll("details")];
+let wasOpen = [];
+function paper(on) {
+  printing = on;
+  if (on) { wasOpen = folded().map(one => one.open); }
+  folded().forEach((one, k) => { one.open = on || wasOpen[k]; });
+  scheme();
+  return redraw();
+}
+
+document.getElementById("scheme").addEventListener("click", () => {
+  chosen = isDark() ? "light" : "dark";
+  try { localStorage.setItem("flexhex-scheme", chosen); } catch { /* only this page then */ }
+  scheme();
+  redraw();
+});
+media.addEventListener("change", () => { scheme(); redraw(); });
+addEventListener("beforeprint", () => { paper(true); });
+addEventListener("afterprint", () => { paper(false); });
+// tips that would leave the window open to the left
+for (const term of document.querySelectorAll(".term")) {
+  const place = () => term.classList.toggle("leftward", term.getBoundingClientRect().left > innerWidth - 320 && innerWidth > 500);
+  term.addEventListener("mouseenter", place);
+  term.addEventListener("focus", place);
+}
+// a plot in a folded part has no width until it is opened
+for (const part of folded()) {
+  part.addEventListener("toggle", () => { part.querySelectorAll(".plot").forEach(box => box.data && Plotly.Plots.resize(box)); });
+}
+
+scheme();
+contents();
+joint = Object.values(figures).map(f => f.layout.meta?.first).find(first => first !== undefined) ?? 1;
+Object.keys(figures).forEach(tools);
+choose(joint);
+redraw().then(() => { Object.keys(figures).forEach(link); root.dataset.ready = "yes"; });

@@ -1,0 +1,197 @@
+"""The frame of all pages in Chromium: scheme, width, hover, joints, linked axes, data, print."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.output.glossary import TERMS
+from flexhex.output.page import Part, write_page
+from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
+from tests.flexhex.browser import Browser
+
+T = np.linspace(0.0, 4.0, 401)
+WIDE, NARROW = 1440, 390
+CSV = """(async () => {
+  let blob = null;
+  const made = URL.createObjectURL;
+  URL.createObjectURL = one => { blob = one; return made.call(URL, one); };
+  document.querySelector(`[aria-label="download the data of %s"]`).click();
+  URL.createObjectURL = made;
+  return blob.text();
+})()"""
+
+
+def joints() -> Figure:
+    """A wave and its double for each of three joints."""
+    lines = [
+        of_joint(j, trace(T, size * j * np.sin(T), name))
+        for j in (1, 2, 3)
+        for name, size in (("one", 1.0), ("two", 2.0))
+    ]
+    return per_joint(figure("Angle of joint {joint}", "time [s]", "θ [rad]", lines), first=2)
+
+
+def error() -> Figure:
+    """One line with a comma in its name; its x has other samples."""
+    return figure("Error", "time [s]", "e [µrad]", [trace(T[::2], T[::2] ** 2, "a, b")])
+
+
+def bars() -> Figure:
+    """No line at all."""
+    made = {"type": "bar", "x": ["a", "b"], "y": [1.0, None], "name": "size"}
+    return figure("Bars", "", "size [m]", [made])
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two linked plots, bars, a wide table, four sections."""
+    parts = [
+        Part("First", figures={"angle": joints(), "error": error()}, timed=True),
+        Part("Second", "a sentence", figures={"bars": bars()}, small=True),
+        Part("Third", headings=("name", *"abcdefgh"), rows=[("row", *["1.234567"] * 8)] * 3),
+        Part("Fourth", "the answer", answer=True),
+    ]
+    return write_page(tmp_path_factory.mktemp("page") / "p.html", "A page", "of a test", parts)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    made = Browser(tmp_path_factory.mktemp("profile"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def shown(browser: Browser, page: Path) -> Iterator[Browser]:
+    """The page at 1440 px; it asks for nothing but itself, and the console stays empty."""
+    browser.asked.clear()
+    browser.open(page)
+    yield browser
+    # pictures that the test itself unpacks are data
+    strangers = {url for url in browser.asked if not url.startswith(("blob:", "data:"))}
+    assert strangers == {page.as_uri()}
+    assert browser.said == []
+
+
+def visible(browser: Browser, plot: str) -> list[Any]:
+    """Names and joints of the lines that a plot shows."""
+    lines = browser.run(
+        f"document.getElementById('{plot}').data.filter(t => t.visible !== false)"
+        ".map(t => [t.name, t.meta?.joint])"
+    )
+    return list(lines)
+
+
+@pytest.mark.parametrize("width", [WIDE, NARROW])
+@pytest.mark.parametrize("dark", [False, True])
+def test_page_has_the_scheme_and_the_width_of_its_reader(
+    browser: Browser, page: Path, width: int, dark: bool
+) -> None:
+    browser.open(page, width, 900, dark)
+    image = browser.pixels()
+    ground = np.median(image.reshape(-1, 3), axis=0).mean()
+    assert (ground < 60) == dark
+    ink = browser.run(
+        "getComputedStyle(document.querySelector('#error .xtick text')).fill.match(/\\d+/g)"
+    )
+    assert (int(ink[0]) > 150) == dark, "plots follow the scheme"
+    assert browser.run("document.documentElement.scrollWidth") <= width
+    assert browser.said == []
+
+
+def test_button_changes_the_scheme_and_the_plots(shown: Browser) -> None:
+    before = shown.run("document.querySelector('#error .scatterlayer path').style.stroke")
+    shown.run("document.getElementById('scheme').click()")
+    shown.drawn()
+    assert shown.pixels().mean() < 60
+    after = shown.run("document.querySelector('#error .scatterlayer path').style.stroke")
+    assert after != before
+    shown.run("document.getElementById('scheme').click()")
+    shown.drawn()
+    assert shown.pixels().mean() > 200
+    shown.run("localStorage.clear()")
+
+
+def test_selector_chooses_the_joint_of_all_plots(shown: Browser) -> None:
+    assert visible(shown, "angle") == [["one", 2], ["two", 2]]
+    assert shown.run("document.querySelector('#angle .gtitle').textContent") == "Angle of joint 2"
+    shown.run("document.querySelector('[data-joint=\"3\"]').click()")
+    shown.drawn()
+    assert visible(shown, "angle") == [["one", 3], ["two", 3]]
+    assert visible(shown, "error") == [["a, b", None]]
+    assert shown.run("document.querySelector('#angle .gtitle').textContent") == "Angle of joint 3"
+
+
+def test_hover_names_all_lines_with_unit(shown: Browser) -> None:
+    x, y = shown.run(
+        "(() => { const b = document.querySelector('#angle .nsewdrag').getBoundingClientRect();"
+        " return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+    )
+    shown.mouse("mouseMoved", x - 2, y)
+    shown.mouse("mouseMoved", x, y)
+    shown.run("new Promise(done => setTimeout(done, 200))")
+    text = shown.run("document.querySelector('#angle .hoverlayer').textContent")
+    assert "time 2 s" in text
+    assert "one : 1.819 rad" in text
+    assert "two : 3.637 rad" in text
+
+
+def test_zoom_of_one_time_axis_zooms_those_linked(shown: Browser) -> None:
+    shown.run("Plotly.relayout('angle', {'xaxis.range[0]': 1, 'xaxis.range[1]': 2}).then(() => 0)")
+    shown.drawn()
+    assert shown.run("document.getElementById('error').layout.xaxis.range") == [1, 2]
+    assert shown.run("document.getElementById('bars').layout.xaxis.range") != [1, 2]
+
+
+def test_download_gives_the_plotted_numbers(shown: Browser) -> None:
+    rows = [line.split(",") for line in shown.run(CSV % "Angle of joint {joint}").splitlines()]
+    assert rows[0][:3] == ["time [s]", "one joint 1: θ [rad]", "two joint 1: θ [rad]"]
+    assert len(rows[0]) == 7, "lines that share their samples share a column"
+    numbers = np.array([[float(v) for v in row] for row in rows[1:]])
+    drawn = joints()["data"]
+    assert np.array_equal(numbers[:, 0], drawn[0]["x"])
+    for k, line in enumerate(drawn):
+        assert np.array_equal(numbers[:, k + 1], line["y"])
+    text = shown.run(CSV % "Error")
+    assert text.splitlines()[0] == 'time [s],"a, b: e [µrad]"'
+    assert shown.run(CSV % "Bars") == "x,size: size [m]\na,1\nb,\n"
+
+
+def test_contents_list_the_sections(shown: Browser) -> None:
+    listed = shown.run("[...document.querySelectorAll('.contents a')].map(a => a.textContent)")
+    assert listed == ["First", "Second", "Third", "Fourth"]
+    hrefs = shown.run("[...document.querySelectorAll('.contents a')].map(a => a.hash)")
+    assert all(shown.run(f"document.querySelector({json.dumps(h)}) !== null") for h in hrefs)
+
+
+def test_print_is_light_and_cuts_nothing(browser: Browser, page: Path) -> None:
+    """On paper all plots are as wide as the paper, also from a dark screen; afterwards dark."""
+    browser.open(page)
+    browser.run("document.getElementById('scheme').click()")
+    printed = browser.call("Page.printToPDF", printBackground=False)["data"]
+    assert base64.b64decode(printed)[:4] == b"%PDF"
+    browser.run("paper(true).then(() => 0)")
+    widths = browser.run("[...document.querySelectorAll('.main-svg')].map(s => s.clientWidth)")
+    assert max(widths) <= 700
+    assert browser.run("document.documentElement.dataset.scheme") == "light"
+    browser.run("paper(false).then(() => 0)")
+    browser.drawn()
+    assert browser.run("document.documentElement.dataset.scheme") == "dark"
+    assert browser.run("document.getElementById('error').clientWidth") > 700
+    browser.run("localStorage.clear()")
+    assert browser.said == []
+
+
+def test_words_are_explained_as_in_the_glossary() -> None:
+    """docs/glossary.md has each sentence, whatever marks it wears."""
+    root = Path(__file__).resolve().parents[2]
+    text = (root / "docs" / "glossary.md").read_text(encoding="utf-8").replace("`", "")
+    missing = {word: said for word, said in TERMS.items() if said not in text}
+    assert missing == {}

@@ -1,0 +1,127 @@
+"""The site of `make docs`, without Sphinx: pages, links to headings, generated parts, snippets."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from typer.testing import CliRunner
+
+import flexhex
+from flexhex.cli import app
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.simulation.builder import Builder
+from tests.conftest import MACHINE_FILE, ROOT
+from tests.test_documents import blocks, commands, without_code
+
+DOCS = ROOT / "docs"
+PAGES = {str(path.relative_to(DOCS).with_suffix("")) for path in DOCS.rglob("*.md")}
+ROOTS = {"index", "decisions/index"}
+
+
+def script(name: str) -> ModuleType:
+    """A script of docs/ as a module."""
+    spec = importlib.util.spec_from_file_location(f"docs_{name}", DOCS / f"{name}.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def entries(page: str) -> list[str]:
+    """What the toctrees of a page list, options left out."""
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
+    lines = [line for block in blocks(text, r"\{toctree\}") for line in block.splitlines()]
+    return [line.strip() for line in lines if line.strip() and not line.startswith(":")]
+
+
+def anchors(text: str) -> set[str]:
+    """Anchors of the headings, as MyST makes them."""
+    titles = re.findall(r"(?m)^#{1,4} (.*)$", without_code(text))
+    plain = [re.sub(r"[^\w\- ]", "", title.strip().lower()) for title in titles]
+    return {title.replace(" ", "-") for title in plain}
+
+
+def test_every_page_stands_in_one_list() -> None:
+    listed = entries("index")
+    assert len(listed) == len(set(listed))
+    assert entries("decisions/index") == ["0*"]
+    decisions = {page for page in PAGES if page.startswith("decisions/0")}
+    assert set(listed) | ROOTS | decisions == PAGES
+    assert decisions
+
+
+@pytest.mark.parametrize("page", sorted(PAGES))
+def test_links_to_headings_lead_to_one(page: str) -> None:
+    path = DOCS / f"{page}.md"
+    text = path.read_text(encoding="utf-8")
+    for target, anchor in re.findall(r"\]\(([^)\s#:]*)#([^)\s]+)\)", without_code(text)):
+        other = (path.parent / target).read_text(encoding="utf-8") if target else text
+        assert anchor in anchors(other), f"{target}#{anchor}"
+
+
+def test_generated_pages_and_drawings_are_up_to_date() -> None:
+    """`make docs` writes them anew."""
+    reference = script("machine_reference").text()
+    assert (DOCS / "machine-file.md").read_text(encoding="utf-8") == reference
+    drawn = script("draw_frames").drawing(load_machine(MACHINE_FILE))
+    assert (DOCS / "frames.svg").read_text(encoding="utf-8") == drawn
+
+
+def test_reference_of_the_machine_file_has_every_key() -> None:
+    """Every key of the T-Flex's file stands in it, with the unit of the file."""
+    text = (DOCS / "machine-file.md").read_text(encoding="utf-8")
+    for line in MACHINE_FILE.read_text(encoding="utf-8").splitlines():
+        if found := re.match(r'(\w+) = \{.*unit = "([^"]+)"', line):
+            assert re.search(rf"\| `{found[1]}`[^|]* \| {re.escape(found[2])} \|", text), line
+
+
+def test_api_reference_has_every_public_name() -> None:
+    text = (DOCS / "api-reference.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\.\. auto\w+:: flexhex\.(\w+)$", text, re.M)
+    assert sorted(listed) == sorted(set(flexhex.__all__) - {"__version__"})
+
+
+def test_picture_of_the_machine_is_small() -> None:
+    assert (DOCS / "hexapod.png").stat().st_size <= 150_000
+
+
+def test_cells_of_the_notebook_run(
+    builder: Builder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """FMUs come out of the cache of the tests."""
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / "fmpy.md").read_text(encoding="utf-8")
+    cells = blocks(text, r"\{code-cell\}[^\n]*")
+    assert len(cells) == 4
+    names: dict[str, object] = {}
+    for cell in cells:
+        exec(cell, names)
+    error = names["result"]["feedback.e"]  # type: ignore[index]
+    assert abs(error[8000:]).max() < 5e-6
+    theirs, ours = names["theirs"], names["ours"]
+    assert (theirs["feedback.e[1]"] == ours["feedback.e"][1:161, 0]).all()  # type: ignore[index]
+
+
+@pytest.mark.parametrize(
+    ("page", "codes"), [("five-minutes", [1]), ("my-hexapod", [0, 0])], ids=["axis", "hexapod"]
+)
+def test_commands_of_the_tutorials_do_what_they_say(
+    page: str, codes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In an empty folder with the examples; `run`, which takes a minute, has tests of its own."""
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
+    calls = [words for words in commands(text) if words[0] != "run"]
+    done = [CliRunner().invoke(app, words) for words in calls]
+    assert [one.exit_code for one in done] == codes, [shlex.join(words) for words in calls]
+    for promised in re.findall(r"`(out/[\w/]+\.html|my\.html)`", text):
+        assert (tmp_path / promised).is_file(), promised

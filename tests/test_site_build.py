@@ -1,0 +1,34 @@
+"""The site as Sphinx builds it: no warning, nothing from the network.
+
+`make docs` runs its notebook, too.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT
+
+
+@pytest.mark.slow
+def test_site_is_built_without_a_warning_and_needs_no_network(tmp_path: Path) -> None:
+    pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+    pytest.importorskip("myst_nb", reason="the extra `docs` is not installed")
+    words = ["-W", "-q", "-b", "html", "-D", "nb_execution_mode=off", "docs", str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *words], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    index = (tmp_path / "searchindex.js").read_text(encoding="utf-8")
+    assert all(word in index for word in ("hysteresi", "gateway", "friction")), "searched offline"
+    for page in tmp_path.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.search(r"<(script|img|iframe)[^>]*\ssrc=\"(https?:)?//", text), page
+        assert not re.search(r"<link[^>]*\shref=\"(https?:)?//[^>]*stylesheet", text), page
+    styles = [path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.css")]
+    assert not any(re.search(r"@import|url\(['\"]?(https?:)?//", text) for text in styles)
