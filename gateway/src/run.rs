@@ -187,6 +187,7 @@ fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
         lockstep: args.options.lockstep,
         reset_faults: args.options.reset_faults,
+        cyclic: true,
     }
 }
 

@@ -130,8 +130,7 @@ def test_replies_that_fail_too_often_stop_the_machine(
     changes = (("lost_frame_limit = 8", "lost_frame_limit = 40"),
                ("working_counter_limit = 3", "working_counter_limit = 40"),
                # longer than those limits, or they would be refused
-               ("watchdog_ms = 5", "watchdog_ms = 20"),
-               ("lockstep_timeout_ms = 200", "lockstep_timeout_ms = 30"))  # fmt: skip
+               ("watchdog_ms = 5", "watchdog_ms = 20"))  # fmt: skip
     fallen = free(Bench(hexapod_ssp, tmp_path), at(options, 8000), changes=changes)
     assert fallen.ran.one("trip")["reason"] == reason, name
     fallen.ends_at_rest(8000)

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::event::{Event, EventKind};
 use crate::faults::{Fault, FaultKind, LossTime};
 use crate::plant::{Plant, AXES};
-use crate::replies::Replies;
+use crate::replies::{Fate, Replies};
 use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
@@ -140,7 +140,11 @@ impl Machine {
         }
         let answered = lost.is_none() && line.reached > 0;
         let fate = self.fate(answered);
+        let unanswered = matches!(fate, Fate::Lost | Fate::Late { .. });
+        // no clock applies in lockstep: the other end is told not to wait
+        let told = (self.lockstep && unanswered).then(|| segment::no_reply(&frame));
         self.replies.take(frame, fate, out);
+        out.extend(told);
         if self.lockstep {
             self.advance(wall)
         } else {
