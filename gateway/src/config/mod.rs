@@ -139,6 +139,35 @@ pub struct Limits {
     /// Largest change of an angle in one cycle.
     #[serde(rename = "jump_rad")]
     pub jump: f64,
+    /// Largest change of the wanted torque in one cycle; 0: not judged, as the two below.
+    #[serde(rename = "torque_step_N_m", default = "torque_step")]
+    pub torque_step: f64,
+    /// Largest mean difference of the measured torque from the commanded one.
+    #[serde(rename = "measured_torque_N_m", default = "measured_torque")]
+    pub measured_torque: f64,
+    /// Largest mean torque that the feedback adds to the model.
+    #[serde(rename = "feedback_torque_N_m", default = "feedback_torque")]
+    pub feedback_torque: f64,
+}
+
+fn torque_step() -> f64 {
+    2.0
+}
+
+fn measured_torque() -> f64 {
+    1.0
+}
+
+fn feedback_torque() -> f64 {
+    0.6
+}
+
+fn feedback_s() -> f64 {
+    1.0
+}
+
+fn measured_s() -> f64 {
+    0.01
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -156,6 +185,11 @@ pub struct Safety {
     pub frozen_motion_rad: f64,
     /// ... or for this many cycles in any case; 0: not judged, for coarse encoders.
     pub frozen_still_cycles: u32,
+    /// Time constants of the means in the rules `feedback_torque` and `measured_torque`.
+    #[serde(default = "feedback_s")]
+    pub feedback_s: f64,
+    #[serde(default = "measured_s")]
+    pub measured_s: f64,
     /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
     /// Values of the output `fault` that are reported but do not trip, by component:

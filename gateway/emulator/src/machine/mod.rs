@@ -32,6 +32,8 @@ pub struct Machine {
     theta: [f64; AXES],
     tau_meas: [f64; AXES],
     pushed: [bool; AXES],
+    /// Torque of somebody at the axis `[N m]`.
+    pushed_from_outside: [f64; AXES],
     seen: Vec<States>,
     replies: Replies,
     pub trajectory: Trajectory,
@@ -75,6 +77,7 @@ impl Machine {
             theta: [0.0; AXES],
             tau_meas: [0.0; AXES],
             pushed: [false; AXES],
+            pushed_from_outside: [0.0; AXES],
             replies: Replies::default(),
             trajectory,
             events: Vec::new(),
