@@ -138,7 +138,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
     let out = attend(
         watched,
-        || watch::hung(reporter, &computing, &closer),
+        || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
             for note in

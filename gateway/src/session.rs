@@ -2,6 +2,7 @@
 
 use clap::Args;
 use flexhex_system::{Component, Controller, System};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use crate::config::{self, Config, AXES};
@@ -47,6 +48,22 @@ pub struct PowerArgs {
 }
 
 impl ConfigArgs {
+    /// The same as words of a command line.
+    pub fn words(&self) -> Vec<OsString> {
+        let mut words = vec![self.config.clone().into_os_string()];
+        if let Some(name) = &self.interface {
+            words.extend(["--interface".into(), name.into()]);
+        }
+        if let Some(file) = &self.ssp {
+            words.extend(["--ssp".into(), file.into()]);
+        }
+        for change in &self.set {
+            words.extend(["--set".into(), change.into()]);
+        }
+        words.extend(self.json.then(|| "--json".into()));
+        words
+    }
+
     pub fn reporter(&self) -> Reporter {
         Reporter::new(self.json)
     }

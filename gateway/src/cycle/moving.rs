@@ -21,7 +21,7 @@ impl<L: Link> ControlLoop<'_, L> {
         let pose = self.first_pose();
         let start = pose.unwrap_or_else(|| self.pick(self.signals.r));
         if pose.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
-            self.safety.enter(Bounds::of(self.config, true));
+            self.safety.begin(Bounds::of(self.config, true), self.sent);
             return true;
         }
         let path = Path::new(*theta, [0.0; AXES], start, self.pace());
@@ -123,7 +123,7 @@ impl<L: Link> ControlLoop<'_, L> {
         if lifting && stop::requested() {
             self.end(Ending::StopRequested, Reason::Stopped);
         } else if lifting && over && !self.next_pose() {
-            self.safety.enter(Bounds::of(self.config, true));
+            self.safety.begin(Bounds::of(self.config, true), self.sent);
             self.inputs = super::inputs::Inputs::default();
             self.phase = Phase::Running;
         } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {

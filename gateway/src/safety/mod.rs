@@ -69,6 +69,12 @@ impl Safety {
         self.monitors.restart();
     }
 
+    /// The controller begins, after a frame with these torques [N m].
+    pub fn begin(&mut self, bounds: Bounds, sent: [f64; AXES]) {
+        self.enter(bounds);
+        self.monitors.begin_from(sent);
+    }
+
     pub fn bounds(&self) -> &Bounds {
         &self.rules.bounds
     }

@@ -45,6 +45,11 @@ impl Monitors {
         }
     }
 
+    /// The torque that a phase begins from [N m].
+    pub fn begin_from(&mut self, tau: Axes) {
+        self.sent = [Some(tau), None];
+    }
+
     /// Another phase begins: its torques are not those of the last.
     pub fn restart(&mut self) {
         *self = Monitors {
@@ -67,7 +72,7 @@ impl Safety {
         for k in 0..AXES {
             let l = self.rules.config.limits(k);
             let mut over = |reason, value: f64, limit: f64| {
-                if limit > 0.0 && !(value.abs() <= limit) {
+                if limit > 0.0 && (value.is_nan() || value.abs() > limit) {
                     found = found.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
                 }
             };

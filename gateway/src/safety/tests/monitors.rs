@@ -60,6 +60,11 @@ fn a_new_phase_may_begin_at_another_torque() {
     safety.enter(*safety.bounds());
     cycle.tau = [6.0; AXES];
     assert_eq!(cycle.judged(&mut safety), None);
+    // the controller goes on from what the lift-off sent
+    for (sent, wanted) in [(4.0, None), (3.9, Some(Reason::TorqueStep))] {
+        safety.begin(*safety.bounds(), [sent; AXES]);
+        assert_eq!(cycle.judged(&mut safety).map(|t| t.reason), wanted);
+    }
 }
 
 #[test]
