@@ -145,6 +145,8 @@ def test_wrong_estimate_at_full_torque_is_landed_and_not_faded(
         Bench(hexapod_ssp, tmp_path),
         seconds=0.008,
         command=("run", "--enable", "--lockstep", *more),
+        # or it would be stopped before it is sent
+        changes=(("torque_step_N_m = 2.0", "torque_step_N_m = 0.0"),),
     )
     assert np.abs(fallen.tau).max() > 10, "the estimate is wrong"
     assert np.abs(fallen.theta).max() <= 0.5236
