@@ -4,13 +4,14 @@ use clap::Args;
 use serde_json::json;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::Exit;
 use crate::learned;
 use crate::report::Reporter;
 use crate::rights;
-use crate::session::{self, ConfigArgs};
+use crate::session;
 use crate::wire::Socket;
 
 pub const EXAMPLES: &str = "\

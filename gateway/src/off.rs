@@ -5,11 +5,11 @@ use serde_json::json;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 
+use crate::arguments::ConfigArgs;
 use crate::bus::{self, cia402};
 use crate::config::Config;
 use crate::exit::Exit;
 use crate::report::Reporter;
-use crate::session::ConfigArgs;
 use crate::wire::Socket;
 
 pub const EXAMPLES: &str = "\

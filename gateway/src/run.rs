@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
@@ -18,7 +19,7 @@ use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
 use crate::rights;
-use crate::session::{self, ConfigArgs, PowerArgs};
+use crate::session::{self, PowerArgs};
 use crate::watch;
 use crate::wire::Socket;
 

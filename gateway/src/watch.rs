@@ -6,13 +6,13 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
 use crate::live::{self, Board};
 use crate::off;
 use crate::record::{Closer, Columns};
 use crate::report::Reporter;
-use crate::session::ConfigArgs;
 
 /// A control loop without a cycle for so long hangs.
 const HANG_S: u32 = 3;
