@@ -1,7 +1,7 @@
 //! Torques watched while the machine is enabled: their change in a cycle, what the drives measure against what
 //! they were sent, and what the feedback has to add to the model.
 
-use super::{Measured, Safety};
+use super::measured::Measured;
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
 
@@ -58,19 +58,13 @@ impl Monitors {
             measured: self.measured.clone(),
         };
     }
-}
 
-impl Safety {
     /// The first torque that is not plausible. A limit of 0 is not judged.
-    pub(super) fn torques(&mut self, m: &Measured) -> Option<Trip> {
-        if !self.rules.bounds.powered {
-            return None;
-        }
-        let complete = self.complete(m);
-        let [newest, before] = self.monitors.sent;
+    pub fn judge(&mut self, m: &Measured, config: &Config, complete: bool) -> Option<Trip> {
+        let [newest, before] = self.sent;
         let mut found = None;
         for k in 0..AXES {
-            let l = self.rules.config.limits(k);
+            let l = config.limits(k);
             let mut over = |reason, value: f64, limit: f64| {
                 if limit > 0.0 && (value.is_nan() || value.abs() > limit) {
                     found = found.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
@@ -83,17 +77,17 @@ impl Safety {
             }
             // a current follows its command within a cycle
             if let (Some(before), true, 0) = (before, complete, m.skipped) {
-                let off = self.monitors.measured.note(k, m.tau_meas[k] - before[k]);
+                let off = self.measured.note(k, m.tau_meas[k] - before[k]);
                 over(Reason::MeasuredTorque, off, l.measured_torque);
             }
             if let Some(feedback) = m.feedback {
-                let carried = self.monitors.feedback.note(k, feedback[k]);
+                let carried = self.feedback.note(k, feedback[k]);
                 over(Reason::FeedbackTorque, carried, l.feedback_torque);
             }
         }
         let mut tau = [0.0; AXES];
         tau.copy_from_slice(&m.tau[..AXES]);
-        self.monitors.sent = [Some(tau), newest];
+        self.sent = [Some(tau), newest];
         found
     }
 }
