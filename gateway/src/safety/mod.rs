@@ -100,10 +100,8 @@ impl Safety {
             self.age += m.skipped as u32;
             self.history.skip(m.skipped);
         }
-        let complete = self.complete(m);
-        let monitors = &mut self.monitors;
-        let powered = self.rules.bounds.powered;
-        let torques = powered.then(|| monitors.judge(m, &self.rules.config, complete)).flatten();
+        let shown = (self.rules.bounds.powered, self.complete(m));
+        let torques = self.monitors.judge(m, &self.rules.config, shown);
         let found = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)

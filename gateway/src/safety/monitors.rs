@@ -60,7 +60,15 @@ impl Monitors {
     }
 
     /// The first torque that is not plausible. A limit of 0 is not judged.
-    pub fn judge(&mut self, m: &Measured, config: &Config, complete: bool) -> Option<Trip> {
+    pub fn judge(
+        &mut self,
+        m: &Measured,
+        config: &Config,
+        (powered, complete): (bool, bool),
+    ) -> Option<Trip> {
+        if !powered {
+            return None;
+        }
         let [newest, before] = self.sent;
         let mut found = None;
         for k in 0..AXES {
