@@ -4,13 +4,14 @@ use clap::Args;
 use serde_json::json;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
 use crate::exit::Exit;
 use crate::learned;
 use crate::report::Reporter;
 use crate::rights;
-use crate::session::{self, ConfigArgs};
+use crate::session;
 use crate::wire::Socket;
 
 pub const EXAMPLES: &str = "\
@@ -73,6 +74,7 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
             cycle: Duration::from_secs_f64(system.base_step()),
             lockstep: true,
             reset_faults: false,
+            cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };
         let found =

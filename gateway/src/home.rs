@@ -4,12 +4,12 @@ use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
+use crate::arguments::ConfigArgs;
 use crate::bus::{self, Encoder};
 use crate::config::{Config, Homed, HomedAxis, AXES};
 use crate::exit::Exit;
 use crate::record::now;
 use crate::report::Reporter;
-use crate::session::ConfigArgs;
 use crate::wire::Socket;
 
 /// Readings of each encoder, and their largest spread [rad].

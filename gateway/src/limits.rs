@@ -4,6 +4,9 @@ use flexhex_system::{Component, System};
 
 use crate::config::{Config, Limits, AXES};
 
+/// Encoder resolution, an object of the drive.
+const ENCODER: u16 = 0x608f;
+
 /// Err with every contradiction: keys, values, remedy.
 pub fn check(config: &Config, system: &System) -> Result<(), String> {
     let host = system.component(&config.system.host);
@@ -49,6 +52,13 @@ fn contradictions(config: &Config, base_step: f64) -> Vec<String> {
              the gateway: lower one or raise the other",
             s.overrun_us, b.watchdog_ms
         ));
+    }
+    if config.profile.unchecked.contains(&ENCODER) && config.landing.rest.is_none() {
+        wrong.push(
+            "profile.unchecked = [0x608f] leaves the encoder scale out, and without landing.rest_rad nothing \
+             else would show a wrong one: measure the rest pose by another means and set it"
+                .to_owned(),
+        );
     }
     let mut seen: Vec<*const Limits> = Vec::new();
     for axis in 0..AXES {
@@ -130,6 +140,8 @@ mod tests {
         one(|c| c.limits.jump = 0.0007, "limits.jump_rad = 0.0007 is less than 0.00075");
         none(|c| c.limits.jump = 0.00075);
         one(|c| c.safety.frozen_motion_rad = 0.05, "frozen_motion_rad = 0.05");
+        one(|c| c.profile.unchecked = vec![0x608f], "without landing.rest_rad");
+        none(|c| (c.profile.unchecked, c.landing.rest) = (vec![0x608f], Some([-0.3; 6])));
         one(|c| c.limits.following_error = 1.5, "following_error_rad = 1.5");
     }
 

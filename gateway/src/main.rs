@@ -1,5 +1,6 @@
 //! Runs the control FMUs of a `.ssp` against six servo drives on EtherCAT.
 
+mod arguments;
 mod attend;
 mod bus;
 mod check;

@@ -2,10 +2,11 @@
 
 use clap::Args;
 
+use crate::arguments::ConfigArgs;
 use crate::exit::Exit;
 use crate::poses::Poses;
 use crate::run::{self, Run};
-use crate::session::{ConfigArgs, PowerArgs};
+use crate::session::PowerArgs;
 
 #[derive(Args)]
 pub struct Move {

@@ -2,12 +2,14 @@
 
 use clap::Args;
 use serde_json::json;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
 
+use crate::arguments::ConfigArgs;
 use crate::bus::{self, cia402};
 use crate::config::Config;
 use crate::exit::Exit;
 use crate::report::Reporter;
-use crate::session::ConfigArgs;
 use crate::wire::Socket;
 
 pub const EXAMPLES: &str = "\
@@ -21,6 +23,16 @@ It takes the torque away at once: the platform sinks. A running gateway is stopp
 pub struct Off {
     #[command(flatten)]
     config: ConfigArgs,
+    /// After a run that hung, which is no success whatever the drives say.
+    #[arg(long, hide = true)]
+    after_hang: bool,
+}
+
+/// Replaces this process, with all that hangs in it, by `off` with the same configuration. Returns why that
+/// failed.
+pub fn in_place_of_this(config: &ConfigArgs) -> std::io::Error {
+    let mut command = Command::new("/proc/self/exe");
+    command.arg("off").args(config.words()).arg("--after-hang").exec()
 }
 
 /// Take the drives out of operation; the exit code of the command.
@@ -34,6 +46,7 @@ pub fn off(args: &Off) -> Exit {
         }
     };
     match without_power(&config, reporter) {
+        Ok(()) if args.after_hang => Exit::Failed,
         Ok(()) => Exit::Good,
         Err(why) => {
             reporter.refused(&why);

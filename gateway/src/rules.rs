@@ -12,6 +12,9 @@ pub enum Reason {
     DriveState,
     Mode,
     Torque,
+    TorqueStep,
+    MeasuredTorque,
+    FeedbackTorque,
     Jump,
     FrozenEncoder,
     Speed,
@@ -38,6 +41,9 @@ impl Reason {
             Reason::DriveState => "drive_state",
             Reason::Mode => "mode",
             Reason::Torque => "torque",
+            Reason::TorqueStep => "torque_step",
+            Reason::MeasuredTorque => "measured_torque",
+            Reason::FeedbackTorque => "feedback_torque",
             Reason::Jump => "jump",
             Reason::FrozenEncoder => "frozen_encoder",
             Reason::Speed => "speed",
@@ -66,13 +72,27 @@ impl Reason {
                 format!("AL status {:#04x}, expected {:#04x} (OP)", bits(value), bits(limit))
             }
             Reason::DriveFault => format!("drive fault {:#06x} (0x603F)", bits(value)),
-            Reason::DriveState => format!(
-                "statusword {:#04x}, expected {:#04x} (operation enabled)",
-                bits(value),
-                bits(limit)
-            ),
+            Reason::DriveState => {
+                // "switch on disabled" without a fault: nobody here asked for it
+                let why = match bits(value) & 0x4F {
+                    0x40 => ": no power in the drive: emergency stop, safe torque off or mains?",
+                    _ => "",
+                };
+                let (is, wanted) = (bits(value), bits(limit));
+                format!("statusword {is:#04x}, expected {wanted:#04x} (operation enabled){why}")
+            }
             Reason::Mode => format!("mode of operation {value} (0x6061), expected {limit}"),
             Reason::Torque => format!("torque {value} N m, allowed {limit} N m"),
+            Reason::TorqueStep => {
+                format!("wanted torque changes by {value} N m in a cycle, allowed {limit} N m")
+            }
+            Reason::MeasuredTorque => {
+                format!("measured torque is {value} N m off the commanded one, allowed {limit} N m")
+            }
+            Reason::FeedbackTorque => format!(
+                "the feedback adds {value} N m to the model, allowed {limit} N m: model, encoder or \
+                 torque constant is wrong"
+            ),
             Reason::Jump => format!("angle jumped by {value} rad, allowed {limit} rad"),
             Reason::FrozenEncoder => format!(
                 "encoder counts constant for too long, the reference moved {value} rad meanwhile"
@@ -183,6 +203,9 @@ reactions! {
     drive_state = DriveState / Zero,
     mode = Mode / Zero,
     torque = Torque / Land,
+    torque_step = TorqueStep / Land,
+    measured_torque = MeasuredTorque / Zero,
+    feedback_torque = FeedbackTorque / Land,
     jump = Jump / Damp,
     frozen_encoder = FrozenEncoder / Damp,
     speed = Speed / Land,

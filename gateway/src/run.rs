@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
@@ -18,7 +19,7 @@ use crate::realtime;
 use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
 use crate::report::Reporter;
 use crate::rights;
-use crate::session::{self, ConfigArgs, PowerArgs};
+use crate::session::{self, PowerArgs};
 use crate::watch;
 use crate::wire::Socket;
 
@@ -138,7 +139,7 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
     let out = attend(
         watched,
-        || watch::hung(reporter, &computing, &closer),
+        || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
             for note in
@@ -187,6 +188,7 @@ fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
         lockstep: args.options.lockstep,
         reset_faults: args.options.reset_faults,
+        cyclic: true,
     }
 }
 

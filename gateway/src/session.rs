@@ -2,32 +2,11 @@
 
 use clap::Args;
 use flexhex_system::{Component, Controller, System};
-use std::path::PathBuf;
 
-use crate::config::{self, Config, AXES};
+use crate::config::{Config, AXES};
 use crate::limits;
 use crate::motion::{Gains, Mechanics, Pace, Path};
 use crate::report::Reporter;
-
-/// The configuration file and the values that the command line replaces in it.
-#[derive(Args, Clone)]
-pub struct ConfigArgs {
-    /// Configuration of the machine (TOML), for example gateway/machines/akd.toml.
-    config: PathBuf,
-    /// Network interface of the drives, for example eth1; replaces bus.interface.
-    #[arg(long, value_name = "NAME")]
-    interface: Option<String>,
-    /// System description (.ssp); replaces system.ssp.
-    #[arg(long, value_name = "FILE")]
-    ssp: Option<PathBuf>,
-    /// Replace one value of the configuration, for example --set safety.overrun_us=20000; may be
-    /// repeated.
-    #[arg(long, value_name = "KEY=VALUE")]
-    set: Vec<String>,
-    /// Write one JSON object a line to stdout and the text for people to stderr.
-    #[arg(long)]
-    json: bool,
-}
 
 /// Options of every command that gives torque.
 #[derive(Args, Clone, Copy, Debug)]
@@ -44,31 +23,6 @@ pub struct PowerArgs {
     /// Show the run in a browser at http://127.0.0.1:PORT/, on this computer alone and read-only.
     #[arg(long, value_name = "PORT", value_parser = clap::value_parser!(u16).range(1..))]
     pub page: Option<u16>,
-}
-
-impl ConfigArgs {
-    pub fn reporter(&self) -> Reporter {
-        Reporter::new(self.json)
-    }
-
-    /// The checked configuration, with the offsets of its homing file.
-    pub fn read(&self) -> Result<Config, String> {
-        let mut config = self.read_unhomed()?;
-        config.home()?;
-        Ok(config)
-    }
-
-    /// The same with the offsets that stand in the configuration itself.
-    pub fn read_unhomed(&self) -> Result<Config, String> {
-        let mut config = config::read(&self.config, &self.set)?;
-        if let Some(interface) = &self.interface {
-            config.bus.interface.clone_from(interface);
-        }
-        if let Some(ssp) = &self.ssp {
-            config.system.ssp.clone_from(ssp);
-        }
-        Ok(config)
-    }
 }
 
 /// Read the system description and check that it fits the configuration.

@@ -4,11 +4,11 @@ use clap::Args;
 use serde_json::Value;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::config::AXES;
 use crate::exit::Exit;
 use crate::live;
 use crate::report::Reporter;
-use crate::session::ConfigArgs;
 
 const PERIOD: Duration = Duration::from_millis(500);
 pub const EXAMPLES: &str = "\

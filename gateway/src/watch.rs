@@ -6,9 +6,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
 use crate::live::{self, Board};
+use crate::off;
 use crate::record::{Closer, Columns};
 use crate::report::Reporter;
 
@@ -16,17 +18,23 @@ use crate::report::Reporter;
 const HANG_S: u32 = 3;
 /// Longest wait until the files of a loop that hangs are closed.
 const CLOSING: Duration = Duration::from_secs(5);
-/// Ends the process whose control loop hangs in an FMU: nothing can be sent any more, so the drives end the
-/// torque by their watchdog.
-pub fn hung(reporter: Reporter, watch: &Watch, closer: &Closer) {
+
+/// Ends a run whose control loop hangs in an FMU: nothing can be sent any more, so the drives end the torque
+/// by their watchdog. Nobody may believe that: the process becomes `off`, which disables them and reads them
+/// back.
+pub fn hung(reporter: Reporter, watch: &Watch, closer: &Closer, config: &ConfigArgs) {
     let component = watch.component().unwrap_or("the control loop");
     let why = format!(
-        "{component} hangs: no cycle for {HANG_S} s; the watchdog of the drives has taken the torque, but \
-         no drive is confirmed as disabled: use `flexhex-gateway off`"
+        "{component} hangs: no cycle for {HANG_S} s; the watchdog of the drives should have taken the torque: \
+         disabling the drives and reading them back"
     );
     reporter.mark(false, &why);
     reporter.event("hung", json!({ "component": watch.component(), "message": why }));
     closer.close(&format!("hung: {why}"), CLOSING);
+    let failed = off::in_place_of_this(config);
+    reporter.refused(&format!(
+        "`off` cannot be started ({failed}): no drive is confirmed as disabled: use the emergency stop"
+    ));
     std::process::exit(i32::from(Exit::Failed as u8));
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import time
 from collections.abc import Callable, Sequence
@@ -84,6 +85,7 @@ class Bench:
         command: Sequence[object] = ("run", "--enable", "--lockstep"),
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
+        stall: float = 0.0,
         linger: float = 0.0,
         wrapper: Sequence[object] = (),
         record: Path | None = None,
@@ -93,6 +95,7 @@ class Bench:
 
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
+        stall: seconds for which the drives' process stands still after the first status line.
         linger: seconds for which the drives are left alone afterwards.
         wrapper: a command that the gateway is run by.
         record: where the recording goes.
@@ -121,6 +124,8 @@ class Bench:
                 )
                 if during is not None:
                     during(gateway)
+                if stall > 0:
+                    _stall(gateway, drives, stall)
                 said, words_said = gateway.communicate(timeout=LIMIT_S)
                 time.sleep(linger)
             finally:
@@ -150,6 +155,14 @@ class Bench:
         file = self.folder / "machine.toml"
         file.write_text(text)
         return file
+
+
+def _stall(gateway: subprocess.Popen[str], drives: subprocess.Popen[str], seconds: float) -> None:
+    assert gateway.stdout is not None
+    next(line for line in gateway.stdout if '"event":"status"' in line)
+    drives.send_signal(signal.SIGSTOP)
+    time.sleep(seconds)
+    drives.send_signal(signal.SIGCONT)
 
 
 def _events(text: str) -> tuple[Event, ...]:

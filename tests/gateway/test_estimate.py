@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
 
 from flexhex.ssp.read import read_ssp
 from tests.gateway.bench import Bench, Ran, Rows
+from tests.gateway.slave import Slave
 from tests.gateway.test_faults import faults
 from tests.gateway.test_lockstep import same
 from tests.gateway.test_readback import SHORT
@@ -47,36 +46,20 @@ def entry(file: Path) -> dict[str, object]:
     return dict(state)
 
 
-class Estimator:
-    """estimator.fmu by FMPy, put into a saved state; its outputs p and p_std."""
+class Estimator(Slave):
+    """estimator.fmu, put into a saved state."""
 
     def __init__(self, fmu: Path, state: dict[str, object], folder: Path) -> None:
-        described = read_model_description(str(fmu))
-        self.references = {v.name: v.valueReference for v in described.modelVariables}
-        self.fmu = FMU2Slave(
-            guid=described.guid,
-            unzipDirectory=extract(str(fmu), str(folder)),
-            modelIdentifier=described.coSimulation.modelIdentifier,
-            instanceName="K",
-        )
-        self.fmu.instantiate()
-        self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
+        super().__init__(fmu, folder, "K")
         restored = self.fmu.deSerializeFMUstate(bytes.fromhex(str(state["state"])))
         self.fmu.setFMUstate(restored)
         self.steps = int(str(state["steps"]))
 
     def step(self, inputs: dict[str, float]) -> None:
         """One update."""
-        references = [self.references[name] for name in inputs]
-        self.fmu.setReal(references, list(inputs.values()))
+        self.set(inputs)
         self.fmu.doStep(self.steps * TS, PERIOD * TS)
         self.steps += PERIOD
-
-    def outputs(self, names: list[str]) -> list[float]:
-        """Values of outputs."""
-        return list(self.fmu.getReal([self.references[name] for name in names]))
 
 
 def test_resumed_estimator_goes_on_from_its_state_to_the_last_bit(
@@ -105,7 +88,7 @@ def test_resumed_estimator_goes_on_from_its_state_to_the_last_bit(
     alone = Estimator(fmu_dir / "estimator.fmu", state, tmp_path)
     for n in range(first, len(ours) - PERIOD, PERIOD):
         alone.step({w.input: rows[f"{w.source}.{w.output}"][running][n] for w in wires})
-        theirs = np.array([alone.outputs(names)])
+        theirs = np.array([alone.get(names)])
         assert same(ours[n + PERIOD : n + PERIOD + 1], theirs), n
         assert not same(theirs, begin[None]), "it learns"
     # not from the beginning: the deviations are those of the first run, not of P0

@@ -15,6 +15,7 @@ import pytest
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench
 from tests.gateway.fault_table import Table
+from tests.gateway.test_faults import ANY_STEP
 from tests.gateway.test_refusals import when_running
 from tests.gateway.weight import free
 
@@ -106,7 +107,8 @@ def test_fault_of_the_controller_lands_the_machine_without_it(
     reason: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     bad = spoiled(hexapod_ssp, BROKEN[reason], tmp_path / "bad.ssp")
-    fallen = free(Bench(bad, tmp_path), plant=hexapod_ssp)
+    changes = (ANY_STEP,) if reason == "following_error" else ()
+    fallen = free(Bench(bad, tmp_path), plant=hexapod_ssp, changes=changes)
     trip = fallen.ran.one("trip")
     assert (fallen.ran.code, trip["reason"], trip["reaction"]) == (1, reason, "land")
     fallen.ends_at_rest(AT)
@@ -130,8 +132,7 @@ def test_replies_that_fail_too_often_stop_the_machine(
     changes = (("lost_frame_limit = 8", "lost_frame_limit = 40"),
                ("working_counter_limit = 3", "working_counter_limit = 40"),
                # longer than those limits, or they would be refused
-               ("watchdog_ms = 5", "watchdog_ms = 20"),
-               ("lockstep_timeout_ms = 200", "lockstep_timeout_ms = 30"))  # fmt: skip
+               ("watchdog_ms = 5", "watchdog_ms = 20"))  # fmt: skip
     fallen = free(Bench(hexapod_ssp, tmp_path), at(options, 8000), changes=changes)
     assert fallen.ran.one("trip")["reason"] == reason, name
     fallen.ends_at_rest(8000)
@@ -146,6 +147,8 @@ def test_wrong_estimate_at_full_torque_is_landed_and_not_faded(
         Bench(hexapod_ssp, tmp_path),
         seconds=0.008,
         command=("run", "--enable", "--lockstep", *more),
+        # or it would be stopped before it is sent
+        changes=(ANY_STEP,),
     )
     assert np.abs(fallen.tau).max() > 10, "the estimate is wrong"
     assert np.abs(fallen.theta).max() <= 0.5236

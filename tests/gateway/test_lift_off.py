@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
 
 from flexhex.ssp.read import read_ssp
 from tests.gateway.bench import Bench, Rows
 from tests.gateway.replay import replayed
+from tests.gateway.slave import Slave
 from tests.gateway.test_lockstep import STEPS, same
 from tests.gateway.weight import REST_S, TS, Fallen, free
 
@@ -42,42 +41,30 @@ def test_good_run_lifts_off_and_lands(fallen: Fallen) -> None:
     assert np.abs(fallen.ran.table["theta"][running][0]).max() < 1e-3
 
 
-class Slave:
-    """plant.fmu by FMPy, with the steps of the drives."""
+class Plant(Slave):
+    """plant.fmu, with the steps of the drives."""
 
     def __init__(self, fmu: Path, folder: Path) -> None:
-        described = read_model_description(str(fmu))
-        self.references = {v.name: v.valueReference for v in described.modelVariables}
-        self.fmu = FMU2Slave(
-            guid=described.guid,
-            unzipDirectory=extract(str(fmu), str(folder)),
-            modelIdentifier=described.coSimulation.modelIdentifier,
-            instanceName="plant",
-        )
-        self.fmu.instantiate()
-        for name, value in {"tau_step": STEPS["akd"], "theta_step": 2 * np.pi / 2**32}.items():
-            self.fmu.setReal([self.references[name]], [value])
-        self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
+        quantised = {"tau_step": STEPS["akd"], "theta_step": 2 * np.pi / 2**32}
+        super().__init__(fmu, folder, "plant", quantised)
         self.steps = 0
 
     def step(self, tau: Rows) -> None:
         """One base step."""
-        self.fmu.setReal([self.references[f"tau[{k}]"] for k in range(1, 7)], list(tau))
+        self.set({f"tau[{k}]": value for k, value in enumerate(tau, start=1)})
         self.fmu.doStep(self.steps * TS, TS)
         self.steps += 1
 
     def theta(self) -> Rows:
         """Encoder readings."""
-        return np.array(self.fmu.getReal([self.references[f"theta[{k}]"] for k in range(1, 7)]))
+        return np.array(self.get([f"theta[{k}]" for k in range(1, 7)]))
 
 
 def test_machine_from_power_up_is_the_simulated_one(
     fallen: Fallen, fmu_dir: Path, tmp_path: Path
 ) -> None:
     """plant.fmu alone: first without torque, then under the torques that the gateway sent."""
-    plant = Slave(fmu_dir / "plant.fmu", tmp_path)
+    plant = Plant(fmu_dir / "plant.fmu", tmp_path)
     frames = next(e["frame"] for e in fallen.ran.drives if e["event"] == "enabled")
     for _ in range(round(REST_S / TS) + frames):
         plant.step(np.zeros(6))

@@ -115,3 +115,14 @@ def test_recording_is_the_same_run_after_run(hexapod_ssp: Path, tmp_path: Path) 
     tables = [Bench(hexapod_ssp, tmp_path).run(seconds=1.0).table for _ in range(2)]
     for name in (*SAME, "statusword", "working_counter", "cycle"):
         assert same(tables[0][name], tables[1][name]), name
+
+
+def test_emulator_that_stands_still_for_a_while_changes_nothing(
+    driven: tuple[str, Ran], hexapod_ssp: Path, tmp_path: Path
+) -> None:
+    """A busy computer may stop it at any time; the gateway waits, as no clock applies."""
+    kind, ran = driven
+    stalled = Bench(hexapod_ssp, tmp_path, kind).run(seconds=SECONDS, stall=1.0)
+    assert stalled.one("summary")["lost"] == 0
+    for name in (*SAME, "statusword", "working_counter", "cycle"):
+        assert same(stalled.table[name], ran.table[name]), name

@@ -47,6 +47,12 @@ pub struct DriveOptions {
     /// SAFE-OP needs 0x60C2 to hold the period of SYNC0.
     #[serde(default)]
     pub period_checked: bool,
+    /// It stays switched on when it is to be enabled.
+    #[serde(default)]
+    pub never_enabled: bool,
+    /// Its encoder counts against its axis.
+    #[serde(default)]
+    pub encoder_reversed: bool,
     /// It shows and uses this mode whatever is set.
     pub forced_mode: Option<i8>,
 }

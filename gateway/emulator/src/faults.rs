@@ -9,8 +9,13 @@ pub enum FaultKind {
     DriveFault,
     EncoderJump,
     EncoderFrozen,
+    EncoderDrift,
     ModeChange,
     ControlIgnored,
+    StatusFrozen,
+    Sto,
+    Push,
+    TorqueFrozen,
     SafeOp,
     WkcShort,
     CableCut,
@@ -27,8 +32,13 @@ impl FaultKind {
             FaultKind::DriveFault => "drive_fault",
             FaultKind::EncoderJump => "encoder_jump",
             FaultKind::EncoderFrozen => "encoder_frozen",
+            FaultKind::EncoderDrift => "encoder_drift",
             FaultKind::ModeChange => "mode_change",
             FaultKind::ControlIgnored => "control_ignored",
+            FaultKind::StatusFrozen => "status_frozen",
+            FaultKind::Sto => "sto",
+            FaultKind::Push => "push",
+            FaultKind::TorqueFrozen => "torque_frozen",
             FaultKind::SafeOp => "safe_op",
             FaultKind::WkcShort => "wkc_short",
             FaultKind::CableCut => "cable_cut",
@@ -43,11 +53,37 @@ impl FaultKind {
         match self {
             FaultKind::EncoderJump
             | FaultKind::EncoderFrozen
+            | FaultKind::EncoderDrift
             | FaultKind::ControlIgnored
+            | FaultKind::StatusFrozen
+            | FaultKind::Sto
+            | FaultKind::TorqueFrozen
             | FaultKind::CableCut => 0,
             _ => 1,
         }
     }
+
+    /// It concerns frames on the cable, not a device.
+    fn of_frames(self) -> bool {
+        matches!(
+            self,
+            FaultKind::FrameLost
+                | FaultKind::FrameDuplicated
+                | FaultKind::FrameDelayed
+                | FaultKind::FrameReordered
+        )
+    }
+}
+
+/// What `cycle` of a fault counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Counting {
+    /// Cycles since all drives were enabled.
+    #[default]
+    Cycles,
+    /// Process-data frames since power-up.
+    Frames,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -70,7 +106,14 @@ pub struct Fault {
     pub position: usize,
     /// Error code of a drive fault, AL status code of safe_op.
     pub code: Option<u16>,
-    /// Counts of an encoder jump; mode of a change of mode.
+    /// Only the first `burst` cycles of every `every` ones.
+    #[serde(default = "Fault::default_burst")]
+    pub burst: u64,
+    #[serde(default = "Fault::default_burst")]
+    pub every: u64,
+    #[serde(default)]
+    pub counting: Counting,
+    /// Counts of an encoder jump, counts a cycle of a drift; mode of a change of mode; mN m of a push.
     #[serde(default = "Fault::default_size")]
     pub size: i64,
     /// The frame is lost before its outputs act, or its reply is lost after.
@@ -89,6 +132,9 @@ pub struct Fault {
 impl Fault {
     fn default_size() -> i64 {
         1_000_000
+    }
+    fn default_burst() -> u64 {
+        1
     }
     fn default_acting() -> LossTime {
         LossTime::Before
@@ -117,6 +163,15 @@ impl Fault {
                 "cycle = 0 starts the plant and must be without a fault; allowed 1 and up".into(),
             );
         }
+        if self.burst == 0 || self.every < self.burst {
+            let (burst, every) = (self.burst, self.every);
+            return wrong(format!("burst = {burst}, every = {every}, allowed 1 <= burst <= every"));
+        }
+        if self.counting == Counting::Frames && !self.kind.of_frames() {
+            return wrong(
+                "counting = \"frames\" is for frames that are lost, doubled or late".into(),
+            );
+        }
         if self.frames == 0 {
             return wrong("frames = 0, allowed 1 and up".into());
         }
@@ -133,6 +188,7 @@ impl Fault {
     /// Active in this cycle. `place`: index in the list.
     pub fn acts(&self, place: usize, cycle: u64) -> bool {
         (self.cycle..=self.last()).contains(&cycle)
+            && (cycle - self.cycle) % self.every < self.burst
             && (self.probability >= 1.0 || chance(self.seed, place, cycle) < self.probability)
     }
 
@@ -159,39 +215,5 @@ pub fn mix(value: u64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn fault(text: &str) -> Fault {
-        toml::from_str(text).unwrap()
-    }
-
-    #[test]
-    fn a_fault_begins_and_ends_at_its_exact_cycle() {
-        let short = fault("kind = 'wkc_short'\ncycle = 100\ncount = 3");
-        let cycles: Vec<u64> = (90..120).filter(|n| short.acts(0, *n)).collect();
-        assert_eq!(cycles, [100, 101, 102]);
-        assert!(short.ends(103) && !short.ends(102));
-        let ever = fault("kind = 'cable_cut'\ncycle = 100");
-        assert!(ever.acts(0, u64::MAX) && !ever.acts(0, 99) && !ever.ends(0));
-    }
-
-    #[test]
-    fn a_chance_is_what_it_says_and_repeats() {
-        let lost = fault("kind = 'frame_lost'\ncycle = 1\ncount = 0\nprobability = 0.1\nseed = 7");
-        let hits = |fault: &Fault, place| (1..100_001).filter(|n| fault.acts(place, *n)).count();
-        // 10 000 expected, standard deviation 95
-        assert!((9_600..10_400).contains(&hits(&lost, 0)), "{}", hits(&lost, 0));
-        assert_eq!(hits(&lost, 0), hits(&lost.clone(), 0));
-        assert_ne!(hits(&lost, 0), hits(&lost, 1));
-    }
-
-    #[test]
-    fn impossible_faults_are_refused_with_the_allowed_range() {
-        let text = |toml: &str| fault(toml).check(0, 6).unwrap_err().to_string();
-        assert!(text("kind = 'frame_lost'\ncycle = 0").contains("allowed 1 and up"));
-        assert!(text("kind = 'safe_op'\ncycle = 5\nposition = 6").contains("allowed 0 to 5"));
-        assert!(text("kind = 'cable_cut'\ncycle = 5\nposition = 7").contains("allowed 0 to 6"));
-        assert!(text("kind = 'frame_lost'\ncycle = 5\nprobability = 2.0").contains("0 to 1"));
-    }
-}
+#[path = "faults_tests.rs"]
+mod tests;

@@ -190,6 +190,7 @@ impl Options {
             period_checked: false,
         };
         let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
+        let (mut never_enabled, mut reversed) = (false, false);
         for special in self.drive.iter().filter(|special| special.position == position) {
             let identity = &mut settings.identity;
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
@@ -203,6 +204,8 @@ impl Options {
             initial = special.initial.unwrap_or(initial);
             forced_mode = special.forced_mode.or(forced_mode);
             objects.extend(&special.objects);
+            never_enabled |= special.never_enabled;
+            reversed |= special.encoder_reversed;
             settings.maps_fixed |= special.maps_fixed;
             settings.extra_input_bytes += special.extra_input_bytes;
             settings.output_control = special.output_control.unwrap_or(settings.output_control);
@@ -222,6 +225,8 @@ impl Options {
         let mut drive = Drive::new(setting, state, error);
         drive.parameters.replace(&objects);
         drive.forced_mode = forced_mode;
+        drive.machine.never_enabled = never_enabled;
+        drive.encoder.reversed = reversed;
         SubDevice::new(drive, settings, clock)
     }
 }

@@ -7,6 +7,8 @@ use std::ops::Range;
 
 const ETHERNET: usize = 14;
 const HEADER: usize = 10;
+/// Ethernet frame without check sequence.
+const SHORTEST: usize = 60;
 const COUNTER: usize = 2;
 const ETHERTYPE: [u8; 2] = [0x88, 0xA4];
 /// Time from one SubDevice to the next, and through it [ns].
@@ -76,6 +78,16 @@ pub fn pass(frame: &mut [u8], ranges: &[Range<usize>], devices: &mut [SubDevice]
     if let Some(source) = frame.get_mut(6) {
         *source |= 0x02;
     }
+}
+
+/// Lockstep: says that this frame gets no reply now. An EtherCAT header of the unused type 15.
+pub fn no_reply(frame: &[u8]) -> Vec<u8> {
+    let mut told: Vec<u8> = frame.iter().copied().take(ETHERNET).collect();
+    told.resize(ETHERNET, 0);
+    told[6] |= 0x02;
+    told.extend([0x00, 0xF0]);
+    told.resize(SHORTEST, 0);
+    told
 }
 
 fn execute(bytes: &mut [u8], device: &mut SubDevice, bypassed: bool) {

@@ -63,6 +63,11 @@ pub fn state(statusword: u16) -> State {
     }
 }
 
+/// Switched on, or enabled already.
+pub fn is_switched_on(now: State) -> bool {
+    matches!(now, State::SwitchedOn | State::OperationEnabled)
+}
+
 /// Controlword of the next step towards operation enabled; a fault is not reset.
 pub fn towards_enabled(now: State) -> u16 {
     match now {

@@ -21,8 +21,12 @@ const TIMEOUT_NS: u64 = 60_000_000_000;
 /// Take all devices out of OP, then disable each drive that is still energised. Returns what was
 /// found afterwards; Err if nothing replies or a drive stays energised.
 pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, String> {
-    let options =
-        BringUpOptions { cycle: Duration::from_millis(1), lockstep: true, reset_faults: false };
+    let options = BringUpOptions {
+        cycle: Duration::from_millis(1),
+        lockstep: true,
+        reset_faults: false,
+        cyclic: false,
+    };
     let (mut wire, main) = master(config, link, options)?;
     let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
     let mut before = None;

@@ -10,6 +10,8 @@ pub struct BringUpOptions {
     pub cycle: Duration,
     pub lockstep: bool,
     pub reset_faults: bool,
+    /// Process data is exchanged, not only read from the drives once.
+    pub cyclic: bool,
 }
 
 impl BringUpOptions {

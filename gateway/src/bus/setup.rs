@@ -24,6 +24,8 @@ static STORAGE: PduStorage<FRAMES, { PduStorage::element_size(1100) }> = PduStor
 
 /// Longest time of the bring-up until the drives are in SAFE-OP.
 const TIMEOUT_NS: u64 = 60_000_000_000;
+/// A frame of the bring-up without a reply is sent again after this time.
+const REPEAT: Duration = Duration::from_millis(400);
 const STATIC_SYNC_FRAMES: u32 = 5000;
 const SYNC_START: Duration = Duration::from_millis(50);
 
@@ -36,10 +38,11 @@ pub(super) fn master<L: Link>(
     let (tx, rx, pdu_loop) =
         STORAGE.try_split().map_err(|()| "the bus is already open in this process".to_owned())?;
     let synced = options.synced(config);
+    let longest_cycle = Duration::from_millis(config.bus.lockstep_timeout_ms.max(200).into());
     let timeouts = Timeouts {
         state_transition: Duration::from_millis(config.bus.state_timeout_ms.into()),
         // longer than any cycle waits: frames of a cycle are never repeated, those of the bring-up may be
-        pdu: Duration::from_millis(u64::from(config.bus.lockstep_timeout_ms.max(50)) * 2),
+        pdu: if options.lockstep && options.cyclic { longest_cycle * 2 } else { REPEAT },
         mailbox_response: Duration::from_millis(config.bus.state_timeout_ms.into()),
         // a late reply is no fault: this computer may be busy
         eeprom: Duration::from_millis(config.bus.state_timeout_ms.into()),
@@ -51,7 +54,7 @@ pub(super) fn master<L: Link>(
         retry_behaviour: RetryBehaviour::Count(3),
     };
     let main = Box::leak(Box::new(MainDevice::new(pdu_loop, timeouts, settings)));
-    Ok((Wire::new(link, tx, rx), main))
+    Ok((Wire::new(link, tx, rx).in_lockstep(options.lockstep), main))
 }
 
 /// What `inspect` does with the start-up lists.

@@ -101,7 +101,7 @@ type Row<'a> = (&'a str, f64, f64, f64, &'a str);
 
 /// Numbers that occur once in the file.
 #[rustfmt::skip]
-fn numbers(c: &Config) -> [Row<'_>; 17] {
+fn numbers(c: &Config) -> [Row<'_>; 19] {
     let (b, r, s, w) = (&c.bus, &c.real_time, &c.safety, &c.recorder);
     [
         ("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0, 10_000.0,
@@ -130,6 +130,8 @@ fn numbers(c: &Config) -> [Row<'_>; 17] {
          "motion of the reference within which the encoder counts must change"),
         ("safety.frozen_still_cycles", s.frozen_still_cycles.into(), 0.0, 40_000.0,
          "cycles with constant encoder counts, whatever the reference does"),
+        ("safety.feedback_s", s.feedback_s, 1e-3, 100.0, "time constant of the mean feedback torque"),
+        ("safety.measured_s", s.measured_s, 1e-3, 100.0, "time constant of the mean difference of torques"),
         ("safety.overrun_us", s.overrun_us.into(), 1.0, 1_000_000.0, "longest delay of the start of a cycle"),
         ("recorder.keep_s", w.keep_s, 0.0, 60.0, "seconds kept before a trip"),
         ("recorder.buffer_cycles", w.buffer_cycles as f64, 64.0, 1e6,
@@ -139,7 +141,7 @@ fn numbers(c: &Config) -> [Row<'_>; 17] {
 
 /// Limits of an axis by key.
 #[rustfmt::skip]
-fn limits(l: &Limits) -> [Row<'_>; 6] {
+fn limits(l: &Limits) -> [Row<'_>; 9] {
     [
         ("torque_N_m", l.torque, 1e-3, 1e4, "largest torque of this axis"),
         ("speed_rad_per_s", l.speed, 1e-3, 1e3, "highest speed"),
@@ -147,6 +149,9 @@ fn limits(l: &Limits) -> [Row<'_>; 6] {
         ("position_max_rad", l.position_max, -10.0, 10.0, "upper limit of the angle"),
         ("following_error_rad", l.following_error, 1e-6, 10.0, "largest following error"),
         ("jump_rad", l.jump, 1e-6, 1.0, "largest change of the angle in one cycle"),
+        ("torque_step_N_m", l.torque_step, 0.0, 1e4, "largest change of the torque in one cycle"),
+        ("measured_torque_N_m", l.measured_torque, 0.0, 1e4, "largest measured less commanded torque"),
+        ("feedback_torque_N_m", l.feedback_torque, 0.0, 1e4, "largest torque of the feedback alone"),
     ]
 }
 

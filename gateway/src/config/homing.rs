@@ -40,14 +40,16 @@ impl Homed {
     }
 }
 
+/// Of drives 1001 to 1006, for tests.
+#[cfg(test)]
+pub(super) fn homed() -> Homed {
+    let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
+    Homed { date: "today".to_owned(), pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn homed() -> Homed {
-        let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
-        Homed { date: "today".to_owned(), pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
-    }
 
     #[test]
     fn a_file_of_something_else_is_refused() {

@@ -16,9 +16,15 @@ pub struct Landing {
     /// Limit of the rule `speed` in lift-off and landing.
     #[serde(rename = "speed_limit_rad_per_s")]
     pub speed_limit: f64,
+    /// Largest following error in a lift-off.
+    #[serde(rename = "following_error_rad", default = "following_error")]
+    pub following_error: f64,
     /// The drives are enabled only below this speed.
     #[serde(rename = "rest_speed_rad_per_s")]
     pub rest_speed: f64,
+    /// Longest time from the first enabled drive to the last.
+    #[serde(default = "enable_ms")]
+    pub enable_ms: u32,
     pub brake_ms: u32,
     pub hold_ms: u32,
     /// Largest torque in lift-off and landing.
@@ -29,13 +35,23 @@ pub struct Landing {
     pub rest: Option<[f64; AXES]>,
 }
 
+fn following_error() -> f64 {
+    0.01
+}
+
+fn enable_ms() -> u32 {
+    20
+}
+
 impl Landing {
     #[rustfmt::skip]
     pub(super) fn check(&self, mistakes: &mut Mistakes) {
         for (key, value, low, high, mend) in [
             ("speed_rad_per_s", self.speed, 1e-3, 10.0, "highest speed of lift-off and landing"),
             ("speed_limit_rad_per_s", self.speed_limit, self.speed, 100.0, "above speed_rad_per_s"),
+            ("following_error_rad", self.following_error, 1e-6, 10.0, "largest error in a lift-off"),
             ("rest_speed_rad_per_s", self.rest_speed, 1e-4, 10.0, "speed below which a machine rests"),
+            ("enable_ms", self.enable_ms.into(), 1.0, 10_000.0, "from the first enabled drive to the last"),
             ("brake_ms", self.brake_ms.into(), 1.0, 10_000.0, "time of braking before a landing"),
             ("hold_ms", self.hold_ms.into(), 0.0, 60_000.0, "time of standing still before and after a move"),
             ("torque_N_m", self.torque, 1e-3, 1e4, "largest torque of lift-off and landing"),

@@ -6,6 +6,7 @@ mod estimate;
 mod hash;
 mod homing;
 mod landing;
+mod limits;
 mod mistakes;
 mod offsets;
 mod profile;
@@ -24,6 +25,7 @@ pub use estimate::Estimate;
 pub use flexhex_system::AXES;
 pub use homing::{Homed, HomedAxis, Homing};
 pub use landing::Landing;
+pub use limits::Limits;
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
 
@@ -123,22 +125,12 @@ pub struct RealTime {
     pub required: Option<bool>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Limits {
-    #[serde(rename = "torque_N_m")]
-    pub torque: f64,
-    #[serde(rename = "speed_rad_per_s")]
-    pub speed: f64,
-    #[serde(rename = "position_min_rad")]
-    pub position_min: f64,
-    #[serde(rename = "position_max_rad")]
-    pub position_max: f64,
-    #[serde(rename = "following_error_rad")]
-    pub following_error: f64,
-    /// Largest change of an angle in one cycle.
-    #[serde(rename = "jump_rad")]
-    pub jump: f64,
+fn feedback_s() -> f64 {
+    1.0
+}
+
+fn measured_s() -> f64 {
+    0.01
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -156,6 +148,11 @@ pub struct Safety {
     pub frozen_motion_rad: f64,
     /// ... or for this many cycles in any case; 0: not judged, for coarse encoders.
     pub frozen_still_cycles: u32,
+    /// Time constants of the means in the rules `feedback_torque` and `measured_torque`.
+    #[serde(default = "feedback_s")]
+    pub feedback_s: f64,
+    #[serde(default = "measured_s")]
+    pub measured_s: f64,
     /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
     /// Values of the output `fault` that are reported but do not trip, by component:

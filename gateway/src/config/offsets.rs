@@ -33,13 +33,8 @@ impl Config {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{parse, HomedAxis, AXES};
-    use super::*;
-
-    fn homed() -> Homed {
-        let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
-        Homed { date: "today".to_owned(), pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
-    }
+    use super::super::homing::homed;
+    use super::super::parse;
 
     #[test]
     fn offsets_and_serials_come_from_the_file_and_count_for_the_hash() {

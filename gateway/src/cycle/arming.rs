@@ -58,6 +58,14 @@ impl<L: Link> ControlLoop<'_, L> {
             }
             return there;
         }
+        if states.contains(&State::OperationEnabled) {
+            self.partly_enabled += 1;
+            let most = f64::from(self.config.landing.enable_ms) * 1e-3;
+            if f64::from(self.partly_enabled) * self.safety.base_step() > most {
+                self.refuse(left_behind(&states, self.config.landing.enable_ms));
+                return false;
+            }
+        }
         self.waited_too_long(reply, tries)
     }
 
@@ -102,4 +110,15 @@ impl<L: Link> ControlLoop<'_, L> {
     fn refuse(&mut self, why: String) {
         self.end(Ending::Refused(why), Reason::Stopped);
     }
+}
+
+/// Drives that are not enabled although others are: these must not wait, as they carry no weight.
+fn left_behind(states: &[State; AXES], most_ms: u32) -> String {
+    let behind = states.iter().enumerate().filter(|(_, s)| **s != State::OperationEnabled);
+    let named: Vec<_> = behind.map(|(k, s)| format!("axis {}: {}", k + 1, s.name())).collect();
+    format!(
+        "{}, but others have been enabled for more than landing.enable_ms = {most_ms}: read the warnings \
+         of this drive, or raise enable_ms if it releases a brake",
+        named.join(", ")
+    )
 }

@@ -7,7 +7,7 @@ use crate::bus::Reply;
 use crate::config::AXES;
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
-use crate::safety::disabled;
+use crate::safety::{disabled, of_motion};
 use crate::wire::Link;
 
 impl<L: Link> ControlLoop<'_, L> {
@@ -32,6 +32,9 @@ impl<L: Link> ControlLoop<'_, L> {
             _ => false,
         };
         let mut kind = if powered { self.config.reactions.to(reason) } else { ReactionKind::Zero };
+        if let (Phase::Lifting(_), Ending::Tripped(trip, _)) = (&self.phase, &ending) {
+            kind = of_motion(trip, kind);
+        }
         if stop::requested_twice() {
             kind = ReactionKind::Zero;
         }

@@ -101,6 +101,8 @@ pub struct ControlLoop<'a, L: Link> {
     moved: u64,
     /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
     missed: u64,
+    /// Cycles for which some drives, but not all, have been enabled.
+    partly_enabled: u32,
     stopped_for: u32,
     panicked: bool,
 }
@@ -135,6 +137,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             pose: 0,
             moved: 0,
             missed: 0,
+            partly_enabled: 0,
             stopped_for: 0,
             panicked: false,
             config,
@@ -157,6 +160,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.cycles = self.controller.now();
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
+        self.out.frozen = self.controller.frozen();
         self.out.overflowed = self.sink.overflowed();
         let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.read_back(&left.statusword);
@@ -225,8 +229,11 @@ impl<'a, L: Link> ControlLoop<'a, L> {
                 let now = self.bus.reply().statusword.map(cia402::state);
                 let reset = self.options.reset_faults;
                 let still = self.safety.history().knows_rates();
+                // all wait for the last one, then all are enabled by one frame
+                let together = now.iter().all(|s| cia402::is_switched_on(*s));
                 let word = |s| match s {
                     _ if !still => cia402::DISABLE_VOLTAGE,
+                    State::SwitchedOn if !together => cia402::SWITCH_ON,
                     State::Fault if reset => cia402::FAULT_RESET,
                     _ => cia402::towards_enabled(s),
                 };

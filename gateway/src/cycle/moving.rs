@@ -21,7 +21,7 @@ impl<L: Link> ControlLoop<'_, L> {
         let pose = self.first_pose();
         let start = pose.unwrap_or_else(|| self.pick(self.signals.r));
         if pose.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
-            self.safety.enter(Bounds::of(self.config, true));
+            self.safety.begin(Bounds::of(self.config, true), self.sent);
             return true;
         }
         let path = Path::new(*theta, [0.0; AXES], start, self.pace());
@@ -41,6 +41,8 @@ impl<L: Link> ControlLoop<'_, L> {
 
     fn move_along(&mut self, path: Path, blind: [bool; AXES], rate: &[f64; AXES]) {
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], rate);
+        let lifts = matches!(self.phase, Phase::Arming(_));
+        let bounds = if lifts { self.lifting_bounds(bounds) } else { bounds };
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
         // without a fault the sums of the errors still hold: no step of the torque
@@ -63,6 +65,11 @@ impl<L: Link> ControlLoop<'_, L> {
         let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
         // braking may begin above the limit of a landing: it must not become faster than it was by half
         bounds.wider(&rate.map(|rate| 1.5 * rate), poses, margin)
+    }
+
+    /// A lift-off begins at rest: nothing but a fault leads away from its path.
+    pub(super) fn lifting_bounds(&self, bounds: Bounds) -> Bounds {
+        bounds.closer(self.config.landing.following_error)
     }
 
     /// A cycle of lift-off or landing: judge, then the torque of the next frame.
@@ -92,6 +99,7 @@ impl<L: Link> ControlLoop<'_, L> {
             theta: &reply.theta,
             tau_meas: &reply.tau,
             tau: &mover.tau,
+            feedback: None,
             r: &mover.r,
             e: &mover.e,
             statusword: &reply.statusword,
@@ -115,7 +123,7 @@ impl<L: Link> ControlLoop<'_, L> {
         if lifting && stop::requested() {
             self.end(Ending::StopRequested, Reason::Stopped);
         } else if lifting && over && !self.next_pose() {
-            self.safety.enter(Bounds::of(self.config, true));
+            self.safety.begin(Bounds::of(self.config, true), self.sent);
             self.inputs = super::inputs::Inputs::default();
             self.phase = Phase::Running;
         } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {

@@ -58,6 +58,8 @@ pub struct Outcome {
     pub lost: u64,
     pub short: u64,
     pub late_threads: u64,
+    /// Components that left the bounds of their estimates, and by what.
+    pub frozen: Vec<String>,
     pub counts: Counts,
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
@@ -90,6 +92,7 @@ impl Outcome {
             lost: 0,
             short: 0,
             late_threads: 0,
+            frozen: Vec::new(),
             counts: Counts::default(),
             overflowed: 0,
             states: Vec::new(),

@@ -66,7 +66,7 @@ fn a_panic_in_a_cycle_lands_the_machine() {
     let columns = Columns::with(&[]);
     let (sink, mut source) = ring(ROWS, columns.len());
     let cycle = Duration::from_secs_f64(system.base_step());
-    let options = BringUpOptions { cycle, lockstep: true, reset_faults: false };
+    let options = BringUpOptions { cycle, lockstep: true, reset_faults: false, cyclic: true };
     let bus = bring_up(&config, link, options, &mut |_| ()).unwrap();
     let board = Board::new(columns.len());
     let options = RunOptions {

@@ -31,6 +31,7 @@ impl<L: Link> ControlLoop<'_, L> {
             Some(next) => {
                 mover.follow(Path::new(now, [0.0; AXES], next, pace));
                 let bounds = self.moving_bounds(&[now, next], &[0.0; AXES]);
+                let bounds = self.lifting_bounds(bounds);
                 self.safety.enter(bounds);
             }
             None => self.end(Ending::Done, Reason::Stopped),

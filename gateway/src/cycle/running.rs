@@ -38,6 +38,7 @@ impl<L: Link> ControlLoop<'_, L> {
             None => self.trip_fault().map(|(_, fault)| (Reason::FmuFault, fault)),
         };
         self.count(reply);
+        let feedback = self.feedback();
         let trip = self.safety.judge(&Measured {
             cycle: n,
             skipped,
@@ -46,6 +47,7 @@ impl<L: Link> ControlLoop<'_, L> {
             theta: &reply.theta,
             tau_meas: &reply.tau,
             tau: self.controller.command(),
+            feedback: Some(&feedback),
             r: &r,
             e: &e,
             statusword: &reply.statusword,
@@ -124,6 +126,12 @@ impl<L: Link> ControlLoop<'_, L> {
 
     pub(super) fn pick(&self, slots: [usize; AXES]) -> [f64; AXES] {
         slots.map(|slot| self.controller.bus()[slot])
+    }
+
+    /// What the next torques are beyond those of the model [N m].
+    fn feedback(&self) -> [f64; AXES] {
+        let (tau, model) = (self.controller.command(), self.pick(self.signals.tau_ff));
+        std::array::from_fn(|k| tau[k] - model[k])
     }
 
     fn note_errors(&mut self, e: &[f64; AXES]) {

@@ -1,6 +1,6 @@
 //! Signals of the system description that the control loop uses.
 
-use flexhex_system::{Controller, Late, Options, State, System, Trip as Failure, What};
+use flexhex_system::{Bounds, Controller, Late, Options, State, System, Trip as Failure, What};
 use std::time::Duration;
 
 use crate::config::{self, Config, AXES};
@@ -79,6 +79,10 @@ pub fn open(
             config::Late::Hold => Late::Hold,
             config::Late::Trip => Late::Trip,
         },
+        bounds: Some(Bounds {
+            range: config.estimate.range,
+            innovation: config.estimate.innovation,
+        }),
         late_limit: Some(config.system.late_limit),
         resume,
         step_limit: if lockstep {

@@ -34,6 +34,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
         "summary",
         json!({"cycles": out.cycles, "skipped": out.skipped, "lost": out.lost,
             "short": out.short, "late_threads": out.late_threads,
+            "frozen": out.frozen,
             "sent": c.sent, "answered": c.answered, "duplicated": c.duplicated,
             "late": c.late, "bad": c.bad, "not_recorded": out.overflowed,
             "wake_up_us": quantiles(&out.timing.wake_up),
@@ -74,6 +75,9 @@ fn figures(reporter: &Reporter, out: &Outcome) {
     if out.late_threads > 0 {
         let text = format!("{} results of components in their own thread late", out.late_threads);
         reporter.line("threads", &text);
+    }
+    for why in &out.frozen {
+        reporter.line("frozen", why);
     }
     if out.overflowed > 0 {
         let text = format!("{} rows dropped: the disk is too slow", out.overflowed);

@@ -12,6 +12,8 @@ pub struct Bounds {
     /// Allowed angles of each axis [rad].
     pub low: [f64; AXES],
     pub high: [f64; AXES],
+    /// Largest following error of each axis [rad].
+    pub following_error: [f64; AXES],
     /// Axes whose encoder is known to be wrong: their motion is not judged.
     pub blind: [bool; AXES],
 }
@@ -25,6 +27,7 @@ impl Bounds {
             speed: by_axis(|l| l.speed),
             low: by_axis(|l| l.position_min),
             high: by_axis(|l| l.position_max),
+            following_error: by_axis(|l| l.following_error),
             blind: [false; AXES],
         }
     }
@@ -32,6 +35,12 @@ impl Bounds {
     /// No speed above `most` [rad/s].
     pub fn slower(self, most: f64) -> Bounds {
         Bounds { speed: self.speed.map(|speed| speed.min(most)), ..self }
+    }
+
+    /// No following error above `most` [rad].
+    pub fn closer(self, most: f64) -> Bounds {
+        let following_error = self.following_error.map(|error| error.min(most));
+        Bounds { following_error, ..self }
     }
 
     /// At least this speed and this range of angles are allowed, and `margin` [rad] beyond it.

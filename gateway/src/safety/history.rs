@@ -26,8 +26,11 @@ impl History {
         self.seen += 1;
     }
 
-    pub fn restart(&mut self) {
-        self.seen = 0;
+    /// Cycles in which nothing was measured.
+    pub fn skip(&mut self, cycles: u64) {
+        for _ in 0..cycles.min(LONGEST as u64) {
+            self.note([f64::NAN; AXES]);
+        }
     }
 
     fn then(&self, ago: usize) -> &[f64; AXES] {

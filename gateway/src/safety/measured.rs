@@ -15,6 +15,8 @@ pub struct Measured<'a> {
     pub tau_meas: &'a [f64; AXES],
     /// Torque of the next frame [N m].
     pub tau: &'a [f64],
+    /// What the feedback adds to the torque of the model [N m]; None: there is no model in this phase.
+    pub feedback: Option<&'a [f64; AXES]>,
     pub r: &'a [f64; AXES],
     pub e: &'a [f64; AXES],
     pub statusword: &'a [u16; AXES],

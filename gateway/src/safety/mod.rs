@@ -8,6 +8,7 @@ mod history;
 mod level;
 mod measured;
 mod mode;
+mod monitors;
 mod reaction;
 #[cfg(test)]
 mod tests;
@@ -20,7 +21,8 @@ pub use bounds::Bounds;
 use history::History;
 use level::Failures;
 pub use measured::Measured;
-pub use reaction::{disabled, in_landing, Disabling, InLanding};
+use monitors::Monitors;
+pub use reaction::{disabled, in_landing, of_motion, Disabling, InLanding};
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
@@ -31,6 +33,7 @@ pub struct Safety {
     age: u32,
     last: Option<[f64; AXES]>,
     history: History,
+    monitors: Monitors,
     still: [u32; AXES],
     reference_at_change: [f64; AXES],
 }
@@ -53,6 +56,7 @@ impl Safety {
             age: 1,
             last: None,
             history: History::new(config.safety.speed_cycles, base_step),
+            monitors: Monitors::new(config, base_step),
             still: [0; AXES],
             reference_at_change: [0.0; AXES],
         }
@@ -62,6 +66,13 @@ impl Safety {
     pub fn enter(&mut self, bounds: Bounds) {
         self.rules.bounds = bounds;
         self.still = [0; AXES];
+        self.monitors.restart();
+    }
+
+    /// The controller begins, after a frame with these torques [N m].
+    pub fn begin(&mut self, bounds: Bounds, sent: [f64; AXES]) {
+        self.enter(bounds);
+        self.monitors.begin_from(sent);
     }
 
     pub fn bounds(&self) -> &Bounds {
@@ -85,14 +96,17 @@ impl Safety {
     /// The first violated rule of this cycle, in the order from cause to consequence.
     pub fn judge(&mut self, m: &Measured) -> Option<Trip> {
         if m.skipped > 0 {
-            // time passed without cycles: a larger change of angle is allowed and the mean speed restarts
+            // time passed without cycles: a larger change of angle is allowed, and no angle is known
             self.age += m.skipped as u32;
-            self.history.restart();
+            self.history.skip(m.skipped);
         }
+        let shown = (self.rules.bounds.powered, self.complete(m));
+        let torques = self.monitors.judge(m, &self.rules.config, shown);
         let found = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
+            .or(torques)
             .or_else(|| self.controller(m));
         self.remember(m);
         found
@@ -169,7 +183,7 @@ impl Safety {
                 .or_else(|| {
                     bounds
                         .powered
-                        .then(|| over(Reason::FollowingError, m.e[k], l.following_error))?
+                        .then(|| over(Reason::FollowingError, m.e[k], bounds.following_error[k]))?
                 });
             if found.is_some() {
                 return found;

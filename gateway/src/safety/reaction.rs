@@ -35,6 +35,16 @@ impl Disabling {
     }
 }
 
+/// The stop that follows on a trip in a motion of the gateway itself. An axis that its feedback does not keep on
+/// a slow path is not landed by the same feedback: its encoder or its drive is wrong.
+pub fn of_motion(trip: &Trip, kind: ReactionKind) -> ReactionKind {
+    let lost = matches!(trip.reason, Reason::Speed | Reason::FollowingError | Reason::Position);
+    match (kind, trip.axis) {
+        (ReactionKind::Land, Some(_)) if lost => ReactionKind::Damp,
+        _ => kind,
+    }
+}
+
 /// What follows when a rule trips during a landing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InLanding {

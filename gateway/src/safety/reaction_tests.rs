@@ -1,4 +1,4 @@
-use super::{disabled, in_landing, Disabling, InLanding};
+use super::{disabled, in_landing, of_motion, Disabling, InLanding};
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
 
@@ -75,4 +75,18 @@ fn a_landing_goes_on_only_while_five_encoders_and_all_drives_are_sound() {
     let late = Trip::of(Reason::Overrun, None, 3000.0, 2000.0, 7);
     assert_eq!(in_landing(&late, Land, &[false; AXES]), InLanding::GoOn);
     assert_eq!(in_landing(&late, Zero, &[false; AXES]), InLanding::TakePower(Zero));
+}
+
+#[test]
+fn an_axis_that_leaves_the_path_of_a_lift_off_is_not_landed_by_its_own_feedback() {
+    use ReactionKind::{Damp, Land, QuickStop, Zero};
+    let stop = |reason, axis, kind| of_motion(&Trip::of(reason, axis, 1.0, 0.0, -7), kind);
+    for reason in [Reason::Speed, Reason::FollowingError, Reason::Position] {
+        assert_eq!(stop(reason, Some(2), Land), Damp);
+        for kind in [Damp, QuickStop, Zero] {
+            assert_eq!(stop(reason, Some(2), kind), kind, "as configured");
+        }
+    }
+    assert_eq!(stop(Reason::Overrun, None, Land), Land);
+    assert_eq!(stop(Reason::Torque, Some(1), Land), Land);
 }

@@ -7,6 +7,9 @@
 //! The index of a frame is one byte and repeats after some 32 cycles. So the last four bytes of the
 //! source address, which no device changes, carry the number of the frame: a reply to an older frame
 //! is never taken for the reply to the newest.
+//!
+//! In lockstep no clock tells that a reply will not come: the emulator says so, with a frame of its own
+//! (`NO_REPLY`). So a run does not depend on how fast either computer is.
 
 mod clock;
 #[cfg(test)]
@@ -27,6 +30,9 @@ const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1
 const LARGEST: usize = 1600;
 /// Bytes of the number; the first device sets a bit of byte 6 and changes nothing else.
 const NUMBER: std::ops::Range<usize> = 8..12;
+/// Type of the EtherCAT header, byte 15, bits 4 to 7, that says "no reply to the frame of this number".
+const TYPE: usize = 15;
+const NO_REPLY: u8 = 0xF;
 /// The same bytes in the source address of ethercrab.
 const OURS: [u8; 4] = [0x10; 4];
 
@@ -61,6 +67,9 @@ pub struct Wire<L: Link> {
     numbers: [u32; 256],
     next_number: u32,
     buffer: [u8; LARGEST],
+    lockstep: bool,
+    /// The emulator said that the newest frame gets no reply.
+    unanswered: bool,
     pub counts: Counts,
 }
 
@@ -74,19 +83,31 @@ impl<L: Link> Wire<L> {
             numbers: [0; 256],
             next_number: 0,
             buffer: [0; LARGEST],
+            lockstep: false,
+            unanswered: false,
             counts: Counts::default(),
         }
     }
 
-    /// The result of the future, or None if `deadline_ns` passes first; the future is then dropped.
+    /// Whether the other end may say that a frame gets no reply.
+    pub fn in_lockstep(self, lockstep: bool) -> Self {
+        Wire { lockstep, ..self }
+    }
+
+    /// The result of the future, or None if the other end says that no reply comes, or if `deadline_ns` passes first; the future is then dropped.
     pub fn drive<F: Future>(&mut self, future: F, deadline_ns: u64) -> Option<F::Output> {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
+        self.unanswered = false;
         loop {
             if let Poll::Ready(result) = future.as_mut().poll(&mut context) {
                 return Some(result);
             }
             let moved = self.send() | self.receive();
+            if std::mem::take(&mut self.unanswered) {
+                self.give_up();
+                return None;
+            }
             if moved {
                 continue;
             }
@@ -135,6 +156,11 @@ impl<L: Link> Wire<L> {
     fn take(&mut self, length: usize) {
         if length <= INDEX {
             self.counts.bad += 1;
+            return;
+        }
+        if self.lockstep && self.buffer[TYPE] >> 4 == NO_REPLY {
+            let newest = self.next_number.wrapping_sub(1).to_le_bytes();
+            self.unanswered |= self.buffer[NUMBER] == newest;
             return;
         }
         let slot = self.buffer[INDEX] as usize;

@@ -16,6 +16,8 @@ enum Answer {
     /// Kept back until the next frame with the same index is sent, and before its answer.
     SameIndexAgain,
     Never,
+    /// The other end says that there is none.
+    None,
     /// A frame of another index, one that is too short, then the answer.
     AfterRubbish,
 }
@@ -44,6 +46,7 @@ impl Link for Script {
             Answer::Late => (self.kept, self.wait_for_index) = (Some(reply), false),
             Answer::SameIndexAgain => (self.kept, self.wait_for_index) = (Some(reply), true),
             Answer::Never => {}
+            Answer::None => self.arriving.push_back(no_reply(frame)),
             Answer::AfterRubbish => {
                 let mut other = reply.clone();
                 other[super::INDEX] ^= 0x80;
@@ -64,8 +67,16 @@ impl Link for Script {
     }
 }
 
+fn no_reply(frame: &[u8]) -> Vec<u8> {
+    [&frame[..14], &[0, 0xF0], &[0; 44]].concat()
+}
+
 /// Read one register as often as there are answers: which reads came back, and the counts.
 fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
+    reads_within(answers, false, 20_000_000)
+}
+
+fn reads_within(answers: &[Answer], lockstep: bool, wait_ns: u64) -> (Vec<bool>, Counts) {
     let storage: &'static PduStorage<4, { PduStorage::element_size(64) }> =
         Box::leak(Box::new(PduStorage::new()));
     let (tx, rx, pdu_loop) = storage.try_split().unwrap();
@@ -78,10 +89,10 @@ fn reads(answers: &[Answer]) -> (Vec<bool>, Counts) {
         kept: None,
         wait_for_index: false,
     };
-    let mut wire = Wire::new(link, tx, rx);
+    let mut wire = Wire::new(link, tx, rx).in_lockstep(lockstep);
     let read = |_| {
         let register = Command::brd(0).receive::<u8>(main);
-        wire.drive(register, now_ns() + 20_000_000).is_some_and(|r| r.is_ok())
+        wire.drive(register, now_ns() + wait_ns).is_some_and(|r| r.is_ok())
     };
     let came = (0..answers.len()).map(read).collect();
     (came, wire.counts)
@@ -133,4 +144,16 @@ fn rubbish_is_counted_and_the_answer_still_found() {
 fn all_256_frame_numbers_are_used_again() {
     let (came, counts) = reads(&[Answer::Once; 600]);
     assert_eq!((came, counts.answered), (vec![true; 600], 600));
+}
+
+/// By the clock nobody may say so: the frame is rubbish then, and the reply is waited for.
+#[test]
+fn only_in_lockstep_the_other_end_ends_the_wait() {
+    let begin = std::time::Instant::now();
+    let (came, counts) = reads_within(&[Answer::None, Answer::Once], true, 60_000_000_000);
+    assert_eq!((came, counts.bad, counts.late), (vec![false, true], 0, 0));
+    assert!(begin.elapsed() < Duration::from_secs(30), "it did not wait for its deadline");
+    let (came, counts) = reads(&[Answer::None, Answer::Once]);
+    assert_eq!((came, counts.answered), (vec![false, true], 1));
+    assert_eq!(counts.bad + counts.late + counts.duplicated, 1);
 }

@@ -10,44 +10,13 @@ use crate::drives::Drives;
 use crate::error::Error;
 use crate::inline::{check_finite, Inline, Watch};
 use crate::layout::Layout;
+use crate::options::{Late, Options};
 use crate::state::State;
 use crate::system::System;
 use crate::threaded::{self, Threaded};
 use crate::trip::Trip;
 use crate::wiring::find;
-use crate::worker::{Outcome, ThreadHook};
-
-/// Reaction to a component in its own thread that has not finished at its tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Late {
-    /// `cycle` returns a `Trip`.
-    #[default]
-    Trip,
-    /// Its outputs are kept; the tick is skipped and counted (`Controller::late`).
-    Hold,
-}
-
-/// Options of a controller.
-#[derive(Clone, Default)]
-pub struct Options {
-    /// Components with a thread of their own, such as the estimator `K`.
-    pub own_thread: Vec<String>,
-    /// Longest wait for a late one: zero by the clock, seconds in lockstep.
-    pub wait: Duration,
-    pub late: Late,
-    /// With `Late::Hold`: more ticks than this in a row that one leaves out trip. None: any number.
-    pub late_limit: Option<u32>,
-    /// States of an earlier run for components with a thread of their own.
-    pub resume: Vec<State>,
-    /// A component that takes longer for one step trips (`What::Overrun`); None: not measured.
-    pub step_limit: Option<Duration>,
-    /// Values that replace those of the `.ssp`: ("feedback.tau_step", 0.003). Those of the host are
-    /// checked but have no effect, so that one list serves controller and plant.
-    pub parameters: Vec<(String, f64)>,
-    /// A `fault` output that is nonzero trips (`What::Fault`).
-    pub fault_trips: bool,
-    pub on_thread: Option<ThreadHook>,
-}
+use crate::worker::Outcome;
 
 /// All components except the host. May be opened in one thread and cycled in another.
 pub struct Controller {
@@ -85,8 +54,8 @@ impl Controller {
         let threaded = |m: &&Component| options.own_thread.iter().any(|n| n == m.name());
         let (own, inside): (Vec<&Component>, Vec<_>) = members.iter().copied().partition(threaded);
         let inline = Inline::open(&system, &inside, &layout)?;
-        let workers =
-            threaded::open_all(&system, &own, &layout, (&options.on_thread, &options.resume))?;
+        let with = (&options.on_thread, options.resume.as_slice(), options.bounds);
+        let workers = threaded::open_all(&system, &own, &layout, with)?;
         let faults = members.iter().filter_map(|m| {
             let slot = layout.find(m.name(), "fault")?;
             Some(((*m).clone(), slot))
@@ -139,7 +108,7 @@ impl Controller {
             }
         }
         for threaded in &self.workers {
-            if self.now % threaded.worker.period == 0 && threaded.left_out == 0 {
+            if threaded.is_fed(self.now) {
                 threaded.worker.start(self.now, bus);
             }
         }
@@ -154,14 +123,14 @@ impl Controller {
         self.inline.publish(now, &self.layout)?;
         for threaded in &mut self.workers {
             let worker = &threaded.worker;
-            if now % worker.period != 0 {
+            if now % worker.period != 0 || threaded.frozen.is_some() {
                 continue;
             }
             match worker.finished(self.options.wait) {
                 Outcome::Done => {
                     threaded.left_out = 0;
-                    worker.take(self.inline.bus_mut());
-                    let bus = self.inline.bus();
+                    threaded.take(self.inline.bus_mut(), now);
+                    let (worker, bus) = (&threaded.worker, self.inline.bus());
                     check_finite(&worker.name, now, worker.slots.clone(), bus, &self.layout)?;
                 }
                 Outcome::Failed(message) => return Err(Trip::refused(&worker.name, now, message)),
@@ -224,6 +193,12 @@ impl Controller {
     /// wait for a step that is not over.
     pub fn save(&self, wait: Duration) -> Vec<Result<State, Error>> {
         self.workers.iter().map(|threaded| threaded.save(&self.layout, wait)).collect()
+    }
+
+    /// What each component that left its bounds was stopped by.
+    pub fn frozen(&self) -> Vec<String> {
+        let all = self.workers.iter();
+        all.filter_map(|t| Some(t.described(t.frozen.as_ref()?, &self.layout))).collect()
     }
 
     /// Ticks that threads of their own have left out so far (`Late::Hold`).

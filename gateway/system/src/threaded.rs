@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::component::Component;
 use crate::error::Error;
+use crate::guard::{Bounds, Frozen, Guard};
 use crate::layout::Layout;
 use crate::state::{parameters, State};
 use crate::system::System;
@@ -20,10 +21,13 @@ pub(crate) struct Threaded {
     component: Component,
     /// Ticks in a row at which it was late, and at which it gets no inputs.
     pub left_out: u32,
+    guard: Guard,
+    /// It has left its bounds: its last outputs within them stay.
+    pub frozen: Option<Frozen>,
 }
 
-/// What opens them: hook of their threads, states of an earlier run.
-pub(crate) type With<'a> = (&'a Option<ThreadHook>, &'a [State]);
+/// What opens them: hook of their threads, states of an earlier run, bounds of their estimates.
+pub(crate) type With<'a> = (&'a Option<ThreadHook>, &'a [State], Option<Bounds>);
 
 pub(crate) fn open_all(
     system: &System,
@@ -46,7 +50,7 @@ fn open(
     system: &System,
     component: &Component,
     layout: &Layout,
-    (hook, resume): With,
+    (hook, resume, bounds): With,
 ) -> Result<Threaded, Error> {
     let (unit, base) = (layout.unit(system, component)?, system.base_step());
     let state = resume.iter().find(|s| s.component == component.name());
@@ -57,24 +61,45 @@ fn open(
     let from = state.map(|s| (s.bytes.as_slice(), s.steps));
     let first = (begin / base).ceil() as i64;
     let worker = Worker::open(unit, base, hook.clone(), from, first)?;
-    let threaded = Threaded { worker, component: component.clone(), left_out: 0 };
+    let names = names(component, &layout.names[worker.slots.clone()]);
+    let guard = Guard::new(component, &names, bounds);
+    let (component, left_out, frozen) = (component.clone(), 0, None);
+    let threaded = Threaded { worker, component, left_out, guard, frozen };
     if let Some(state) = state {
         state.check_outputs(&threaded.outputs(layout))?;
     }
     Ok(threaded)
 }
 
+/// Names of outputs without that of their component.
+fn names(component: &Component, signals: &[String]) -> Vec<String> {
+    signals.iter().map(|name| name[component.name().len() + 1..].to_owned()).collect()
+}
+
 impl Threaded {
     fn outputs(&self, layout: &Layout) -> Vec<(String, f64)> {
-        let names = layout.names[self.worker.slots.clone()].iter();
-        let short = names.map(|name| name[self.component.name().len() + 1..].to_owned());
-        short.zip(self.worker.outputs()).collect()
+        let names = names(&self.component, &layout.names[self.worker.slots.clone()]);
+        names.into_iter().zip(self.worker.outputs()).collect()
+    }
+
+    /// It gets inputs at its tick.
+    pub fn is_fed(&self, now: i64) -> bool {
+        now % self.worker.period == 0 && self.left_out == 0 && self.frozen.is_none()
+    }
+
+    /// New outputs to the bus, unless one has left its bounds: then those on the bus stay for good.
+    pub fn take(&mut self, bus: &mut [f64], now: i64) {
+        let guard = &self.guard;
+        self.frozen = self.worker.take(bus, |values| guard.outside(values, now));
     }
 
     /// The state, or why there is none. `wait`: longest wait for a step that is not over.
     pub fn save(&self, layout: &Layout, wait: Duration) -> Result<State, Error> {
         let (component, worker) = (&self.component, &self.worker);
         let refuse = |text: &str| Error::new(text).at(component.name());
+        if let Some(frozen) = &self.frozen {
+            return Err(refuse(&self.described(frozen, layout)));
+        }
         if let Outcome::Failed(message) = worker.finished(wait) {
             return Err(Error::new(message));
         }
@@ -92,5 +117,15 @@ impl Threaded {
             outputs,
             bytes,
         })
+    }
+
+    /// What froze it, in words.
+    pub fn described(&self, frozen: &Frozen, layout: &Layout) -> String {
+        let signal = &layout.names[self.worker.slots.start + frozen.output];
+        let Frozen { value, low, high, now, .. } = frozen;
+        format!(
+            "{signal} = {value:.6} at base step {now}, allowed {low:.6} to {high:.6}: the last estimate within \
+             the bounds was kept"
+        )
     }
 }

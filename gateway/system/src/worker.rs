@@ -127,10 +127,15 @@ impl Worker {
         }
     }
 
-    /// Outputs to the common bus; only when finished.
-    pub fn take(&self, bus: &mut [f64]) {
+    /// Outputs to the common bus unless `refused` finds a reason; only when finished.
+    pub fn take<T>(&self, bus: &mut [f64], refused: impl Fn(&[f64]) -> Option<T>) -> Option<T> {
         let state = lock(&self.shared);
-        bus[self.slots.clone()].copy_from_slice(&state.executor.bus()[self.sources.len()..]);
+        let values = &state.executor.bus()[self.sources.len()..];
+        let why = refused(values);
+        if why.is_none() {
+            bus[self.slots.clone()].copy_from_slice(values);
+        }
+        why
     }
 
     /// Inputs of n from the common bus, and off it goes; does nothing while it is late, or before it is

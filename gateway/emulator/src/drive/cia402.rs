@@ -69,12 +69,14 @@ pub struct Machine {
     pub state: State,
     /// Object 0x603F; 0: none.
     pub error: u16,
+    /// It stays switched on.
+    pub never_enabled: bool,
     last: u16,
 }
 
 impl Machine {
     pub fn new(state: State, error: u16) -> Machine {
-        Machine { state, error, last: 0 }
+        Machine { state, error, never_enabled: false, last: 0 }
     }
 
     /// A controlword arrives: at most one transition.
@@ -98,7 +100,7 @@ impl Machine {
             (ReadyToSwitchOn | OperationEnabled, Command::SwitchOn) => SwitchedOn,
             // enable operation from "ready to switch on" passes "switched on"
             (ReadyToSwitchOn, Command::EnableOperation) => SwitchedOn,
-            (SwitchedOn, Command::EnableOperation) => OperationEnabled,
+            (SwitchedOn, Command::EnableOperation) if !self.never_enabled => OperationEnabled,
             (state, Command::SwitchOn | Command::EnableOperation) => state,
         };
     }
@@ -107,6 +109,13 @@ impl Machine {
     pub fn settle(&mut self) {
         if self.state == FaultReactionActive {
             self.state = Fault;
+        }
+    }
+
+    /// Safe torque off: without power, and without a fault.
+    pub fn cut(&mut self) {
+        if !matches!(self.state, Fault | FaultReactionActive) {
+            self.state = SwitchOnDisabled;
         }
     }
 

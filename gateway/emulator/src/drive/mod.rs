@@ -19,6 +19,8 @@ pub const ERROR_WATCHDOG: u16 = 0x8130;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Encoder {
     pub jump: i64,
+    /// It counts against the axis.
+    pub reversed: bool,
     /// Shown instead of the position.
     pub frozen: Option<i64>,
 }
@@ -32,6 +34,10 @@ pub struct Drive {
     pub forced_mode: Option<i8>,
     /// Controlwords have no effect.
     pub deaf: bool,
+    /// Shown whatever the state is.
+    pub status_frozen: Option<u16>,
+    /// Used in place of its target.
+    pub target_frozen: Option<i64>,
     control: u16,
     mode: i8,
     mode_display: i8,
@@ -54,6 +60,8 @@ impl Drive {
             machine: Machine::new(state, error),
             encoder: Encoder::default(),
             deaf: false,
+            status_frozen: None,
+            target_frozen: None,
             control: 0,
             mode: 0,
             mode_display: 0,
@@ -85,7 +93,10 @@ impl Drive {
         if self.mode_display != self.setting.kind.torque_mode() {
             return 0.0;
         }
-        let steps = self.target.clamp(-self.setting.limit, self.setting.limit);
+        let steps = self
+            .target_frozen
+            .unwrap_or(self.target)
+            .clamp(-self.setting.limit, self.setting.limit);
         (self.setting.direction * steps) as f64 * self.setting.torque_step()
     }
 
@@ -113,7 +124,20 @@ impl Drive {
 
     /// Position as the encoder shows it `[counts]`.
     pub fn shown_position(&self) -> i64 {
-        self.encoder.frozen.unwrap_or(self.position.wrapping_add(self.encoder.jump))
+        let position = match self.encoder.reversed {
+            true => self.setting.offset.wrapping_mul(2).wrapping_sub(self.position),
+            false => self.position,
+        };
+        self.encoder.frozen.unwrap_or(position.wrapping_add(self.encoder.jump))
+    }
+
+    /// The torque does not follow the target any more.
+    pub fn freeze_target(&mut self) {
+        self.target_frozen.get_or_insert(self.target);
+    }
+
+    pub fn statusword(&self) -> u16 {
+        self.status_frozen.unwrap_or(self.machine.state.statusword())
     }
 
     /// The low bits of an object; None where the drive has none.
@@ -121,7 +145,7 @@ impl Drive {
         self.setting.kind.object(index)?;
         Some(match index {
             kind::CONTROLWORD => i64::from(self.control),
-            kind::STATUSWORD => i64::from(self.machine.state.statusword()),
+            kind::STATUSWORD => i64::from(self.statusword()),
             kind::MODE => i64::from(self.mode),
             kind::MODE_DISPLAY => i64::from(self.mode_display),
             kind::ERROR_CODE => i64::from(self.machine.error),

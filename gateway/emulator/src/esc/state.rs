@@ -98,7 +98,10 @@ impl Layer {
     /// Falls by itself.
     pub fn fall(&mut self, state: State, code: u16) {
         self.grant(state);
-        self.refuse(code);
+        // without a code the drive does not say why, and sets no error flag
+        if code != 0 {
+            self.refuse(code);
+        }
     }
 
     pub fn status(&self) -> u16 {

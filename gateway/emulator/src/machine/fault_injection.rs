@@ -2,7 +2,7 @@
 use super::Machine;
 use crate::esc::state::code;
 use crate::event::EventKind;
-use crate::faults::{Fault, FaultKind, LossTime};
+use crate::faults::{Counting, Fault, FaultKind, LossTime};
 use crate::replies::Fate;
 use crate::segment::{self, Line};
 
@@ -28,6 +28,17 @@ impl Machine {
                 FaultKind::EncoderFrozen => {
                     drive.encoder.frozen = Some(drive.shown_position());
                 }
+                FaultKind::EncoderDrift => drive.encoder.jump += fault.size,
+                FaultKind::StatusFrozen => {
+                    let now = drive.statusword();
+                    drive.status_frozen.get_or_insert(now);
+                }
+                FaultKind::TorqueFrozen => drive.freeze_target(),
+                FaultKind::Sto => {
+                    self.cut_power();
+                    self.count(place);
+                    continue;
+                }
                 FaultKind::ModeChange => drive.forced_mode = Some(fault.size as i8),
                 FaultKind::ControlIgnored => drive.deaf = true,
                 FaultKind::SafeOp => {
@@ -51,9 +62,11 @@ impl Machine {
             return;
         };
         match fault.kind {
-            FaultKind::EncoderJump => device.drive_mut().encoder.jump = 0,
+            FaultKind::EncoderJump | FaultKind::EncoderDrift => device.drive_mut().encoder.jump = 0,
             FaultKind::EncoderFrozen => device.drive_mut().encoder.frozen = None,
             FaultKind::ControlIgnored => device.drive_mut().deaf = false,
+            FaultKind::StatusFrozen => device.drive_mut().status_frozen = None,
+            FaultKind::TorqueFrozen => device.drive_mut().target_frozen = None,
             _ => return,
         }
         device.show_inputs();
@@ -76,7 +89,33 @@ impl Machine {
     }
 
     fn acts(&self, place: usize) -> bool {
-        self.cycle.is_some_and(|cycle| self.faults[place].acts(place, cycle))
+        let fault = &self.faults[place];
+        let now = match fault.counting {
+            Counting::Cycles => self.cycle,
+            Counting::Frames => Some(self.frames),
+        };
+        now.is_some_and(|now| fault.acts(place, now))
+    }
+
+    /// Safe torque off of all drives: no power, whatever the controlwords are.
+    fn cut_power(&mut self) {
+        for device in &mut self.devices {
+            device.drive_mut().machine.cut();
+            device.show_inputs();
+        }
+    }
+
+    /// Torque of somebody who pushes at the axis of a position [N m].
+    pub(super) fn pushed_by(&mut self, position: usize) -> f64 {
+        let mut torque = 0.0;
+        for place in 0..self.faults.len() {
+            let fault = &self.faults[place];
+            if fault.kind == FaultKind::Push && fault.position == position && self.acts(place) {
+                torque += self.faults[place].size as f64 * 1e-3;
+                self.count(place);
+            }
+        }
+        torque
     }
 
     /// The first fault of this kind that is active now.

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::event::{Event, EventKind};
 use crate::faults::{Fault, FaultKind, LossTime};
 use crate::plant::{Plant, AXES};
-use crate::replies::Replies;
+use crate::replies::{Fate, Replies};
 use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
@@ -32,6 +32,8 @@ pub struct Machine {
     theta: [f64; AXES],
     tau_meas: [f64; AXES],
     pushed: [bool; AXES],
+    /// Torque of somebody at the axis `[N m]`.
+    pushed_from_outside: [f64; AXES],
     seen: Vec<States>,
     replies: Replies,
     pub trajectory: Trajectory,
@@ -75,6 +77,7 @@ impl Machine {
             theta: [0.0; AXES],
             tau_meas: [0.0; AXES],
             pushed: [false; AXES],
+            pushed_from_outside: [0.0; AXES],
             replies: Replies::default(),
             trajectory,
             events: Vec::new(),
@@ -140,7 +143,11 @@ impl Machine {
         }
         let answered = lost.is_none() && line.reached > 0;
         let fate = self.fate(answered);
+        let unanswered = matches!(fate, Fate::Lost | Fate::Late { .. });
+        // no clock applies in lockstep: the other end is told not to wait
+        let told = (self.lockstep && unanswered).then(|| segment::no_reply(&frame));
         self.replies.take(frame, fate, out);
+        out.extend(told);
         if self.lockstep {
             self.advance(wall)
         } else {

@@ -34,11 +34,20 @@ impl Machine {
         if let Some(cycle) = self.cycle {
             self.trajectory.note(cycle, &self.theta, &self.tau_meas, &tau)?;
         }
+        for (position, axis) in self.order.clone().into_iter().enumerate() {
+            let Some(axis) = axis else { continue };
+            // the plant has no other input for it; the drive does not measure it
+            self.pushed_from_outside[axis] = self.pushed_by(position);
+            tau[axis] += self.pushed_from_outside[axis];
+        }
         self.plant.step(&tau)
     }
 
     pub(super) fn measure(&mut self, dt: Option<f64>) {
         self.plant.read(&mut self.theta, &mut self.tau_meas);
+        for (tau, push) in self.tau_meas.iter_mut().zip(&self.pushed_from_outside) {
+            *tau -= push;
+        }
         for (device, axis) in self.devices.iter_mut().zip(&self.order) {
             let Some(axis) = axis else { continue };
             device.drive_mut().measure(self.theta[*axis], self.tau_meas[*axis], dt);

@@ -178,3 +178,24 @@ fn an_encoder_that_moves_now_and_then_is_not_frozen() {
         assert_eq!(cycle.judged(&mut safety), None, "{n}");
     }
 }
+
+/// A computer that leaves out one cycle in eight has a speed rule all the same.
+#[test]
+fn a_speed_is_judged_although_cycles_are_skipped_again_and_again() {
+    let mut safety = safety();
+    let mut cycle = Cycle::rest();
+    let mut found = None;
+    for n in 0..200 {
+        cycle.skipped = u64::from(n % 8 == 7);
+        for theta in &mut cycle.theta {
+            *theta += 3.2 * TS * (1 + cycle.skipped) as f64;
+        }
+        // the reference moves along, and no angle leaves its limits
+        if n % 16 == 0 {
+            cycle.theta = [0.0; AXES];
+            safety.note_rest(&[f64::NAN; AXES]);
+        }
+        found = found.or(cycle.judged(&mut safety).filter(|t| t.reason == Reason::Speed));
+    }
+    assert!(found.is_some());
+}

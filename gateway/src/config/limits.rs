@@ -1,0 +1,42 @@
+//! Limits of an axis.
+
+use serde::Deserialize;
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    #[serde(rename = "torque_N_m")]
+    pub torque: f64,
+    #[serde(rename = "speed_rad_per_s")]
+    pub speed: f64,
+    #[serde(rename = "position_min_rad")]
+    pub position_min: f64,
+    #[serde(rename = "position_max_rad")]
+    pub position_max: f64,
+    #[serde(rename = "following_error_rad")]
+    pub following_error: f64,
+    /// Largest change of an angle in one cycle.
+    #[serde(rename = "jump_rad")]
+    pub jump: f64,
+    /// Largest change of the wanted torque in one cycle; 0: not judged, as the two below.
+    #[serde(rename = "torque_step_N_m", default = "torque_step")]
+    pub torque_step: f64,
+    /// Largest mean difference of the measured torque from the commanded one.
+    #[serde(rename = "measured_torque_N_m", default = "measured_torque")]
+    pub measured_torque: f64,
+    /// Largest mean torque that the feedback adds to the model.
+    #[serde(rename = "feedback_torque_N_m", default = "feedback_torque")]
+    pub feedback_torque: f64,
+}
+
+fn torque_step() -> f64 {
+    2.0
+}
+
+fn measured_torque() -> f64 {
+    1.0
+}
+
+fn feedback_torque() -> f64 {
+    0.6
+}

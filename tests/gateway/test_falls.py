@@ -1,0 +1,129 @@
+"""Further faults of a machine with weight, one a case: rule, stop, fall, drives."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.gateway.bench import Bench, drive
+from tests.gateway.fault_table import Table
+from tests.gateway.test_landing import ALL, AT, at
+from tests.gateway.weight import TS, free
+
+HOLD = 14_000
+"""Cycle since enabling: the machine has lifted off, the reference stands still."""
+RAD = 2**32 / math.tau
+"""Counts of a radian."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fault; the rule and the stop (none: it goes on), axes that are not confirmed."""
+
+    name: str
+    options: str
+    rule: str = "none"
+    stop: str = "–"
+    axis: int | None = None
+    unknown: tuple[int, ...] = ()
+    since: int = AT
+    changes: tuple[tuple[str, str], ...] = ()
+    seconds: float = 2.5
+    held: bool = True
+    """False: no drive can hold it, so only what is said is checked; the row shows the rest."""
+
+
+def fault(kind: str, cycle: int = AT, **options: object) -> str:
+    """Options of the emulator for a fault."""
+    lines = [f'kind = "{kind}"', *(f"{key} = {value}" for key, value in options.items())]
+    return at("\n".join(lines), cycle)
+
+
+def drift(speed: float) -> str:
+    """An encoder that drifts [rad/s] from the hold on."""
+    return fault("encoder_drift", HOLD, position=1, size=round(speed * RAD * TS))
+
+
+def lost(**often: object) -> str:
+    """Replies that are lost for ever."""
+    return fault("frame_lost", HOLD, acting='"after"', count=0, **often)
+
+
+def short(**often: object) -> str:
+    """A drive that ignores the process data, for ever."""
+    return fault("wkc_short", HOLD, position=2, count=0, **often)
+
+
+def push(torque: float, count: int = 0, cycle: int = AT) -> str:
+    """A torque [N m] from outside on axis 4; count: cycles, 0 for ever."""
+    return fault("push", cycle, position=3, size=round(1000 * torque), count=count)
+
+
+LOST, SHORT = ("lost_frames", "zero"), ("working_counter", "zero")
+LATE = 28_000
+"""Cycle since enabling in a landing."""
+FROZEN = "encoder frozen while the reference stands still"
+UNLIKE = "torque of a drive does not follow any more"
+REVERSED = "encoder counts the wrong way from the start"
+CASES = (
+    Case("drive drops to SAFE-OP without an error flag", fault("safe_op", position=4, code=0),
+         "al_state", "zero", 5),
+    Case("emergency stop (STO) of all drives", fault("sto"), "drive_state", "zero", 1),
+    Case("encoder jumps 0.8 mrad", fault("encoder_jump", position=1, size=546_000)),
+    Case("working counter short, for ever", short(), *SHORT, since=HOLD),
+    Case("working counter short, 2 cycles", fault("wkc_short", count=2)),
+    Case("working counter short, 2 of every 3 cycles", short(burst=2, every=3), *SHORT, since=HOLD),
+    Case("working counter short, 1 of every 5 cycles", short(burst=1, every=5), since=HOLD),
+    Case("replies lost, 7 of every 8", lost(burst=7, every=8), *LOST, since=HOLD),
+    Case("replies lost, 1 of every 5", lost(burst=1, every=5), since=HOLD),
+    Case("replies lost, 30 %", lost(probability=0.3), *LOST, since=HOLD),
+    Case("replies late by a cycle, 10 %", fault("frame_delayed", 1, count=0, probability=0.1),
+         since=0),
+    Case(FROZEN, fault("encoder_frozen", HOLD, position=3), "frozen_encoder", "damp", 4,
+         since=HOLD),
+    Case("encoder drifts by 0.05 rad/s", drift(0.05), since=HOLD),
+    Case("encoder drifts by -0.2 rad/s", drift(-0.2), since=HOLD),
+    Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "damp", 4, since=0),
+    Case("axis pushed by -3 N m for ever", push(-3, cycle=HOLD), "feedback_torque", "land", 4,
+         since=HOLD, seconds=4.0, held=False),
+    Case("axis pushed by 20 N m for 20 ms", push(20, 80), since=AT + 80),
+    Case("axis pushed by 8 N m for 20 ms", push(8, 80), since=AT + 80),
+    Case("axis pushed by -30 N m for ever", push(-30), "speed", "land", 4, held=False),
+    Case(UNLIKE, fault("torque_frozen", position=1), "measured_torque", "zero", 2),
+    Case("torque constant too small by the square root of 2", "drives.torque_constant = 2.1213\n",
+         since=0),
+    Case("torque constant too large by the square root of 2", "drives.torque_constant = 4.2426\n",
+         since=0),
+    Case("statusword frozen", fault("status_frozen", position=1), unknown=(2,)),
+    Case("drive does not obey disabling", fault("control_ignored", position=1), unknown=(2,)),
+    Case("cable cut before the first drive in the landing", fault("cable_cut", LATE, position=0),
+         unknown=ALL, since=LATE),
+)  # fmt: skip
+
+
+@pytest.mark.sample(6)
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_fault_ends_as_the_table_says(
+    case: Case, hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    fallen = free(
+        Bench(hexapod_ssp, tmp_path), case.options, changes=case.changes, seconds=case.seconds
+    )
+    ran = fallen.ran
+    row = fallen.fall(case.name, case.since)
+    falls.add(row)
+    trips = [e for e in ran.events if e["event"] == "trip"]
+    found = (
+        (trips[0]["reason"], trips[0]["reaction"], trips[0]["axis"])
+        if trips
+        else ("none", "–", None)
+    )
+    assert found == (case.rule, case.stop, case.axis), ran.words
+    assert row.unknown == case.unknown
+    good = not trips and not case.unknown and not ran.one("summary")["landing_trip"]
+    assert ran.code == (0 if good else 1)
+    if case.held:
+        fallen.ends_at_rest(case.since)
