@@ -49,6 +49,18 @@ def test_first_of_two_waves_that_are_close_is_revised(tmp_path: Path) -> None:
     np.testing.assert_allclose(orders(selection), (18.0, 24.0), atol=0.7)
 
 
+def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
+    """Together they explain nearly all of it; one smooth function of the angle says it in fewer
+    numbers. A wave itself is said better by its own name."""
+    bump = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
+    assert "cogging_harmonic" in names(bump)
+    assert bump.instead[0].hypothesis.id == "angle"
+    assert nameless(bump, USUAL)[0].what == ": it goes with angle"
+    wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(9.0 * q))
+    assert names(wave) == ["cogging_harmonic"]
+    assert not wave.instead
+
+
 def accepted(*given: float | None) -> list[Any]:
     """Effects with these orders."""
     return [SimpleNamespace(score=SimpleNamespace(order=order)) for order in given]

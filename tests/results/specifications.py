@@ -9,6 +9,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "2.0": "FMI 2.0",
         "3.11": "version of Python",
     },
+    "docs/api.md": {"95 %": "level of the intervals"},
     "docs/concepts.md": {
         "4 kHz": "rate of a component",
         "2 kHz": "rate of a component",
@@ -47,8 +48,19 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "20 s": "length of the simulation",
         "0.25 ms": BASE,
         "6.12": "version of Linux",
+        "0.6 N m": "default of a monitor",
+        "1 N m": "default of a monitor",
+        "2 N m": "default of a monitor",
+        "1 s": "time constant of a monitor",
+        "0.7 rad": "speed of the reference in the tests of falls",
+        "0.52 rad": "stroke of the machine file",
     },
     "docs/glossary.md": {"0.25 ms": BASE, "2 s": "settling time", "1.0": "SSP 1.0"},
+    "docs/identify.md": {
+        "95 %": "level of the intervals",
+        "5 %": "limit of what a body may do to an axis",
+        "0.4 m": "length of a link of the example",
+    },
     "docs/import.md": {
         "0.25 ms": BASE,
         "0.12 s": "length of a simulation",
