@@ -1,8 +1,8 @@
-"""`flexhex diagnose` with a workflow that answers at once."""
+"""What tests of commands share: a workflow that answers at once, a browser."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import flexhex.diagnose.options as options
 from flexhex.diagnosis.logs import Options as LogOptions
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options
+from tests.flexhex.browser import Browser
 from tests.flexhex.diagnoses import BASIC
 
 ADDED = "out/extended.toml"
@@ -89,3 +90,11 @@ def call(app: typer.Typer, tmp_path: Path) -> Callable[..., Any]:
         return CliRunner().invoke(app, given, input=answer)
 
     return called
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One headless Chromium for the tests of a file."""
+    made = Browser(tmp_path_factory.mktemp("profile"))
+    yield made
+    made.close()

@@ -61,13 +61,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_page(tmp_path_factory.mktemp("page") / "p.html", "A page", "of a test", parts)
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    made = Browser(tmp_path_factory.mktemp("profile"))
-    yield made
-    made.close()
-
-
 @pytest.fixture
 def shown(browser: Browser, page: Path) -> Iterator[Browser]:
     """The page at 1440 px; it asks for nothing but itself, and the console stays empty."""

@@ -29,13 +29,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_view(folder / "view.html", "two runs", data)
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    made = Browser(tmp_path_factory.mktemp("profile"))
-    yield made
-    made.close()
-
-
 @pytest.fixture
 def shown(browser: Browser, page: Path) -> Iterator[Browser]:
     """The page at 1440 px; whatever a test does, the console stays empty."""
