@@ -1,7 +1,9 @@
-"""`python -m results.plots [--fmus DIR]`: the plot in each FMU's README, from its lines of FMPy.
+"""`python -m results.plots [--fmus DIR] [--export DIR]`: the plot in each FMU's README, from its
+lines of FMPy.
 
-The Python block of `fmus/<name>/README.md` runs as it stands, on the FMUs of `flexhex build`; what
-its calls of simulate_fmu return is drawn into `fmus/<name>/plot.svg`. One panel for each array.
+The Python block of `fmus/<name>/README.md` runs as it stands, on the FMUs of `flexhex build` (the
+player's on those of the `flexhex export` that stands above it); what its calls of simulate_fmu
+return is drawn into `fmus/<name>/plot.svg`. One panel for each array.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ from flexhex.fmugen.rooms import ROOMS
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
 DRAWN = (*ROOMS, "machine")
-"""FMUs with a README and a plot."""
+"""FMUs of every build, with a README and a plot."""
 COLOURS = ("#1f6fb2", "#d1731d", "#2e8b57", "#8a4fb0", "#b03a48", "#555555")
 LEFT, WIDTH, RIGHT = 78, 440, 152
 """Dots: of the scale, of a panel, of the names of its lines."""
@@ -184,17 +186,18 @@ def plot(name: str, fmus: Path) -> str:
     """The plot of one FMU's README, from the FMUs in a folder."""
     readme = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", readme)
-    return drawn(lines_of(calls_of(code.replace("out/fmus", fmus.as_posix()))))
+    return drawn(lines_of(calls_of(re.sub("out/(fmus|export)", fmus.as_posix(), code))))
 
 
 def main() -> None:
     """Draw all of them anew."""
     parser = argparse.ArgumentParser(prog="results.plots", description=__doc__)
     parser.add_argument("--fmus", type=Path, default=Path("out/fmus"), help="built FMUs")
-    fmus = parser.parse_args().fmus
-    for name in DRAWN:
+    parser.add_argument("--export", type=Path, default=Path("out/export"), help="with the player")
+    given = parser.parse_args()
+    for name, folder in (*((name, given.fmus) for name in DRAWN), ("player", given.export)):
         path = ROOT / "fmus" / name / "plot.svg"
-        path.write_text(plot(name, fmus), encoding="utf-8")
+        path.write_text(plot(name, folder), encoding="utf-8")
         print(path.relative_to(ROOT))
 
 

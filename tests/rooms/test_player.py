@@ -16,8 +16,10 @@ from scipy.interpolate import BPoly
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.player.table import Kind, Table
 from flexhex.trajectory.variant import build_player
+from results.plots import plot
 from tests.compare import assert_close
 from tests.conftest import ROOT
+from tests.rooms.test_alone import assert_same_picture
 from tests.test_documents import blocks
 
 Array = NDArray[np.float64]
@@ -115,7 +117,9 @@ def test_player_is_the_same_byte_for_byte(
     assert (tmp_path / "player.fmu").read_bytes() == player["pose"].read_bytes()
 
 
-def test_lines_of_the_readme_print_what_they_say(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_lines_of_the_readme_print_and_plot_what_they_say(
+    hexapod_ssp: Path, tmp_path: Path
+) -> None:
     text = (ROOT / "fmus" / "player" / "README.md").read_text(encoding="utf-8")
     (code,), (wanted,) = blocks(text, "python"), blocks(text, "text")
     (command,) = blocks(text, "sh")
@@ -126,3 +130,6 @@ def test_lines_of_the_readme_print_what_they_say(hexapod_ssp: Path, tmp_path: Pa
     here = code.replace("out/export", str(tmp_path))
     done = subprocess.run([sys.executable, "-c", here], capture_output=True, text=True, check=False)
     assert done.stdout == wanted, done.stderr[-2000:]
+    kept = (ROOT / "fmus" / "player" / "plot.svg").read_text(encoding="utf-8")
+    assert_same_picture(plot("player", tmp_path), kept)
+    assert text.count("](plot.svg)") == 1
