@@ -168,7 +168,7 @@ def test_gradual_limit_is_sought_behind_the_report_only_without_commands() -> No
     with_commands = runs()
     without = [replace(run, command=None) for run in with_commands]
     for made, grid in ((with_commands, 1), (without, 2)):
-        sought = workflow._sought(SimpleNamespace(runs=made))  # type: ignore[arg-type]
+        sought = workflow._sought(SimpleNamespace(runs=made, own={}))  # type: ignore[arg-type]
         sharp = next(s for s in sought["torque_saturation"].shapes if s.name == "p")
         assert len(sharp.grid) == grid
         assert sought.keys() == library().keys()

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from flexhex import arguments
 from flexhex.cli import app
-from flexhex.diagnose.command import KINDS as BASE_KINDS
+from flexhex.base_options import KINDS as BASE_KINDS
 from flexhex.diagnosis.bases import BASES
 from flexhex.experiments import EXPERIMENTS
 from flexhex.export.command import TOOLS
