@@ -10,8 +10,8 @@ import typer
 from typer.testing import CliRunner
 
 from flexhex import arguments
-from flexhex.cli import app
 from flexhex.base_options import KINDS as BASE_KINDS
+from flexhex.cli import app
 from flexhex.diagnosis.bases import BASES
 from flexhex.experiments import EXPERIMENTS
 from flexhex.export.command import TOOLS
