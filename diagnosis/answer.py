@@ -16,7 +16,7 @@ from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.noise import pairs, whiten
 from flexhex.diagnosis.regression import Columns, Regression
-from flexhex.diagnosis.stacked import deviations_of, shape_names, stack, whole
+from flexhex.diagnosis.stacked import deviations_of, shape_names, stack
 
 Array = NDArray[np.float64]
 CORRELATED = 3.0
@@ -141,7 +141,7 @@ def _stepped(
         shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
     moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
     after, _ = regression.fall(
-        Columns(None, np.hstack([whole(regression, part.columns) for part in moved]))
+        Columns(None, np.hstack([regression.spread(part.columns) for part in moved]))
     )
     return moved if after > before else list(parts)
 
@@ -175,7 +175,7 @@ def repeating(made: Calibrated, residual: Array) -> Array:
 
     Without repeats the sum of all squares, an upper bound.
     """
-    products = (made.layout.twin(residual) if made.between else residual) * residual
+    products = (made.layout.across(residual) if made.between else residual) * residual
     total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
     return np.asarray(np.maximum(np.array(total), 0.0))
 

@@ -6,7 +6,7 @@ its nonlinear parameters stand beside every candidate.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import Block, Run, torque_rms
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.noise import Noise, alike, calmed, rings, settled, whiten
 from flexhex.diagnosis.payloads import Load, carried
@@ -47,10 +48,10 @@ class Fitted:
 class Calibrated:
     """The base model about its fitted values, ready for candidates.
 
-    y: torque minus nominal (m, n) [N m] and B (m, n, nb) of each block; a coefficient of one
-    is `linearize.LOOSE` tolerances of `known`. raw: torque of the fit at every sample
-    (samples, n). between: what is asked for repeats; else it changes from pass to pass. loads:
-    payloads of the runs.
+    y: torque minus nominal (m, n) [N m] and its columns B of each block; a coefficient of one
+    is `linearize.LOOSE` tolerances of `known`. errors: columns (m, n, k) of each block of errors of
+    the geometry, which hardly change with the fit. between: what is asked for repeats; else it
+    changes from pass to pass. loads: payloads of the runs.
     """
 
     base: Base
@@ -59,8 +60,8 @@ class Calibrated:
     known: tuple[Known, ...]
     scale: Array
     y: tuple[Array, ...]
-    B: tuple[Array, ...]
-    raw: tuple[Array, ...]
+    B: tuple[Design, ...]
+    errors: tuple[Array, ...]
     noise: Noise
     between: bool = True
     loads: tuple[Load, ...] = ()
@@ -79,6 +80,19 @@ class Calibrated:
     def spacing(self) -> float:
         """Time between two rows [s]."""
         return float(np.median(np.diff(self.blocks[0].at)))
+
+    @cached_property
+    def raw(self) -> list[Array]:
+        """Torque of the fit (samples, n) [N m] at every sample of each block."""
+        found = []
+        for block in self.blocks:
+            motion = block.run.motion
+            torque = self.base.torque(motion, self.linear(block.run))
+            if len(self.base.curved):
+                z, _ = self.base.bend(motion, self.fitted.widths)
+                torque = torque + z * self.fitted.gains
+            found.append(torque)
+        return found
 
     @cached_property
     def torque_rms(self) -> Array:
@@ -141,8 +155,28 @@ class Calibrated:
         prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in self.known])
         n = self.base.n
         y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
-        B = np.concatenate([self.white(i, [v[:, i] for v in self.B]) for i in range(n)])
-        return Regression(y[:, 0], B, prior, self.layout, drifting=not self.between)
+        return Regression(y[:, 0], self._white_B, prior, self.layout, drifting=not self.between)
+
+    @property
+    def _white_B(self) -> Design:
+        return self._joined(self.white)
+
+    @cached_property
+    def kept_B(self) -> Design:
+        """B of the rows that count."""
+
+        def joined(_: int, values: Sequence[Array]) -> Array:
+            return np.concatenate([v[good] for v, good in zip(values, self.kept, strict=True)])
+
+        return self._joined(joined)
+
+    def _joined(self, rows: Callable[[int, Sequence[Array]], Array]) -> Design:
+        """B of all blocks as rows that are made of those of each block, axis by axis."""
+        pieces = []
+        for i in range(self.base.n):
+            places = np.unique(np.concatenate([design.places(i) for design in self.B]))
+            pieces.append(((places, rows(i, [d.at(i, places) for d in self.B])),))
+        return Design(len(self.known), tuple(pieces))
 
     @property
     def nominal(self) -> Array:
@@ -155,6 +189,7 @@ class Calibrated:
     def forget(self) -> None:
         """Let go of the rows: they take most of the memory, and are made again when asked for."""
         vars(self).pop("regression", None)
+        vars(self).pop("kept_B", None)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
@@ -169,4 +204,9 @@ class Calibrated:
 
     def residual(self, q: Array) -> list[Array]:
         """Torque that a fit q does not explain, (m, n) [N m] of each block."""
-        return [y - B @ q for y, B in zip(self.y, self.B, strict=True)]
+        return [y - torques(B, q) for y, B in zip(self.y, self.B, strict=True)]
+
+
+def torques(B: Design, q: Array) -> Array:
+    """B q (m, n) of a block."""
+    return np.stack([B.times(i, q) for i in range(len(B.pieces))], axis=1)

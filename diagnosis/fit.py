@@ -13,6 +13,7 @@ from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import LATEST, Block, torque_at
 from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.design import beside_of
 from flexhex.diagnosis.known import about_known, known_torque
 from flexhex.diagnosis.linearize import LOOSE, about
 from flexhex.diagnosis.noise import Noise, measured, unweighted
@@ -46,18 +47,28 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
         base.late * max(block.run.tau.ts for block in blocks),
     )
     flat = Noise.even(base.n, 1.0)
-    rubbed = with_friction(about(base, blocks, fitted, flat))
-    given = known_torque(rubbed)
-    plain = rubbed.residual(rubbed.regression.q)
+    first = with_friction(about(base, blocks, fitted, flat))
+    given = known_torque(first)
+    plain = first.residual(first.regression.q)
     noise = measured(blocks, plain)
-    rubbed = _weighted(base, blocks, fitted, noise, given)
+    first.forget()
+    rubbed = _weighted(first, noise, given)
     left = rubbed.residual(rubbed.regression.q)
     misled = axis_rms(blocks, left) > MISLED * axis_rms(blocks, plain)
     if misled.any():
-        rubbed = _weighted(base, blocks, fitted, unweighted(noise, misled), given)
+        rubbed = _weighted(first, unweighted(noise, misled), given)
         left = rubbed.residual(rubbed.regression.q)
     noise = unweighted(measured(blocks, left), misled)
-    return about(base, blocks, rubbed.fitted, noise, given=given)
+    return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
+
+
+def recalibrated(made: Calibrated, blocks: Sequence[Block]) -> Calibrated:
+    """The base model fitted to the same runs anew, from its values on; they carry other payloads
+    now."""
+    rubbed = with_friction(about_known(made.base, blocks, made.fitted, made.noise, (), made.errors))
+    q = rubbed.regression.q
+    noise = unweighted(measured(blocks, rubbed.residual(q)), made.noise.white)
+    return about_known(made.base, blocks, _moved(rubbed, q), noise, (), made.errors)
 
 
 def with_friction(made: Calibrated) -> Calibrated:
@@ -70,7 +81,7 @@ def with_friction(made: Calibrated) -> Calibrated:
     ]
     torque = np.maximum(np.tile(made.torque_rms, 2), np.finfo(float).tiny)
     columns = friction(made.blocks)
-    B = [np.concatenate([b, c * torque], axis=2) for b, c in zip(made.B, columns, strict=True)]
+    B = [beside_of(b, c * torque) for b, c in zip(made.B, columns, strict=True)]
     scale = np.concatenate([made.scale, np.ones(2 * n)])
     return replace(made, known=(*made.known, *more), scale=scale, B=tuple(B))
 
@@ -128,14 +139,17 @@ def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
     return nominal + (weight * found[best])[:count], step * best
 
 
-def _weighted(
-    base: Base, blocks: Sequence[Block], fitted: Fitted, noise: Noise, given: Sequence[Array]
-) -> Calibrated:
-    """The base model and friction fitted from given values on, in `STEPS` steps."""
+def _weighted(made: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibrated:
+    """The base model and friction fitted from its values on, in `STEPS` steps."""
+    fitted, errors = made.fitted, made.errors
+
+    def at(values: Fitted) -> Calibrated:
+        return with_friction(about(made.base, made.blocks, values, noise, (), given, errors))
+
     for _ in range(STEPS):
-        made = with_friction(about(base, blocks, fitted, noise, given=given))
-        fitted = _moved(made, made.regression.q)
-    return with_friction(about(base, blocks, fitted, noise, given=given))
+        there = at(fitted)
+        fitted = _moved(there, there.regression.q)
+    return at(fitted)
 
 
 def beside(held: Joint) -> Calibrated:
@@ -148,7 +162,7 @@ def beside(held: Joint) -> Calibrated:
         before = made.fitted
         fitted = _moved(made, held.q, STRIDE)
         made.forget()
-        made = about_known(made.base, made.blocks, fitted, made.noise)
+        made = about_known(made.base, made.blocks, fitted, made.noise, (), made.errors)
         held = again(held, Bench(made, list(held.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break

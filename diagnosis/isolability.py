@@ -155,11 +155,8 @@ def _as_data(regression: Regression, columns: Columns) -> Regression:
     """The regression with an effect as its only data."""
     y = np.zeros(len(regression.y))
     y[regression.layout.rows(columns.axis)] = columns.values[:, 0]
-    grams = []
-    for (G, _), fold in zip(regression.grams, regression.layout.folds, strict=True):
-        mine = regression.layout.fold == fold
-        grams.append((G, regression.twin[mine].T @ y[mine]))
-    return replace(regression, y=y, known=grams)
+    right = regression.pulled(regression.layout.across(y), None)
+    return replace(regression, y=y, known=(regression.gram[0], right))
 
 
 def _best(bench: Bench, seen: Regression, name: str, axis: int) -> float:

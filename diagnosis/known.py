@@ -42,8 +42,9 @@ def about_known(
     fitted: Fitted,
     noise: Noise,
     ours: Sequence[Block] = (),
+    errors: Sequence[Array] = (),
 ) -> Calibrated:
     """`linearize.about`, with what the model's own effects explain taken off."""
-    plain = about(base, blocks, fitted, noise, ours)
+    plain = about(base, blocks, fitted, noise, ours, (), errors)
     given = known_torque(plain)
-    return about(base, blocks, fitted, noise, ours, given) if given else plain
+    return about(base, blocks, fitted, noise, ours, given, plain.errors) if given else plain

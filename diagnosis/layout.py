@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -27,9 +28,9 @@ class Layout:
     partner: Index
 
     @property
-    def folds(self) -> Index:
-        """Numbers of the folds."""
-        return np.unique(self.fold)
+    def n(self) -> int:
+        """Axes."""
+        return int(self.axis[-1]) + 1
 
     def rows(self, axis: int | None) -> slice:
         """Rows of an axis; of all when it is None."""
@@ -38,13 +39,21 @@ class Layout:
         bounds = np.searchsorted(self.axis, [axis, axis + 1])
         return slice(int(bounds[0]), int(bounds[1]))
 
-    @cached_property
-    def mutual(self) -> bool:
-        """Whether every row is its partner's partner: two passes, or none to compare with."""
-        return bool((self.partner[self.partner] == np.arange(len(self.partner))).all())
+    def across(self, values: Array, axis: int | None = None) -> Array:
+        """J values (R, ...), or (R_i, ...) of an axis: each row as other passes have it, symmetric
+        in the passes. Without other passes the rows themselves."""
+        return np.asarray(self.twins(axis) @ values)
 
-    def twin(self, values: Array, axis: int | None = None) -> Array:
-        """Rows (R, ...), or (R_i, ...) of an axis, as the other pass has them."""
-        rows = self.rows(axis)
-        first = (rows.start or 0) if len(values) < len(self.axis) else 0
-        return np.asarray(values[self.partner[rows] - first])
+    def twins(self, axis: int | None) -> csr_array:
+        """J (R, R), or (R_i, R_i) of an axis."""
+        if axis not in self._kept:
+            rows = self.rows(axis)
+            partner = self.partner[rows] - (rows.start or 0)
+            count = len(partner)
+            to = csr_array((np.ones(count), (np.arange(count), partner)), shape=(count, count))
+            self._kept[axis] = csr_array((to + to.T) / 2)
+        return self._kept[axis]
+
+    @cached_property
+    def _kept(self) -> dict[int | None, csr_array]:
+        return {}

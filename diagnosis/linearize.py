@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import Block, torque_at, torque_rate
 from flexhex.diagnosis.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.payloads import carried, columns_of, loads_of
 
@@ -28,9 +29,11 @@ def about(
     noise: Noise,
     ours: Sequence[Block] = (),
     given: Sequence[Array] = (),
+    errors: Sequence[Array] = (),
 ) -> Calibrated:
     """Columns and torque about given nonlinear values.
 
+    errors: columns of errors of the geometry, where they are known from another fit to these runs.
     given: torque (m, n) [N m] of each block that known effects explain already.
     ours: blocks of the fit, when these are others: the parameters are those of the fit, and its
     runs' history is not these's.
@@ -43,31 +46,36 @@ def about(
         for i in range(len(base.curved))
     ]
     delay = Known("delay", "s", 0.0, fitted.late, "delay")
-    errors = base.geometry.known if base.geometry else ()
+    wrong = base.geometry.known if base.geometry else ()
     payloads = [known for load in loads for known in load.known]
-    known = (*base.linear, *base.curved, *base.widths, delay, *errors, *histories, *payloads)
+    known = (*base.linear, *base.curved, *base.widths, delay, *wrong, *histories, *payloads)
     scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
     offset = fitted.widths - np.array([k.nominal for k in base.widths])
     ys: list[Array] = []
-    Bs: list[Array] = []
-    raws: list[Array] = []
-    for block in blocks:
+    Bs: list[Design] = []
+    if base.geometry and not errors:
+        errors = [
+            base.geometry.columns(
+                block.run.motion,
+                block.weights,
+                carried(base, loads, fitted.loads, block.run, fitted.p),
+            )
+            for block in blocks
+        ]
+    for k, block in enumerate(blocks):
         motion = block.run.motion
-        p = carried(base, loads, fitted.loads, block.run, fitted.p)
-        raw = base.torque(motion, p)
         curve, tangent = np.zeros((len(block.at), base.n, 0)), None
         if len(base.curved):
             z, by_width = base.bend(motion, fitted.widths)
-            raw = raw + z * fitted.gains
             curve = _diagonal(block.smooth(z))
             tangent = _diagonal(block.smooth(by_width * fitted.gains))
         # of the torque as reported: that of the model would be full of the encoders' noise
         rate = -torque_rate(block, base.window, fitted.delay)
         parts = [block.linear, curve, *([] if tangent is None else [tangent]), rate[:, :, None]]
-        if base.geometry:
-            parts.append(base.geometry.columns(motion, block.weights, p))
+        if errors:
+            parts.append(errors[k])
         for name in listed if len(base.curved) else ():
             own = not ours and name == block.run.trajectory
             parts.append(_history(block, fitted) if own else np.zeros_like(curve))
@@ -79,13 +87,18 @@ def about(
         if tangent is not None:
             y = y - curve @ c0 + tangent @ offset
         if given:
-            y = y - given[len(ys)]
-        Bs.append(np.concatenate(parts, axis=2) * scale)
+            y = y - given[k]
+        Bs.append(_design(parts, scale))
         ys.append(y)
-        raws.append(raw)
-    y_all, B_all, raw_all = tuple(ys), tuple(Bs), tuple(raws)
-    made = Calibrated(base, tuple(blocks), fitted, known, scale, y_all, B_all, raw_all, noise)
+    whole = tuple(ys), tuple(Bs), tuple(errors)
+    made = Calibrated(base, tuple(blocks), fitted, known, scale, *whole, noise)
     return replace(made, loads=loads)
+
+
+def _design(parts: Sequence[Array], scale: Array) -> Design:
+    """Columns (m, n, k) side by side, each times its scale."""
+    n = parts[0].shape[1]
+    return Design.of([np.hstack([part[:, i] for part in parts]) * scale for i in range(n)])
 
 
 def _history(block: Block, fitted: Fitted) -> Array:

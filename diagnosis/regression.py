@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.gram import inverted, is_left, safe_gram, safe_inverse
 from flexhex.diagnosis.layout import Layout
 
@@ -39,7 +40,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class Regression:
-    """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,).
+    """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,); rows axis by axis.
 
     Products of rows are taken between passes: what does not repeat, in torque or motion, drops
     out of them. (A disturbance moves the joints too; within one pass the feedback's answer to
@@ -47,57 +48,39 @@ class Regression:
     the one that repeats. Without repeats a row is its own partner: ordinary least squares.
 
     drifting: candidates change from pass to pass, and are their own partners; the base model's
-    columns are not, as the noise in them is no drift. known: Gram matrices where they have been
-    computed already; partners: of the columns B likewise (R, nb).
+    columns are not, as the noise in them is no drift. known: B^T B and B^T y between passes, where
+    they have been computed already.
     """
 
     y: Array
-    B: Array
+    B: Design
     prior: Array
     layout: Layout
-    known: list[tuple[Array, Array]] | None = None
-    partners: Array | None = None
+    known: tuple[Array, Array] | None = None
     drifting: bool = False
 
     @cached_property
-    def twin(self) -> Array:
-        """B of the other pass (R, nb)."""
-        return self.layout.twin(self.B) if self.partners is None else self.partners
+    def gram(self) -> tuple[Array, Array]:
+        """B^T B (nb, nb) and B^T y (nb,) between passes."""
+        if self.known is not None:
+            return self.known
+        G, b = np.zeros((self.B.width, self.B.width)), np.zeros(self.B.width)
+        for i in range(self.layout.n):
+            for place, values in self.B.pieces[i]:
+                other = self.layout.across(values, i)
+                G[:, place] += self.B.pulled(i, other)
+                b[place] += other.T @ self.y[self.layout.rows(i)]
+        return (G + G.T) / 2, b
 
     def _other(self, values: Array, axis: int | None = None) -> Array:
         """Candidates or what is left, rows of an axis or all, of the other pass."""
-        return values if self.drifting else self.layout.twin(values, axis)
-
-    @property
-    def _mutual(self) -> bool:
-        return self.drifting or self.layout.mutual
-
-    @cached_property
-    def grams(self) -> list[tuple[Array, Array]]:
-        """(B^T B, B^T y) between passes, of each fold."""
-        if self.known is not None:
-            return self.known
-        made = []
-        for fold in self.layout.folds:
-            mine = self.layout.fold == fold
-            twin = self.twin[mine]
-            G = twin.T @ self.B[mine]
-            made.append(((G + G.T) / 2, self._between(twin, self.B[mine], self.y, mine)))
-        return made
-
-    def _between(self, twin: Array, own: Array, values: Array, mine: Array | slice) -> Array:
-        """Products (k, ...) of columns with values (R, ...) of other passes, both ways round."""
-        product = twin.T @ values[mine]
-        if not self._mutual:
-            product = (product + own.T @ self.layout.twin(values)[mine]) / 2
-        return np.asarray(product)
+        return values if self.drifting else self.layout.across(values, axis)
 
     @cached_property
     def covariance(self) -> Array:
         """Of the coefficients (nb, nb) for noise of unit variance: (B^T B + prior)^-1, made safe
         where noise left less than the prior itself."""
-        G = sum((part for part, _ in self.grams), start=np.diag(self.prior))
-        return safe_inverse(G, self.prior)
+        return safe_inverse(self.gram[0] + np.diag(self.prior), self.prior)
 
     def solve(self, rhs: Array) -> Array:
         """(B^T B + prior)^-1 rhs."""
@@ -106,12 +89,23 @@ class Regression:
     @cached_property
     def q(self) -> Array:
         """Estimate (nb,)."""
-        return self.solve(np.sum([rhs for _, rhs in self.grams], axis=0))
+        return self.solve(self.gram[1])
 
     @cached_property
     def residual(self) -> Array:
         """y - B q (R,)."""
-        return np.asarray(self.y - self.B @ self.q)
+        return self.y - self.times(self.q)
+
+    def times(self, q: Array) -> Array:
+        """B q (R, ...)."""
+        return np.concatenate([self.B.times(i, q) for i in range(self.layout.n)])
+
+    def pulled(self, values: Array, axis: int | None) -> Array:
+        """B^T values (nb, ...) of rows of an axis or of all."""
+        if axis is not None:
+            return self.B.pulled(axis, values)
+        parts = (self.B.pulled(i, values[self.layout.rows(i)]) for i in range(self.layout.n))
+        return np.asarray(sum(parts))
 
     def loosened(self, freed: Mapping[int, float]) -> Regression:
         """With other inverse variances of some base parameters, by their place."""
@@ -119,25 +113,27 @@ class Regression:
             return self
         prior = self.prior.copy()
         prior[list(freed)] = list(freed.values())
-        return replace(self, prior=prior, known=self.grams)
+        return replace(self, prior=prior, known=self.gram)
+
+    def only(self, kept: NDArray[np.int64]) -> Regression:
+        """With some of the base columns."""
+        G, b = self.gram
+        known = G[np.ix_(kept, kept)], b[kept]
+        return replace(self, B=self.B.only(kept), prior=self.prior[kept], known=known)
 
     def extended(self, columns: list[Columns]) -> Regression:
         """With further columns, free of any prior."""
-        C = np.hstack([self._spread(c) for c in columns])
-        twin = self._other(C)
-        grams = []
-        for (G, b), fold in zip(self.grams, self.layout.folds, strict=True):
-            mine = self.layout.fold == fold
-            own = twin[mine].T @ C[mine]
-            cross = self._between(self.twin[mine], self.B[mine], C, mine)
-            whole = np.block([[G, cross], [cross.T, (own + own.T) / 2]])
-            more = self._between(twin[mine], C[mine], self.y, mine)
-            grams.append((whole, np.concatenate([b, more])))
-        prior = np.concatenate([self.prior, np.zeros(C.shape[1])])
-        B, partners = np.hstack([self.B, C]), np.hstack([self.twin, twin])
-        return Regression(self.y, B, prior, self.layout, grams, partners, self.drifting)
+        (G, b), C = self.gram, np.hstack([self.spread(c) for c in columns])
+        other = self._other(C)
+        cross, own = self.pulled(self.layout.across(C), None), other.T @ C
+        whole = np.block([[G, cross], [cross.T, (own + own.T) / 2]])
+        right = np.concatenate([b, other.T @ self.y])
+        more = {i: C[self.layout.rows(i)] for i in range(self.layout.n)}
+        B, prior = self.B.beside(more, C.shape[1]), np.append(self.prior, np.zeros(C.shape[1]))
+        return replace(self, B=B, prior=prior, known=(whole, right))
 
-    def _spread(self, columns: Columns) -> Array:
+    def spread(self, columns: Columns) -> Array:
+        """Columns (R, k) of all rows."""
         if columns.axis is None:
             return columns.values
         full = np.zeros((len(self.y), columns.values.shape[1]))
@@ -146,12 +142,9 @@ class Regression:
 
     def products(self, axis: int | None, C: Array) -> tuple[Array, Array, Array]:
         """(C between passes, B^T C (nb, k), C^T residual (k,)) for columns on an axis."""
-        rows, twin = self.layout.rows(axis), self._other(C, axis)
-        cross, c = self.twin[rows].T @ C, twin.T @ self.residual[rows]
-        if not self._mutual:
-            cross = (cross + self.B[rows].T @ twin) / 2
-            c = (c + C.T @ self.layout.twin(self.residual, axis)) / 2
-        return twin, cross, c
+        across = self.layout.across(C, axis)
+        other = C if self.drifting else across
+        return other, self.pulled(across, axis), other.T @ self.residual[self.layout.rows(axis)]
 
     def falls(self, axis: int | None, C: Array, k: int) -> Array:
         """Falls of the sum of squares for candidates of k neighbouring columns each.
@@ -160,7 +153,8 @@ class Regression:
         """
         twin, cross, c = self.products(axis, C)
         solved = self.solve(cross)
-        left = ((C - self.B[self.layout.rows(axis)] @ solved) ** 2).sum(axis=0)
+        there = self.times(solved) if axis is None else self.B.times(axis, solved)
+        left = ((C - there) ** 2).sum(axis=0)
         found = []
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
@@ -184,7 +178,8 @@ class Regression:
         _, beta = self.fall(columns)
         twin, cross, _ = self.products(columns.axis, C)
         moved = self.solve(cross)
-        clean, other = -self.B @ moved, -self.twin @ moved
+        clean = -self.times(moved)
+        other = self.layout.across(clean)
         clean[rows] += C
         other[rows] += twin
         ideas = -np.sqrt(self.prior)[:, None] * moved

@@ -18,7 +18,7 @@ UNDETERMINED = 0.5
 
 def stack(bench: Bench, regression: Regression, parts: Sequence[Part]) -> tuple[Array, Array]:
     """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
-    columns = [whole(regression, part.columns) for part in parts]
+    columns = [regression.spread(part.columns) for part in parts]
     stacked = np.hstack(columns)
     _, beta = regression.fall(Columns(None, stacked))
     gains = np.split(beta, np.cumsum([c.shape[1] for c in columns])[:-1])
@@ -78,7 +78,7 @@ def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: 
     ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
     sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]
     change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
-    return whole(regression, change) / (ends[0] - ends[1])
+    return regression.spread(change) / (ends[0] - ends[1])
 
 
 def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:
@@ -89,12 +89,3 @@ def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:
         if item is not None:
             found += [(k, s.name) for s in item.searched]
     return found
-
-
-def whole(regression: Regression, columns: Columns) -> Array:
-    """Columns (R, k) for all rows."""
-    if columns.axis is None:
-        return columns.values
-    full = np.zeros((len(regression.y), columns.values.shape[1]))
-    full[regression.layout.rows(columns.axis)] = columns.values
-    return full

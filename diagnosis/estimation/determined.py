@@ -34,12 +34,13 @@ class Seen:
     def __init__(self, found: Estimated) -> None:
         self.found, made, reg = found, found.made, found.regression
         self.more = announced(made)
-        G = np.diag(reg.prior) + np.sum([part for part, _ in reg.grams], axis=0)
+        G = np.diag(reg.prior) + reg.gram[0]
         self.unseen = np.eye(len(G)) - reg.covariance @ G
         loose = reg.prior / WIDER**2
         self.alone = found.level * safe_inverse(G - np.diag(reg.prior - loose), loose)
-        rms = np.array([np.sqrt((np.concatenate(made.B)[:, i] ** 2).mean(axis=0))
-                        for i in range(made.base.n)])  # fmt: skip
+        count = sum(len(y) for y in made.y)
+        squares = [[np.diag(B.squares(i)) for B in made.B] for i in range(made.base.n)]
+        rms = np.sqrt(np.sum(squares, axis=1) / count)
         torque = np.maximum(made.torque_rms, np.finfo(float).tiny)
         scale = np.where(made.scale > 0, made.scale, np.inf)
         self.share = (rms / torque[:, None]).max(axis=0) / scale

@@ -166,14 +166,7 @@ def _formed(
     for axis, columns in dry.items():
         name = f"F_c[{axis + 1}]"
         others = np.array([k.name != name and k.group != "delay" for k in full.known])
-        beside = Regression(
-            whole.y,
-            whole.B[:, others],
-            whole.prior[others],
-            whole.layout,
-            [(G[np.ix_(others, others)], b[others]) for G, b in whole.grams],
-            whole.twin[:, others],
-        )
+        beside = whole.only(np.flatnonzero(others))
 
         def fall(form: Form, i: int = axis, rows: Regression = beside) -> float:
             known = dry[i].get(form)
@@ -209,9 +202,7 @@ def _levelled(made: Calibrated) -> tuple[Regression, float]:
 
 def _finished(fit: _Fit) -> Estimated:
     made, regression, values = fit.made, fit.regression, fit.values
-    curvature = (
-        np.diag(regression.prior) + np.sum([G for G, _ in regression.grams], axis=0)
-    ) / fit.level
+    curvature = (np.diag(regression.prior) + regression.gram[0]) / fit.level
     found, wrong = possible_values(made, values, curvature)
     spread = _covariance(fit) * np.outer(made.scale, made.scale)
     return Estimated(
@@ -222,8 +213,13 @@ def _finished(fit: _Fit) -> Estimated:
 def _covariance(fit: _Fit) -> Array:
     """Of the coefficients (nb, nb), robust to errors that go together within a cluster."""
     layout, regression = fit.made.layout, fit.regression
-    weighted = regression.twin * regression.residual[:, None]
-    scores = np.array([np.bincount(layout.cluster, weights=w) for w in weighted.T])
+    scores = np.zeros((len(regression.prior), regression.clusters))
+    for i in range(layout.n):
+        rows, places = layout.rows(i), regression.B.places(i)
+        other = layout.across(regression.B.at(i, places), i)
+        weighted = other * regression.residual[rows, None]
+        at = layout.cluster[rows]
+        scores[places] += [np.bincount(at, w, regression.clusters) for w in weighted.T]
     seen = len(np.unique(layout.cluster))
     S = scores @ scores.T * (seen / max(1, seen - 1))
     A = regression.covariance

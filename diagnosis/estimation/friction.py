@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import Block
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.design import beside_of
 from flexhex.diagnosis.estimation.structure import Span
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.linearize import LOOSE
@@ -115,7 +116,7 @@ def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Fo
 def beside(made: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:
     """A base model with further parameters after its own."""
     scale = np.array([LOOSE * known.tolerance for known in listed])
-    B = [np.concatenate([b, c * scale], axis=2) for b, c in zip(made.B, columns, strict=True)]
+    B = [beside_of(b, c * scale) for b, c in zip(made.B, columns, strict=True)]
     return replace(
         made,
         known=(*made.known, *listed),

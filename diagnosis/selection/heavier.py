@@ -5,6 +5,8 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import replace
 
+import numpy as np
+
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.hypothesis import HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
@@ -23,5 +25,7 @@ def heavier(bench: Bench, body: HeavierBody, moments: Moments) -> Bench:
         known[place] = replace(old, nominal=(1 + more) * old.nominal, file=old.written)
     base = copy(made.base)
     base.linear = tuple(known[: len(base.linear)])
-    y = tuple(v - B[:, :, places] @ (more * ways) for v, B in zip(made.y, made.B, strict=True))
+    step = np.zeros(len(known))
+    step[places] = more * ways
+    y = tuple(made.residual(step))
     return bench.beside(replace(made, base=base, known=tuple(known), y=y))

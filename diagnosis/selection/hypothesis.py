@@ -95,21 +95,25 @@ class EffectHypothesis:
         """Products of the columns with the base model's, with the torque, and with each other;
         these not between passes: noise in a column must not make it seem small. Kept."""
         if None not in self._known:
-            white = self.columns().white
-            self._known[None] = {f: self._products(rows, white, p) for f, p in rows.parts.items()}
+            self._known[None] = self._products(rows)
         found: Products = self._known[None][fold]
         return found
 
-    def _products(self, rows: Rows, white: Mapping[int, Array], part: slice) -> Products:
+    def _products(self, rows: Rows) -> dict[int, Products]:
         width, count = self.width, len(self.shapes)
-        cross, right = np.zeros((rows.nb, count * width)), np.zeros(count * width)
-        own = np.zeros((count, width, width))
-        for i, columns in white.items():
-            cross += rows.twin_B[i][part].T @ columns[part]
-            right += columns[part].T @ rows.twin_y[i][part]
-            single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
-            own += single @ single.transpose(0, 2, 1)
-        return Products(cross, right, own)
+        size = count * width
+        found = {
+            f: Products(np.zeros((rows.nb, size)), np.zeros(size), np.zeros((count, width, width)))
+            for f in rows.folds
+        }
+        for i, columns in self.columns().white.items():
+            across = rows.across(columns)
+            for f, part in rows.parts.items():
+                found[f].cross[:] += rows.white_B.pulled(i, across[part], part)
+                found[f].right[:] += columns[part].T @ rows.twin_y[i][part]
+                single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
+                found[f].own[:] += single @ single.transpose(0, 2, 1)
+        return found
 
     def beside(self, term: Term, rows: Rows, fold: int) -> Array:
         """Products (k', shapes * k) of an accepted term's columns with these, between passes.
@@ -117,9 +121,10 @@ class EffectHypothesis:
         if term not in self._known:
             common = term.white.keys() & set(self.felt)
             white = self.columns().white if common else {}
+            twins = {i: rows.across(term.white[i]) for i in common}
             empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
             self._known[term] = {
-                f: sum((term.twin[i][p].T @ white[i][p] for i in common), empty)
+                f: sum((twins[i][p].T @ white[i][p] for i in common), empty)
                 for f, p in rows.parts.items()
             }
         found: Array = self._known[term][fold]

@@ -138,11 +138,9 @@ def _shown(moments: Moments) -> Shown:
 def _left(moments: Moments) -> list[Array]:
     """What the model leaves (m, n) [N m] of each block, zero in rows that do not count."""
     rows, q = moments.rows, moments.fit(None).q
-    sorted_back = np.empty((rows.count, rows.n))
-    for i in range(rows.n):
-        sorted_back[rows.order, i] = rows.y[i] - moments.torque(i, q)
+    left = np.stack([rows.y[i] - moments.torque(i, q) for i in range(rows.n)], axis=1)
     kept = rows.made.kept
-    parts = np.split(sorted_back, np.cumsum([good.sum() for good in kept])[:-1])
+    parts = np.split(left, np.cumsum([good.sum() for good in kept])[:-1])
     found = [np.zeros((len(good), rows.n)) for good in kept]
     for full, good, part in zip(found, kept, parts, strict=True):
         full[good] = part

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
@@ -23,12 +24,11 @@ and where noise made products between passes negative."""
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """Columns (R, k) beside the base model on each axis that feels them, as the other passes have
-    them in twin, with the inverse variance (k,) of their coefficients: zero for free ones."""
+    """Columns (R, k) beside the base model on each axis that feels them, as they are and whitened,
+    with the inverse variance (k,) of their coefficients: zero for free ones."""
 
     raw: Mapping[int, Array]
     white: Mapping[int, Array]
-    twin: Mapping[int, Array]
     prior: Array
 
 
@@ -76,7 +76,7 @@ class Moments:
             own = [t.raw.get(axis) for t in self.terms]
             for term, place in zip(own, self._places, strict=True):
                 if term is not None:
-                    found[:nb, place] = self.rows.B[axis].T @ term
+                    found[:nb, place] = self.rows.B.pulled(axis, term)
                     for other, beside in zip(own, self._places, strict=True):
                         if other is not None:
                             found[beside, place] = other.T @ term
@@ -86,41 +86,42 @@ class Moments:
 
     def torque(self, axis: int, c: Array) -> Array:
         """X c (R,) of an axis [N m]."""
-        return self._times(c, self.rows.B[axis], [t.raw.get(axis) for t in self.terms])
+        return self._times(axis, c, self.rows.B, [t.raw.get(axis) for t in self.terms])
 
     def white(self, axis: int, c: Array) -> Array:
         """The same whitened."""
-        return self._times(c, self.rows.white_B[axis], [t.white.get(axis) for t in self.terms])
+        return self._times(axis, c, self.rows.white_B, [t.white.get(axis) for t in self.terms])
 
-    def _times(self, c: Array, base: Array, terms: Sequence[Array | None]) -> Array:
-        found = base @ c[: self.rows.nb]
+    def _times(self, axis: int, c: Array, base: Design, terms: Sequence[Array | None]) -> Array:
+        found = base.times(axis, c[: self.rows.nb])
         for own, place in zip(terms, self._places, strict=True):
             if own is not None:
                 found += own @ c[place]
         return np.asarray(found)
 
-    def across(self, values: Mapping[int, Array], fold: Left = None) -> Array:
-        """X^T values (m, ...) with X of the other passes, of values (R, ...) on these axes, in all
-        rows or those of a fold, which values are of then."""
+    def pulled(self, values: Mapping[int, Array], fold: Left = None) -> Array:
+        """X^T values (m, ...) of values (R, ...) on these axes, in all rows or those of a fold,
+        which values are of then."""
         part = slice(None) if fold is None else self.rows.parts[fold]
         found = np.zeros((self.m, *next(iter(values.values())).shape[1:]))
         for i, v in values.items():
-            found[: self.rows.nb] += self.rows.twin_B[i][part].T @ v
+            found[: self.rows.nb] += self.rows.white_B.pulled(i, v, part)
             for term, place in zip(self.terms, self._places, strict=True):
-                if i in term.twin:
-                    found[place] += term.twin[i][part].T @ v
+                if i in term.white:
+                    found[place] += term.white[i][part].T @ v
         return found
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
         longer = Moments(self.rows, (*self.terms, term), self.freed)
+        across = {i: self.rows.across(white) for i, white in term.white.items()}
         for fold in self.rows.folds:
             (G, b), part, m = self.grams(fold), self.rows.parts[fold], self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
             whole[:m, :m], right[:m] = G, b
-            own = {i: white[part] for i, white in term.white.items()}
-            whole[:, m:] = longer.across(own, fold)
-            right[m:] = sum(white.T @ self.rows.twin_y[i][part] for i, white in own.items())
+            own = {i: white[part] for i, white in across.items()}
+            whole[:, m:] = longer.pulled(own, fold)
+            right[m:] = sum(white.T @ self.rows.white_y[i][part] for i, white in own.items())
             whole[m:, :m] = whole[:m, m:].T
             whole[m:, m:] = (whole[m:, m:] + whole[m:, m:].T) / 2
             longer._grams[fold] = whole, right
@@ -148,15 +149,21 @@ class Moments:
     def grams(self, fold: int) -> tuple[Array, Array]:
         """X^T X (m, m) and X^T y (m,) of a fold, whitened, between passes; of a model with terms
         they are known."""
-        if fold not in self._grams:
-            G, b = np.zeros((self.m, self.m)), np.zeros(self.m)
-            part = self.rows.parts[fold]
-            rows = zip(self.rows.white_B, self.rows.twin_B, self.rows.white_y, strict=True)
-            for B, twin, y in rows:
-                G += twin[part].T @ B[part]
-                b += twin[part].T @ y[part]
-            self._grams[fold] = (G + G.T) / 2, b
+        if not self._grams:
+            self._grams = self._products()
         return self._grams[fold]
+
+    def _products(self) -> dict[int, tuple[Array, Array]]:
+        rows = self.rows
+        found = {fold: (np.zeros((self.m, self.m)), np.zeros(self.m)) for fold in rows.folds}
+        for i in range(rows.n):
+            for places, values in rows.white_B.pieces[i]:
+                across = rows.across(values)
+                for fold, (G, b) in found.items():
+                    part = rows.parts[fold]
+                    G[:, places] += rows.white_B.pulled(i, across[part], part)
+                    b[places] += across[part].T @ rows.white_y[i][part]
+        return {fold: ((G + G.T) / 2, b) for fold, (G, b) in found.items()}
 
     def gram(self, left: Left) -> tuple[Array, Array]:
         """The same of all folds but one."""

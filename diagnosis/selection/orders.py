@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft
 
 from flexhex.diagnosis.selection.rows import Rows
 
@@ -53,6 +54,7 @@ def promising_orders(
     slow = np.sort(rate)[min(SHOWN, len(rate) - 1)]
     high = max(2 * np.pi / max(slow * window, 1e-9 * stroke), 2 * low)
     count = int(min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS))
+    count = next_fast_len(count, real=True)
     place = np.minimum((angle - angle.min()) / stroke * count, count - 1).astype(int)
     orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * count // 2 + 1)
     clear = np.zeros(len(orders))
@@ -66,7 +68,7 @@ def promising_orders(
         level = np.bincount(place, weights * left, count) / np.maximum(filled, 1.0)
         # beside noise of one size in all rows
         size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
-        clear[part] = np.abs(np.fft.rfft(level, FINER * count))[part] / size
+        clear[part] = np.abs(rfft(level, FINER * count))[part] / size
     there = np.flatnonzero(clear)
     best = there[np.argsort(-clear[there])[:most]]
     return sorted(float(order) for order in orders[best]), len(there)

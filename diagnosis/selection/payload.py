@@ -20,7 +20,7 @@ import numpy as np
 
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.fit import calibrate
+from flexhex.diagnosis.fit import recalibrated
 from flexhex.diagnosis.payloads import GROUP
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -90,18 +90,16 @@ def _calibrated(made: Calibrated, levels: Levels) -> Calibrated:
         replace(b, run=replace(b.run, loads=b.run.loads | (1 << bit + level - 1 if level else 0)))
         for b, level in zip(made.blocks, levels.tolist(), strict=True)
     ]
-    return calibrate(made.base, blocks)
+    return recalibrated(made, blocks)
 
 
 def _apart(rows: Rows, count: int) -> tuple[Rows, Columns]:
     """Rows without the last `count` columns of the base model, and these."""
+    kept, own = np.arange(rows.nb - count), rows.nb - count + np.arange(count)
     without = replace(
-        rows,
-        B=tuple(B[:, :-count] for B in rows.B),
-        white_B=tuple(B[:, :-count] for B in rows.white_B),
-        prior=rows.prior[:-count],
+        rows, B=rows.B.only(kept), white_B=rows.white_B.only(kept), prior=rows.prior[:-count]
     )
-    raw, white = (dict(enumerate(B[:, -count:] for B in v)) for v in (rows.B, rows.white_B))
+    raw, white = ({i: B.at(i, own) for i in range(rows.n)} for B in (rows.B, rows.white_B))
     return without, Columns(raw, white)
 
 

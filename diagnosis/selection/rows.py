@@ -1,5 +1,4 @@
-"""Rows of all runs, axis by axis and fold after fold: whitened ones for the fit, ones in N m for
-the score."""
+"""Rows of all runs, axis by axis: whitened ones for the fit, ones in N m for the score."""
 
 from __future__ import annotations
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.design import Design, Part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -19,22 +19,20 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Rows:
-    """y[i] (R,) = B[i] (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
+    """y[i] (R,) = B (R, nb) q on each axis i [N m]; white_y, white_B: the same whitened.
 
-    moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. order (R,):
-    places of the rows among those of the runs, fold after fold. fold (R,): trajectory, or stretch
-    of an only one. twins (R, R): the mean of the same instant's other passes, symmetric and within
-    a fold; a row that has none is its own. prior (nb,): inverse variance of q; torque_rms (n,)
-    [N m].
+    moving[i] (R,): 1 where the axis moves, 0 where it rests and a row says nothing. fold (R,):
+    trajectory, or stretch of an only one. twins (R, R): the mean of the same instant's other
+    passes, symmetric and within a fold; a row that has none is its own. prior (nb,): inverse
+    variance of q; torque_rms (n,) [N m].
     """
 
     made: Calibrated
     y: tuple[Array, ...]
-    B: tuple[Array, ...]
+    B: Design
     white_y: tuple[Array, ...]
-    white_B: tuple[Array, ...]
+    white_B: Design
     moving: tuple[Array, ...]
-    order: Index
     fold: Index
     twins: csr_array
     prior: Array
@@ -43,25 +41,23 @@ class Rows:
     @staticmethod
     def of(made: Calibrated) -> Rows:
         """Rows of a calibrated base model."""
-        layout, n = made.layout, made.base.n
-        count = len(layout.axis) // n
-        order = np.argsort(layout.fold[:count], kind="stable")
-        partner = layout.partner[:count] if made.between else np.arange(count)
-        to = csr_array((np.ones(count), (np.arange(count), partner)))
-        prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in made.known])
-        y, B = ([[v[:, i] for v in listed] for i in range(n)] for listed in (made.y, made.B))
+        layout, n, white = made.layout, made.base.n, made.regression
+        own = layout.rows(0)
+        twins = layout.twins(0)
+        if not made.between:
+            twins = csr_array(dia_array((np.ones(twins.shape[0])[None], [0]), shape=twins.shape))
+        y = [[v[:, i] for v in made.y] for i in range(n)]
         moving = [[v[:, i].astype(float) for v in made.moving] for i in range(n)]
         return Rows(
             made,
-            tuple(kept(made, v)[order] for v in y),
-            tuple(kept(made, v)[order] for v in B),
-            tuple(made.white(i, v)[order, 0] for i, v in enumerate(y)),
-            tuple(made.white(i, v)[order] for i, v in enumerate(B)),
-            tuple(kept(made, v)[order] for v in moving),
-            order,
-            layout.fold[:count][order],
-            csr_array((to + to.T) / 2)[order][:, order],
-            prior,
+            tuple(kept(made, v) for v in y),
+            made.kept_B,
+            tuple(white.y[layout.rows(i)] for i in range(n)),
+            white.B,
+            tuple(kept(made, v) for v in moving),
+            layout.fold[own],
+            twins,
+            white.prior,
             made.torque_rms,
         )
 
@@ -81,11 +77,14 @@ class Rows:
         return len(self.fold)
 
     @cached_property
-    def parts(self) -> dict[int, slice]:
+    def parts(self) -> dict[int, Part]:
         """Rows of each fold, by its number."""
-        numbers, start = np.unique(self.fold, return_index=True)
-        ends = [*start[1:], self.count]
-        return {int(f): slice(int(a), int(b)) for f, a, b in zip(numbers, start, ends, strict=True)}
+        found = dict[int, Part]()
+        for number in np.unique(self.fold):
+            rows = np.flatnonzero(self.fold == number)
+            together = rows[-1] - rows[0] + 1 == len(rows)
+            found[int(number)] = slice(int(rows[0]), int(rows[-1]) + 1) if together else rows
+        return found
 
     @property
     def folds(self) -> list[int]:
@@ -100,20 +99,19 @@ class Rows:
         found.eliminate_zeros()
         return found
 
-    @cached_property
-    def twin_B(self) -> list[Array]:
-        """white_B as the other passes have it."""
-        return [np.asarray(self.twins @ B) for B in self.white_B]
+    def across(self, values: Array) -> Array:
+        """Rows (R, ...) as the other passes have them."""
+        return np.asarray(self.twins @ values)
 
     @cached_property
     def squares(self) -> list[Array]:
         """B^T B (nb, nb) of each axis [N^2 m^2]."""
-        return [B.T @ B for B in self.B]
+        return [self.B.squares(i) for i in range(self.n)]
 
     @cached_property
     def twin_y(self) -> list[Array]:
         """white_y as the other passes have it."""
-        return [np.asarray(self.twins @ y) for y in self.white_y]
+        return [self.across(y) for y in self.white_y]
 
     @cached_property
     def white_rms(self) -> Array:
@@ -124,12 +122,11 @@ class Rows:
     def _lines(self) -> list[tuple[Index, Array]]:
         """Of each run its rows and an orthonormal base (rows, 2) of straight lines along them."""
         counts = [int(good.sum()) for good in self.made.kept]
-        run = np.repeat(np.arange(len(counts)), counts)[self.order]
+        edges = np.cumsum([0, *counts])
         found = []
-        for number in range(len(counts)):
-            own = np.flatnonzero(run == number)
-            line = np.stack([np.ones(len(own)), np.arange(len(own))], axis=1)
-            found.append((own, np.linalg.qr(line)[0]))
+        for start, count in zip(edges, counts, strict=False):
+            line = np.stack([np.ones(count), np.arange(count)], axis=1)
+            found.append((start + np.arange(count), np.linalg.qr(line)[0]))
         return found
 
     def level(self, values: Array) -> Array:
@@ -141,11 +138,11 @@ class Rows:
 
     def raw(self, values: Sequence[Array]) -> Array:
         """Rows (R, ...) of values (m, ...) in each block."""
-        return np.asarray(kept(self.made, values)[self.order])
+        return kept(self.made, values)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R, k) of values (m[, k]) of an axis in each block."""
-        return np.asarray(self.made.white(axis, values)[self.order])
+        return self.made.white(axis, values)
 
 
 def kept(made: Calibrated, values: Sequence[Array]) -> Array:

@@ -104,7 +104,8 @@ def effect_score(
     gains = fits[None].gains[shape]
     columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
     torque = {i: own @ gains for i, own in columns.raw.items()}
-    cross = moments.across({i: own @ gains for i, own in columns.white.items()})
+    rows = moments.rows
+    cross = moments.pulled({i: rows.across(own @ gains) for i, own in columns.white.items()})
     taken_up = moments.fit(None).solve(cross)
     size = size_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
@@ -158,9 +159,7 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
     effect = score.hypothesis
     assert isinstance(effect, EffectHypothesis)
     columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
-    twins = moments.rows.twins
-    twin = {i: np.asarray(twins @ white) for i, white in columns.white.items()}
-    return Term(columns.raw, columns.white, twin, free(moments, effect)[score.shape])
+    return Term(columns.raw, columns.white, free(moments, effect)[score.shape])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:

@@ -1,0 +1,100 @@
+"""The columns of a linear model, axis by axis, without those that are zero on an axis.
+
+Most parameters of a machine act on some axes alone: kept whole, half of all columns are zeros.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Part = slice | Index
+ALL = slice(None)
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """Columns X (R, width) of the rows of each axis: of each some places (k,) and what stands there
+    (R, k), which may come in several pieces."""
+
+    width: int
+    pieces: tuple[tuple[tuple[Index, Array], ...], ...]
+
+    @staticmethod
+    def of(columns: Sequence[Array]) -> Design:
+        """Of whole columns (R, width) of each axis."""
+        places = [np.flatnonzero(values.any(axis=0)) for values in columns]
+        pieces = zip(places, columns, strict=True)
+        return Design(columns[0].shape[1], tuple(((p, v[:, p]),) for p, v in pieces))
+
+    def beside(self, more: Mapping[int, Array], count: int) -> Design:
+        """With `count` further columns, of some axes."""
+        places = self.width + np.arange(count)
+        own = (((places, more[i]),) if i in more else () for i in range(len(self.pieces)))
+        pairs = zip(self.pieces, own, strict=True)
+        return Design(self.width + count, tuple((*listed, *new) for listed, new in pairs))
+
+    def only(self, kept: Index) -> Design:
+        """Some of the columns, in their order."""
+        found = []
+        for listed in self.pieces:
+            own = [(np.searchsorted(kept, p), np.isin(p, kept), v) for p, v in listed]
+            found.append(tuple((at[there], v[:, there]) for at, there, v in own))
+        return Design(len(kept), tuple(found))
+
+    def whole(self, axis: int) -> Array:
+        """X (R, width) of an axis."""
+        return self.at(axis, np.arange(self.width))
+
+    def at(self, axis: int, places: Index) -> Array:
+        """X (R, len(places)) of an axis at some places, in their order."""
+        order = np.full(self.width, -1)
+        order[places] = np.arange(len(places))
+        found = np.zeros((self.rows(axis), len(places)))
+        for own, values in self.pieces[axis]:
+            there = order[own] >= 0
+            found[:, order[own[there]]] = values[:, there]
+        return found
+
+    def places(self, axis: int) -> Index:
+        """Places of the columns that an axis has."""
+        return np.concatenate([places for places, _ in self.pieces[axis]])
+
+    def rows(self, axis: int) -> int:
+        """Rows of an axis."""
+        return len(self.pieces[axis][0][1])
+
+    def times(self, axis: int, q: Array) -> Array:
+        """X q (R, ...) of an axis, q (width, ...)."""
+        first, *others = [values @ q[places] for places, values in self.pieces[axis]]
+        for other in others:
+            first += other
+        return np.asarray(first)
+
+    def pulled(self, axis: int, values: Array, part: Part = ALL) -> Array:
+        """X^T values (width, ...) of some rows of an axis."""
+        found = np.zeros((self.width, *values.shape[1:]))
+        for places, own in self.pieces[axis]:
+            found[places] = own[part].T @ values
+        return found
+
+    def squares(self, axis: int) -> Array:
+        """X^T X (width, width) of an axis."""
+        found = np.zeros((self.width, self.width))
+        for place, own in self.pieces[axis]:
+            for beside, other in self.pieces[axis]:
+                found[np.ix_(place, beside)] = own.T @ other
+        return found
+
+
+def beside_of(design: Design, columns: Array) -> Design:
+    """With further columns (R, n, k) of all axes; those that are zero on an axis are left out."""
+    own = Design.of([columns[:, i] for i in range(columns.shape[1])])
+    shifted = [((design.width + p, v),) for ((p, v),) in own.pieces]
+    pieces = tuple((*a, *b) for a, b in zip(design.pieces, shifted, strict=True))
+    return Design(design.width + own.width, pieces)
