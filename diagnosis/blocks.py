@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +90,19 @@ class Block:
         """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
         flat = raw.reshape(len(raw), -1)
         return np.asarray((self.weights @ flat).reshape(-1, *raw.shape[1:]))
+
+    @cached_property
+    def seen(self) -> NDArray[np.int64]:
+        """Samples that lie in any window, in their order."""
+        return np.unique(self.weights.indices[self.weights.data > 0])
+
+    @cached_property
+    def _of_seen(self) -> csr_array:
+        return csr_array(self.weights[:, self.seen])
+
+    def smooth_seen(self, raw: Array) -> Array:
+        """The same of the samples (seen, k) that lie in any window alone."""
+        return np.asarray(self._of_seen @ raw)
 
 
 def torque_rms(blocks: Sequence[Block]) -> Array:

@@ -33,7 +33,7 @@ class Bench:
         """across: time goes on from run to run instead of starting anew."""
         self.made, self.n, self.across = made, made.base.n, across
         self.effects = {c.effect.id: c for c in effects}
-        self._turn: tuple[int, list[Array], list[Array]] = (-1, [], [])
+        self._kept: dict[tuple[int, bool, bool, bool], list[Array]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
 
     def beside(self, made: Calibrated) -> Bench:
@@ -102,10 +102,22 @@ class Bench:
         if name not in self.effects:
             return [values[name] for values in self._whole]
         item = self.effects[name]
-        raw = self._raw(item, shape, axis)
+        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         if item.effect.acts_on == "measurement":
-            return [self._turned(k, axis, values) for k, values in enumerate(raw)]
-        return [b.smooth(values) for b, values in zip(self.made.blocks, raw, strict=True)]
+            found = list[Array]()
+            for k, inputs in enumerate(self._inputs(item, axis)):
+                state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
+                found.append(self._turned(k, axis, item.columns(inputs, state, fixes)[0]))
+            return found
+        listed = self._inputs(item, axis, seen=True)
+        states = [np.zeros((len(x), 1)) for x in listed]
+        if item.along is not None:
+            whole = self._states(item, shape, axis, fixed)
+            states = [z[b.seen] for z, b in zip(whole, self.made.blocks, strict=True)]
+        return [
+            block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
+            for block, x, z in zip(self.made.blocks, listed, states, strict=True)
+        ]
 
     def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """Share (m,) of a small change of the reported torque that an effect with a gain of one
@@ -121,38 +133,26 @@ class Bench:
             found.append(block.smooth((above - below)[:, 0] / (2 * step)))
         return found
 
-    def _inputs(self, item: Compiled, axis: int) -> list[Array]:
+    def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
         """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
-        the torque is the one that it acts on."""
-        listed = self._of_model(axis, item.alone)
-        if not item.effect.entered:
-            return listed
+        the torque is the one that it acts on. seen: of the samples that lie in any window."""
+        kind = axis, item.alone, item.effect.entered, seen
+        if kind not in self._kept:
+            if self._kept and next(iter(self._kept))[0] != axis:
+                self._kept.clear()
+            self._kept[kind] = self._made(*kind)
+        return self._kept[kind]
+
+    def _made(self, axis: int, alone: bool, entered: bool, seen: bool) -> list[Array]:
         found = []
-        for inputs, torque in zip(listed, self._entering, strict=True):
-            own = inputs.copy()
-            own[:, TORQUES] = torque[:, axis]
-            found.append(own)
+        for k, signals in enumerate(self.signals):
+            own = np.ascontiguousarray(signals[:, axis])
+            inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
+            if entered:
+                inputs = inputs.copy()
+                inputs[:, TORQUES] = self._entering[k][:, axis]
+            found.append(inputs[self.made.blocks[k].seen] if seen else inputs)
         return found
-
-    def _of_model(self, axis: int, alone: bool) -> list[Array]:
-        """The same with the torque that the joints need."""
-        if self._turn[0] != axis:
-            every = [s.reshape(len(s), -1) for s in self.signals]
-            own = [np.ascontiguousarray(s[:, axis]) for s in self.signals]
-            both = [np.hstack(pair) for pair in zip(own, every, strict=True)]
-            self._turn = axis, own, both
-        return self._turn[1] if alone else self._turn[2]
-
-    def _raw(self, item: Compiled, shape: Mapping[str, float], axis: int) -> list[Array]:
-        """Columns (samples, k) of an effect on an axis along each block."""
-        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
-        listed = self._inputs(item, axis)
-        if item.along is None:
-            states = [np.zeros((len(inputs), 1)) for inputs in listed]
-        else:
-            states = self._states(item, shape, axis, fixed)
-        pairs = zip(listed, states, strict=True)
-        return [item.columns(x, z, np.tile(fixed, (len(x), 1)))[0] for x, z in pairs]
 
     def _states(
         self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array

@@ -47,6 +47,7 @@ class Hypotheses:
         self.bench, self.rows, self.moments = bench, rows, Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
+        self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}
         self._keep = Keep()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
@@ -100,8 +101,12 @@ class Hypotheses:
         return promising_orders(self.rows, axis, left, most, weight)
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
-        """The same effect with one shape alone."""
-        return replace(self._made(effect.id, effect.axis, [shape]), choices=effect.choices)
+        """The same effect with one shape alone; kept, as a search comes back to its shapes."""
+        key = effect.id, effect.axis, tuple(sorted(shape.items())), effect.choices
+        if key not in self._shaped:
+            made = self._made(effect.id, effect.axis, [shape])
+            self._shaped[key] = replace(made, choices=effect.choices)
+        return self._shaped[key]
 
     def searched(self, effect: EffectHypothesis) -> list[Shape]:
         """Shapes that may take any value between bounds."""
@@ -119,7 +124,7 @@ class Hypotheses:
         felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
 
         def columns() -> Columns:
-            return first if len(shapes) == 1 else self._columns(name, axis, shapes)
+            return self._columns(name, axis, shapes)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.regression import Regression
 
@@ -52,4 +53,14 @@ def regression(rows: Layout, nb: int = 3, seed: int = 0, prior: float = 0.0) -> 
     rng = np.random.default_rng([7, seed])
     B = signals(rows, nb, seed)
     y = B @ rng.standard_normal(nb) + rng.standard_normal(len(B))
-    return Regression(y, B, np.full(nb, prior), rows)
+    return Regression(y, design(B, rows), np.full(nb, prior), rows)
+
+
+def design(B: Array, rows: Layout) -> Design:
+    """Columns (R, nb) of all rows, axis by axis."""
+    return Design.of([B[rows.rows(axis)] for axis in range(rows.n)])
+
+
+def whole(made: Regression) -> Array:
+    """The same back (R, nb)."""
+    return np.concatenate([made.B.whole(axis) for axis in range(made.layout.n)])

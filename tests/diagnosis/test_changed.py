@@ -14,6 +14,7 @@ from flexhex.diagnosis.answer import Joint
 from flexhex.diagnosis.base import Known
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.changed import changed_of, impossible
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
@@ -89,7 +90,7 @@ def held(off: Array, seed: int) -> Joint:
     rows = Layout(np.zeros(COUNT, dtype=int), alone * FOLDS // COUNT, alone // 20, alone)
     known = [Known(f"m[{k + 1}]", "kg", 2.0, 0.1, "m") for k in range(len(off))]
     made: Any = SimpleNamespace(
-        regression=Regression(y, B, np.ones(len(off)), rows),
+        regression=Regression(y, Design.of([B]), np.ones(len(off)), rows),
         known=known,
         scale=np.full(len(off), LOOSE * 0.1),
     )
@@ -179,7 +180,7 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     rows, body = heavy(np.full(3, 7.0))
     known = [Known(f"link.{k}", "kg", 2.0, 0.2, "link") for k in range(3)]
     known.append(Known("other", "N m", 0.0, 0.1, "other"))
-    y, B = (rows.y[0][:, None],), (rows.B[0][:, None],)
+    y, B = (rows.y[0][:, None],), (rows.B,)
     base: Any = SimpleNamespace(linear=tuple(known))
     none: Any = SimpleNamespace()
     scale = np.full(4, LOOSE * 0.2)
@@ -189,6 +190,6 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     assert [k.nominal for k in found.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
     assert [k.written for k in found.known] == [2.0, 2.0, 2.0, 0.0]
     assert found.base.linear == found.known
-    left = Moments(rows_of(found.y[0][:, 0], rows.B[0], rows.prior, rows.fold))
+    left = Moments(rows_of(found.y[0][:, 0], rows.B.whole(0), rows.prior, rows.fold))
     assert np.abs(left.fit(None).q).max() < 0.3
     assert made.base.linear[0].nominal == 2.0

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom, f, kstest
 
 from flexhex.diagnosis.regression import Columns, Regression
-from tests.diagnosis.rowsets import CLUSTER, alone, layout, regression, signals
+from tests.diagnosis.rowsets import CLUSTER, alone, design, layout, regression, signals, whole
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def noisy_motion(seed: int) -> Regression:
     B = signals(rows, 2, seed)
     seen = B + 0.5 * rng.standard_normal(B.shape)
     y = B @ np.array([2.0, -1.0]) + 0.3 * rng.standard_normal(len(B))
-    return Regression(y, seen, np.zeros(2), rows)
+    return Regression(y, design(seen, rows), np.zeros(2), rows)
 
 
 def test_products_between_passes_leave_no_bias_of_noisy_columns() -> None:
@@ -83,8 +83,8 @@ def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
     made = regression(alone(layout(2)), nb=4, prior=prior)
     C = np.random.default_rng(6).standard_normal((len(made.y) // 2, 2))
     full = np.vstack([np.zeros_like(C), C])
-    both = np.hstack([made.B, full])
-    before = squares(made.y, made.B, made.prior)
+    both = np.hstack([whole(made), full])
+    before = squares(made.y, whole(made), made.prior)
     after = squares(made.y, both, np.append(made.prior, [0.0, 0.0]))
     fall, beta = made.fall(Columns(1, C))
     # a ridge of 1e-9 keeps absorbed columns from dividing by zero
@@ -94,8 +94,8 @@ def test_fall_without_repeats_is_that_of_least_squares(prior: float) -> None:
 
 def test_column_that_the_base_explains_gains_nothing() -> None:
     made = regression(layout())
-    made = replace(made, y=made.y + 5 * made.B[:, 0])
-    fall, _ = made.fall(Columns(0, made.B[:, :1] - 2 * made.B[:, 1:2]))
+    made = replace(made, y=made.y + 5 * whole(made)[:, 0])
+    fall, _ = made.fall(Columns(0, whole(made)[:, :1] - 2 * whole(made)[:, 1:2]))
     assert abs(fall) < 1e-3
 
 
@@ -103,8 +103,8 @@ def test_hair_that_the_base_leaves_of_a_column_gains_nothing() -> None:
     """1e-8 of the square of a column is rounding of its motion, however well it fits."""
     made, other = regression(layout()), signals(layout(), 1, 77)
     made = replace(made, y=made.y + 3 * other[:, 0])
-    assert made.fall(Columns(0, made.B[:, :1] + 1e-4 * other))[0] < 1.0
-    assert made.fall(Columns(0, made.B[:, :1] + 1e-2 * other))[0] > 1e4
+    assert made.fall(Columns(0, whole(made)[:, :1] + 1e-4 * other))[0] < 1.0
+    assert made.fall(Columns(0, whole(made)[:, :1] + 1e-2 * other))[0] > 1e4
 
 
 def p_value(made: Regression, columns: Columns) -> float:
@@ -165,14 +165,14 @@ def test_parameters_without_data_stay_where_they_are() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
     B[:, 1] = 0.0
-    made = Regression(B[:, 0] * 3.0, B, np.zeros(2), rows)
+    made = Regression(B[:, 0] * 3.0, design(B, rows), np.zeros(2), rows)
     assert made.q == pytest.approx([3.0, 0.0], abs=1e-6)
 
 
 def test_strain_is_what_tolerances_are_left_by() -> None:
     rows = layout()
     B = signals(rows, 2, 1)
-    made = Regression(B @ np.array([3.0, 0.0]), B, np.ones(2), rows)
+    made = Regression(B @ np.array([3.0, 0.0]), design(B, rows), np.ones(2), rows)
     assert made.strain == pytest.approx(9.0, rel=0.01)
 
 
@@ -183,15 +183,21 @@ def test_drift_is_found_beside_base_columns_with_noise() -> None:
     rng = np.random.default_rng(8)
     exact = regression(rows, nb=1)
     true = float(exact.q[0]) + 2.0
-    noisy = exact.B + 0.5 * rng.standard_normal(exact.B.shape)
-    drift = rng.standard_normal((len(exact.y), 1)) + 0.5 * exact.B
-    made = replace(exact, y=exact.y + 2.0 * exact.B[:, 0] + 0.3 * drift[:, 0], B=noisy)
+    B = whole(exact)
+    noisy = B + 0.5 * rng.standard_normal(B.shape)
+    drift = rng.standard_normal((len(exact.y), 1)) + 0.5 * B
+    made = replace(
+        exact,
+        y=exact.y + 2.0 * B[:, 0] + 0.3 * drift[:, 0],
+        B=design(noisy, exact.layout),
+    )
     gain = replace(made, drifting=True).gain(Columns(None, drift))
     spread = float(np.sqrt(gain.covariance[0, 0]))
     assert gain.beta[0] == pytest.approx(0.3, abs=4 * spread)
     both = replace(made, drifting=True).extended([Columns(None, drift)])
     assert both.q[0] == pytest.approx(true, rel=0.1)
     assert both.q[1] == pytest.approx(0.3, abs=4 * spread)
-    np.testing.assert_array_equal(both.twin[:, 1], drift[:, 0])
+    # its square is its own, not that between passes
+    assert both.gram[0][1, 1] == pytest.approx(float(drift[:, 0] @ drift[:, 0]))
     # between passes such a column does not repeat
-    assert replace(made, drifting=False).falls(None, drift - 0.5 * exact.B, 1)[0] == 0.0
+    assert replace(made, drifting=False).falls(None, drift - 0.5 * B, 1)[0] == 0.0

@@ -15,6 +15,7 @@ from scipy.stats import multivariate_normal
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
@@ -39,9 +40,8 @@ Torque = Callable[[Array, Array, Array], Array]
 def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
     made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)))
-    places, alone = np.arange(len(y)), csr_array(np.eye(len(y)))
-    moves = (np.ones(len(y)),)
-    return Rows(made, (y,), (B,), (y,), (B,), moves, places, fold, alone, prior, np.array([2.0]))
+    alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
+    return Rows(made, (y,), design, (y,), design, moves, fold, alone, prior, np.array([2.0]))
 
 
 def effect_of(columns: Array) -> EffectHypothesis:

@@ -58,7 +58,7 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     """The change of a sharp friction is where the jumps are, which two passes have elsewhere."""
     own, _ = signals(ROWS, 2, 11).T
     chance = np.random.default_rng(12).standard_normal((len(own), 1))
-    chance -= ROWS.twin(chance)  # what one pass has more, the other has less
+    chance -= ROWS.across(chance)  # what one pass has more, the other has less
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
     deviation, shape = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
