@@ -21,6 +21,7 @@ from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.noise import measured, unweighted
 from flexhex.diagnosis.selection.choose import (
     Accepted,
+    Bars,
     best_first,
     effect_scores,
     one_cause,
@@ -70,9 +71,11 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         wanders = [_offsets(rows, axis), _walk(rows, axis)]
         wander = generic_score(hypotheses.moments, wanders).gain
         least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
-        own = best_first(effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis]))
-        if own and passes(own[0], (), least, criteria):
-            kept.append(simplest(own[0], own, 1, criteria))
+        scores = effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis])
+        bars = Bars(least, least)
+        good = [score for score in best_first(scores) if passes(score, (), bars, criteria)]
+        if good:
+            kept.append(simplest(good[0], good, 1, criteria))
     if not kept:
         return []
     held = joint(bench, grouped(bench, one_cause(kept)))

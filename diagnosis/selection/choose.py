@@ -40,31 +40,42 @@ class Accepted:
     fuller: tuple[Score, ...] = ()
 
 
+@dataclass(frozen=True)
+class Bars:
+    """Least gains [nats]: of a hypothesis of any kind, as all together raise as few false alarms as
+    wanted; of an effect that another axis has, which has as many chances as there are axes."""
+
+    first: float
+    again: float
+
+
 def chosen(
     moments: Moments,
     known: Sequence[Score],
     scores: Sequence[Score],
-    least: float,
+    bars: Bars,
     number: int,
     criteria: Criteria,
 ) -> Accepted | None:
-    """What is accepted of the scores of a round beside those that are known; least [nats]."""
+    """What is accepted of the scores of a round beside those that are known."""
     alone = unrepeated(moments, known)
-    for score in scores:
-        if passes(score, known, least, criteria) and score.gain > alone[score.hypothesis.axis]:
-            return simplest(score, scores, number, criteria)
-    return None
+    good = [
+        score
+        for score in scores
+        if passes(score, known, bars, criteria) and score.gain > alone[score.hypothesis.axis]
+    ]
+    return simplest(good[0], good, number, criteria) if good else None
 
 
-def passes(score: Score, known: Sequence[Score], least: float, criteria: Criteria) -> bool:
+def passes(score: Score, known: Sequence[Score], bars: Bars, criteria: Criteria) -> bool:
     """Whether a hypothesis is large enough and predicts well enough beside those that are known.
 
     An effect that is there already, on another axis or with another shape, is no surprise, and as
     a whole it is large enough.
     """
     again = any(k.hypothesis.id == score.hypothesis.id for k in known)
-    least = log(criteria.odds) if again else least
     large = again or score.size > criteria.smallest_effect
+    least = bars.again if again else bars.first
     least += log(score.hypothesis.choices) + blurred(score, known, criteria)
     return large and score.gain > least and shown(score, criteria, again)
 
@@ -91,12 +102,12 @@ def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
     return sum(form_error(k, criteria) ** 2 * k.gain for k in own)
 
 
-def enough(hypotheses: Hypotheses, criteria: Criteria) -> float:
-    """Least gain [nats] of a hypothesis that is accepted: all together, and a payload, raise as few
-    false alarms as wanted."""
-    axes = (*range(hypotheses.rows.n), None)
-    count = sum(len(hypotheses.bench.names(axis)) for axis in axes) + len(hypotheses.changes) + 1
-    return float(np.log(count / criteria.false_alarms))
+def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
+    """Of all hypotheses, and a payload."""
+    n = hypotheses.rows.n
+    count = sum(len(hypotheses.bench.names(axis)) for axis in (*range(n), None))
+    count += len(hypotheses.changes) + 1
+    return Bars(log(count / criteria.false_alarms), log(criteria.odds * n))
 
 
 def effect_scores(
@@ -146,8 +157,9 @@ def best_first(scores: Iterable[Score]) -> list[Score]:
 
 
 def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
-    """The hypothesis with the fewest free numbers of those that predict as well as the best one on
-    its axis; the others are its rivals, but for those that only extend it."""
+    """The hypothesis with the fewest free numbers of those, each good enough by itself, that
+    predict as well as the best one on its axis; the others are its rivals, but for those that only
+    extend it."""
     axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score

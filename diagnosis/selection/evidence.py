@@ -94,7 +94,7 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     beyond = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
     if effect.high is not None:
         beyond |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
-    evidence[beyond] = 0.0
+    evidence[beyond] = -np.inf
     return Tried(evidence, gains)
 
 
@@ -121,14 +121,19 @@ def bounded(S: Array, c: Array, low: Array) -> tuple[Array, Array]:
 
 
 def evidences(fits: Mapping[Left, Tried], folds: Sequence[int]) -> tuple[float, Array]:
-    """Evidence for an effect, any of its shapes, of all folds and of all but each (folds,)."""
+    """Evidence for an effect, any of its shapes, of all folds and of all but each (folds,).
+
+    That it is there is as likely as that it is not: so a fold can be predicted no better than by
+    what the others say of the effect, and where they say that there is none, by none.
+    """
     total = {left: _mean(fit.evidence) for left, fit in fits.items()}
     return total[None], np.array([total[fold] for fold in folds])
 
 
 def _mean(evidence: Array) -> float:
-    """Of shapes that are equally likely."""
-    return float(logsumexp(evidence) - np.log(len(evidence)))
+    """Of shapes that are equally likely, together as likely as nothing."""
+    there = logsumexp(evidence) - np.log(len(evidence))
+    return float(np.logaddexp(there, 0.0) - np.log(2.0))
 
 
 def turned_to(S: Array, r: Array) -> tuple[Array, Array, Array]:

@@ -16,10 +16,10 @@ from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.choose import (
     Accepted,
     as_good,
+    bars_of,
     best_first,
     chosen,
     effect_scores,
-    enough,
     form_error,
     one_cause,
     parameter_scores,
@@ -107,7 +107,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         arbitrated,
         tuple(beside),
         unrepeated(moments, search.known()),
-        search.instead() if arbitrated else {},
+        search.instead(),
         before,
         rest_of(moments),
         tuple(rounds),
@@ -119,7 +119,7 @@ def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
     """The same beside a payload, if the runs show one before any effect is known."""
     hypotheses = Hypotheses(bench, Rows.of(bench.made))
     score = payload_score(hypotheses.moments, hypotheses, (), criteria)
-    if score is None or not passes(score, (), enough(hypotheses, criteria), criteria):
+    if score is None or not passes(score, (), bars_of(hypotheses, criteria), criteria):
         return bench
     assert isinstance(score.hypothesis, Payload)
     return score.hypothesis.bench
@@ -139,7 +139,7 @@ class Search:
 
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
-        self.least = enough(self.hypotheses, self.criteria)
+        self.bars = bars_of(self.hypotheses, self.criteria)
         self.stale = self._against(None)
 
     def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
@@ -181,7 +181,7 @@ class Search:
         self, moments: Moments, known: list[Score], scores: list[Score], number: int
     ) -> Accepted | None:
         """See `choose.chosen`."""
-        return chosen(moments, known, scores, self.least, number, self.criteria)
+        return chosen(moments, known, scores, self.bars, number, self.criteria)
 
     def accept(self, found: Accepted, place: int | None = None, term: Term | None = None) -> None:
         """Put a hypothesis into the model, at a place of the list or at its end; term: of the same

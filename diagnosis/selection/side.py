@@ -180,6 +180,8 @@ def nameless(
             what = f": it goes with {beside.hypothesis.id}" if goes else ""
             found[axis] = Nameless(size, what)
     for axis, other in selection.instead.items():
+        if not (selection.arbitrated or axis in named):
+            continue
         # what was accepted only imitates it, and has no part in what is explained
         whole = float(np.hypot(selection.explained[axis], rest[axis].size))
         found[axis] = Nameless(whole, f": it goes with {other.hypothesis.id}")

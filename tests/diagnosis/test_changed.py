@@ -19,7 +19,7 @@ from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection import search
-from flexhex.diagnosis.selection.choose import Accepted, one_cause, passes
+from flexhex.diagnosis.selection.choose import Accepted, Bars, one_cause, passes
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
@@ -31,7 +31,7 @@ from tests.diagnosis.test_selection import rows_of
 Array = NDArray[np.float64]
 COUNT, FOLDS = 1200, 3
 FREED = USUAL.loose**-2.0
-LEAST = float(np.log(100 / USUAL.false_alarms))
+BARS = Bars(float(np.log(100 / USUAL.false_alarms)), float(np.log(USUAL.odds)))
 
 
 def drawn(off: Array, seed: int) -> tuple[Array, Array]:
@@ -52,17 +52,17 @@ def scored(off: Array, places: tuple[int, ...], seed: int = 1) -> Score:
 @pytest.mark.parametrize(("tolerances", "changed"), [(1.0, False), (3.0, False), (30.0, True)])
 def test_change_is_what_tolerances_make_improbable(tolerances: float, changed: bool) -> None:
     found = scored(np.array([tolerances, 0.0, 0.0]), (0,))
-    assert passes(found, (), LEAST, USUAL) == changed
+    assert passes(found, (), BARS, USUAL) == changed
 
 
 def test_another_parameter_is_none_that_changed() -> None:
-    assert not passes(scored(np.array([30.0, 0.0, 0.0]), (1,)), (), LEAST, USUAL)
+    assert not passes(scored(np.array([30.0, 0.0, 0.0]), (1,)), (), BARS, USUAL)
 
 
 def test_body_is_found_where_several_of_its_parameters_changed() -> None:
     off = np.array([20.0, -15.0, 10.0, 0.0])
     body, single = (scored(off, places) for places in ((0, 1, 2), (0,)))
-    assert passes(body, (), LEAST, USUAL)
+    assert passes(body, (), BARS, USUAL)
     assert body.gain > single.gain
 
 
@@ -74,7 +74,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     better = Score(effect, 400.0, np.zeros(2), 0.1)
     monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
     monkeypatch.setattr(search, "payload_score", lambda *_: None)
-    monkeypatch.setattr(search, "enough", lambda *_: 0.0)
+    monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
     monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
@@ -138,7 +138,7 @@ def test_same_effect_on_another_axis_needs_no_second_trajectory(
 
     score = Score(on(0), 60.0, np.array([1.0, 55.0]), 0.01)
     known = [Score(on(axis), 60.0, np.array([20.0, 20.0]), 0.01) for axis in elsewhere]
-    assert passes(score, known, LEAST, USUAL) == accepted
+    assert passes(score, known, BARS, USUAL) == accepted
 
 
 def test_fuller_form_of_an_effect_is_taken_where_another_axis_needs_it() -> None:
@@ -170,7 +170,7 @@ def test_mass_that_changed_takes_its_moments_with_it(share: float, changed: bool
     """One number for all of a body is more likely than six that happen to go together."""
     rows, body = heavy(np.full(6, 10 * share))
     (score,) = change_scores(Moments(rows), [body], USUAL)
-    assert passes(score, (), LEAST, USUAL) == changed
+    assert passes(score, (), BARS, USUAL) == changed
     (apart,) = change_scores(Moments(rows), [ChangedParameter("link", body.places, None)], USUAL)
     assert not changed or score.gain > apart.gain
 

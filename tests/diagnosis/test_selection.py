@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -56,24 +57,42 @@ def log_density(y: Array, columns: Array, variance: Array) -> float:
     return float(multivariate_normal(cov=covariance).logpdf(y))
 
 
-def test_gain_is_the_log_density_of_the_left_out_rows() -> None:
-    """log p(y_m | others), with the columns and without, by densities of all rows at once."""
+@pytest.mark.parametrize("size", [1.0, 0.3, 0.0])
+def test_gain_is_the_log_density_of_the_left_out_rows(size: float) -> None:
+    """log p(y_m | others), by densities of all rows at once; the effect is there or is not."""
     rng = np.random.default_rng(4)
     B, C = rng.normal(size=(240, 3)), rng.normal(size=(240, 2))
-    y = B @ [1.0, -0.5, 0.2] + C @ [0.3, 0.1] + rng.normal(size=240)
+    y = B @ [1.0, -0.5, 0.2] + size * C @ [0.3, 0.1] + rng.normal(size=240)
     prior, fold = np.array([0.5, 1.0, 2.0]), np.arange(240) // 80
     fits = tried(Moments(rows_of(y, B, prior, fold)), effect_of(C))
     whole, left_out = evidences(fits, [0, 1, 2])
     free = 4.0 / (C**2).mean(axis=0)
+
+    def densities(rows: NDArray[np.bool_]) -> tuple[float, float]:
+        """With the effect as likely as without it, and without it."""
+        both = np.hstack([B, C])[rows], np.r_[1 / prior, free]
+        there, none = log_density(y[rows], *both), log_density(y[rows], B[rows], 1 / prior)
+        return float(np.logaddexp(there, none) - np.log(2.0)), none
+
+    every = densities(np.ones(240, dtype=bool))
     wanted_gain = []
     for m in range(3):
-        others = fold != m
-        with_it, without = (
-            log_density(y, X, v) - log_density(y[others], X[others], v)
-            for X, v in ((np.hstack([B, C]), np.r_[1 / prior, free]), (B, 1 / prior))
-        )
+        with_it, without = (a - b for a, b in zip(every, densities(fold != m), strict=True))
         wanted_gain.append(with_it - without)
     np.testing.assert_allclose(whole - left_out, wanted_gain, rtol=1e-5, atol=1e-5)
+
+
+def test_gain_that_no_machine_has_is_no_evidence() -> None:
+    """Of all rows it is beyond its bound; of some it is not, and they say that there is nothing."""
+    rng = np.random.default_rng(5)
+    B, C = rng.normal(size=(240, 1)), rng.normal(size=(240, 1))
+    fold = np.arange(240) // 80
+    y = B[:, 0] + np.array([0.0, 0.0, 1.8])[fold] * C[:, 0] + rng.normal(size=240)
+    effect = replace(effect_of(C), high=np.array([0.2]))
+    fits = tried(Moments(rows_of(y, B, np.ones(1), fold)), effect)
+    assert fits[None].evidence[0] == -np.inf
+    whole, left_out = evidences(fits, [0, 1, 2])
+    assert float((whole - left_out).sum()) < 0.0
 
 
 def test_gains_that_cannot_be_negative_are_not() -> None:
