@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::ssd;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::value::Value;
 use crate::variables::Causality;
 use crate::wiring::{check, find};
 
@@ -68,8 +69,8 @@ impl System {
         Arc::clone(&self.folder)
     }
 
-    /// The same with other values: ("plant.tau_step", 0.003).
-    pub(crate) fn with(&self, parameters: &[(String, f64)]) -> Result<System, Error> {
+    /// The same with other values of parameters: ("plant.tau_step", 0.003).
+    pub fn with(&self, parameters: &[(String, Value)]) -> Result<System, Error> {
         let mut components = self.components.clone();
         for (text, value) in parameters {
             let at = |e: Error| e.at(format!("parameter '{text}'"));
@@ -80,11 +81,11 @@ impl System {
             let component = components.iter_mut().find(|c| c.name() == name);
             let Some(component) = component else { continue };
             let variable = component.fmu().variable(parameter).map_err(at)?;
-            if variable.causality != Causality::Parameter || !value.is_finite() {
-                let text = format!("{value} for a variable of causality {}, must be a finite number for a parameter", variable.causality);
+            if variable.causality != Causality::Parameter {
+                let text = format!("is of causality {}, not a parameter", variable.causality);
                 return Err(at(Error::new(text)));
             }
-            component.set(parameter, *value).map_err(at)?;
+            component.set(parameter, value)?;
             component.schedule(self.base).map_err(at)?;
         }
         Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
