@@ -9,8 +9,8 @@ from flexhex.ssp.system import System
 from flexhex.ssp.xml import child
 
 SOLVER = "oms_ma_default"
-"""OMSimulator's name for how components are stepped that name no solver. They must not name one: its
-importFile refuses a component with annotations."""
+"""OMSimulator's name for how components are stepped that name no solver. They must not name one:
+its importFile refuses a component with annotations."""
 
 
 def annotate_system(top: Any, system: System) -> None:

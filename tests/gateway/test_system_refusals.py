@@ -12,10 +12,11 @@ import pytest
 from flexhex.ssp.fmu import binary_path
 from tests.gateway.archives import changed, edited, member, shared_library, wire, with_fmu
 from tests.gateway.cargo import built
+from tests.ssp.archives import heavy
 
 SSD = "SystemStructure.ssd"
 XML = "modelDescription.xml"
-FEEDBACK = "resources/feedback.fmu"
+FEEDBACK, PLANT = "resources/feedback.fmu", "resources/plant.fmu"
 BINARY = binary_path("feedback")
 
 
@@ -167,6 +168,10 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     "another GUID": (
         lambda s: edited_fmu(s, GUID, GUID + "0"),
         ("feedback: fmi2Instantiate", "GUID", "build the FMU anew"),
+    ),
+    "FMUs that are too much together": (
+        lambda s: changed(s, {f: heavy(member(s, f), 600 * 2**20) for f in (FEEDBACK, PLANT)}),
+        ("with its FMU the system unpacks to 12", " MB, at most 1024 MB are opened"),
     ),
     "other platforms": (
         other_platforms,

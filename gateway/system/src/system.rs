@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 
-use crate::archive::Archive;
+use crate::archive::{limited, Archive};
 use crate::component::Component;
 use crate::error::Error;
 use crate::fmu::Fmu;
@@ -128,13 +128,18 @@ fn open_fmus(
     elements: &[Element],
     folder: &Path,
 ) -> Result<HashMap<String, Arc<Fmu>>, Error> {
-    let mut fmus = HashMap::new();
+    let (mut fmus, mut size) = (HashMap::new(), 0);
     for element in elements {
         if fmus.contains_key(&element.source) {
             continue;
         }
         let name = format!("{}: {}", archive.name(), element.source);
         let inner = Archive::new(archive.read(&element.source)?, name)?;
+        size += inner.size;
+        limited(size).map_err(|e| {
+            let place = format!("{}: {}: with its FMU the system", archive.name(), element.name);
+            Error::new(format!("{place} {e}"))
+        })?;
         let root = folder.join(fmus.len().to_string());
         fmus.insert(element.source.clone(), Arc::new(Fmu::open(inner, root)?));
     }
