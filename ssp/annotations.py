@@ -8,8 +8,9 @@ from flexhex.ssp.delays import path_delay
 from flexhex.ssp.system import System
 from flexhex.ssp.xml import child
 
-SOLVER = "base_step"
-"""OMSimulator's name for how the components are stepped."""
+SOLVER = "oms_ma_default"
+"""OMSimulator's name for how components are stepped that name no solver. They must not name one:
+its importFile refuses a component with annotations."""
 
 
 def annotate_system(top: Any, system: System) -> None:
@@ -33,11 +34,6 @@ def annotate_system(top: Any, system: System) -> None:
         )
 
 
-def annotate_component(element: Any) -> None:
-    """That OMSimulator steps this component as `annotate_system` says."""
-    _simulation_information(child(element, "ssd:Annotations"), name=SOLVER)
-
-
 def experiment(document: Any, base: float, stop: float) -> None:
     """DefaultExperiment, with the step where libcosim looks for it; stop [s]."""
     element = child(document, "ssd:DefaultExperiment", startTime="0.0", stopTime=repr(stop))
@@ -50,8 +46,7 @@ def experiment(document: Any, base: float, stop: float) -> None:
 def _omsimulator(annotations: Any, base: float) -> None:
     """The step for OMSimulator. It must be the system's first annotation: no other is looked at.
 
-    importFile reads the child element; the Python classes (`SSP`) read the attributes, and those
-    only for components that name the solver.
+    importFile reads the child element; the Python classes (`SSP`) read the attributes.
     """
     step = repr(base)
     information = _simulation_information(

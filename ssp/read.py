@@ -13,7 +13,13 @@ from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
-from flexhex.fmus.common.archive import open_zip, read_bytes, read_member
+from flexhex.fmus.common.archive import (
+    open_zip,
+    read_bytes,
+    read_member,
+    size_objection,
+    unpacked_size,
+)
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.fmu import Fmu, read_fmu
 from flexhex.ssp.parameters import Setting, Units, settings, units_of
@@ -88,6 +94,8 @@ class _Reader:
         self.path = path
         self.archive: ZipFile = open_zip(read_bytes(path), str(path))
         self.fmus: dict[str, bytes] = {}
+        self.size = 0
+        """What they unpack to [bytes]."""
         self.read: dict[str, Fmu] = {}
         self.units: Units = {}
 
@@ -136,6 +144,9 @@ class _Reader:
         if source not in self.read:
             self.fmus[source] = self.member(source)
             self.read[source] = read_fmu(self.fmus[source], f"{self.path}: {source}")
+            self.size += unpacked_size(open_zip(self.fmus[source], source).infolist())
+            if objection := size_objection(self.size):
+                raise self.error(f"{name}: with its FMU the system {objection}")
         fmu = self.read[source]
         prefix = f"{name}."
         own = [replace(s, name=prefix + s.name) for s in self.parameter_sets(element)]

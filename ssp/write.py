@@ -16,7 +16,7 @@ from flexhex.fmugen.pack import write_zip
 from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Variable, written
-from flexhex.ssp.annotations import annotate_component, annotate_system, experiment
+from flexhex.ssp.annotations import annotate_system, experiment
 from flexhex.ssp.fmu import Fmu, FmuVariable, read_fmu
 from flexhex.ssp.system import Box, Component, System, unit_of
 from flexhex.ssp.wiring import Wire, unknown
@@ -114,7 +114,6 @@ def _description(system: System, fmus: Mapping[str, Fmu], stop: float) -> Any:
             endConnector=wire.input,
         )
         _route(connection, system, wire, heights)
-    _geometry(top, system)
     annotate_system(top, system)
     listed = list(fmus.values())
     names = {unit for units in used.values() for unit in units.values() if unit}
@@ -164,7 +163,6 @@ def _component(elements: Any, component: Component, used: Mapping[str, str], fmu
         type="application/x-ssp-parameter-set",
         source=_ssv_name(component),
     )
-    annotate_component(element)
 
 
 def _connectors(
@@ -215,15 +213,6 @@ def _route(
 
 def _height(box: Box, share: float) -> float:
     return round(min(box[1], box[3]) + share * abs(box[3] - box[1]), 4)
-
-
-def _geometry(top: Any, system: System) -> None:
-    boxes = [c.box for c in system.components if c.box]
-    if boxes:
-        x = [v for box in boxes for v in (box[0], box[2])]
-        y = [v for box in boxes for v in (box[1], box[3])]
-        corners = {"x1": min(x) - 40, "y1": min(y) - 40, "x2": max(x) + 40, "y2": max(y) + 40}
-        child(top, "ssd:SystemGeometry", **{key: repr(float(v)) for key, v in corners.items()})
 
 
 def _units(parent: Any, names: set[str], fmus: list[Fmu]) -> None:

@@ -13,8 +13,9 @@ from pathlib import Path, PurePosixPath
 from flexhex.fmus.common.errors import InterfaceError, unreadable
 
 MOST_BYTES = 2**30
-"""What an archive may unpack to [bytes]. Ours are below 20 MB for four platforms, FMUs of whole
-vehicles some hundred; beyond, memory and disks of ordinary computers are at stake."""
+"""What an archive may unpack to [bytes], and all FMUs of a .ssp together. Ours are below 20 MB for
+four platforms, FMUs of whole vehicles some hundred; beyond, memory and disks of ordinary computers
+are at stake."""
 MOST_MEMBERS = 20_000
 """Files in an archive; ours have a hundred."""
 
@@ -43,9 +44,8 @@ def open_zip(file: bytes | str | Path, name: str) -> zipfile.ZipFile:
 def _objection(members: list[zipfile.ZipInfo]) -> str:
     if len(members) > MOST_MEMBERS:
         return f"holds {len(members)} files, at most {MOST_MEMBERS} are opened"
-    size = sum(member.file_size for member in members)
-    if size > MOST_BYTES:
-        return f"unpacks to {size / 2**20:.0f} MB, at most {MOST_BYTES // 2**20} MB are opened"
+    if too_much := size_objection(unpacked_size(members)):
+        return too_much
     files = {m.filename for m in members if not m.is_dir()}
     for member in members:
         path, kind = PurePosixPath(member.filename), stat.S_IFMT(member.external_attr >> 16)
@@ -57,6 +57,18 @@ def _objection(members: list[zipfile.ZipInfo]) -> str:
         if above:
             return f"{above} is a file, and the folder of {member.filename}"
     return ""
+
+
+def unpacked_size(members: list[zipfile.ZipInfo]) -> int:
+    """What the files of an archive unpack to, as it declares them [bytes]."""
+    return sum(member.file_size for member in members)
+
+
+def size_objection(size: int) -> str:
+    """Why an archive that unpacks to so many bytes is not opened; empty for one that is."""
+    if size <= MOST_BYTES:
+        return ""
+    return f"unpacks to {size / 2**20:.0f} MB, at most {MOST_BYTES // 2**20} MB are opened"
 
 
 def read_member(archive: zipfile.ZipFile, name: str, file: str) -> bytes:

@@ -25,9 +25,11 @@ pub struct PowerArgs {
     pub page: Option<u16>,
 }
 
-/// Read the system description and check that it fits the configuration.
+/// Read the system description, set the configuration's parameters and check that both fit.
 pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, String> {
     let system = System::open(&config.system.ssp).map_err(|why| why.to_string())?;
+    let parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
+    let system = system.with(&parameters).map_err(|why| format!("[system.parameters]: {why}"))?;
     check_host(config, &system)?;
     check_names(config, &system)?;
     check_timeout(config, &system)?;
@@ -91,11 +93,10 @@ fn check_timeout(config: &Config, system: &System) -> Result<(), String> {
 fn check_torque_limits(config: &Config, system: &System) -> Result<(), String> {
     let others = system.components().iter().filter(|c| c.name() != config.system.host);
     for component in others {
-        let Some(value) = component.parameter("tau_max") else {
+        let Some(tau_max) = component.parameter("tau_max") else {
             continue;
         };
         let key = format!("{}.tau_max", component.name());
-        let tau_max = config.system.parameters.get(&key).copied().unwrap_or(value);
         for axis in 0..AXES {
             let limit = config.limits(axis).torque;
             if tau_max > limit {
@@ -155,11 +156,7 @@ pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, String> 
     let component = system.component(&landing.feedback).ok_or_else(|| {
         format!("landing.feedback: no component {:?}, only {:?}", landing.feedback, names(system))
     })?;
-    let value = |name: &str| {
-        let key = format!("{}.{name}", landing.feedback);
-        let set = config.system.parameters.get(&key).copied();
-        set.or_else(|| component.parameter(name)).ok_or_else(|| missing(name))
-    };
+    let value = |name: &str| component.parameter(name).ok_or_else(|| missing(name));
     let (mut kp, mut weight) = ([0.0; AXES], [0.0; AXES]);
     for axis in 0..AXES {
         kp[axis] = value(&format!("kp[{}]", axis + 1))?;

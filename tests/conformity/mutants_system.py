@@ -54,9 +54,9 @@ SYSTEM: Mutants = {
     "step that OMSimulator does not find": (
         text(
             '<ssc:Annotation type="org.openmodelica">\n        <oms:Annotations>\n'
-            '          <oms:SimulationInformation name="base_step" method',
+            '          <oms:SimulationInformation name="oms_ma_default" method',
             '<ssc:Annotation type="x"/><ssc:Annotation type="org.openmodelica">'
-            '<oms:Annotations><oms:SimulationInformation name="base_step" method',
+            '<oms:Annotations><oms:SimulationInformation name="oms_ma_default" method',
             SSD,
         ),
         "OMSimulator would step by 0.001 s",

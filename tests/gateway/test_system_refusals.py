@@ -12,10 +12,11 @@ import pytest
 from flexhex.ssp.fmu import binary_path
 from tests.gateway.archives import changed, edited, member, shared_library, wire, with_fmu
 from tests.gateway.cargo import built
+from tests.ssp.archives import heavy
 
 SSD = "SystemStructure.ssd"
 XML = "modelDescription.xml"
-FEEDBACK = "resources/feedback.fmu"
+FEEDBACK, PLANT = "resources/feedback.fmu", "resources/plant.fmu"
 BINARY = binary_path("feedback")
 
 
@@ -130,7 +131,7 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
             "resources/reference.ssv",
             (KIND, KIND.replace('Integer value="0"', 'Real value="0.5"')),
         ),
-        ("kind = 0.5", "whole number"),
+        ("kind = 0.5", "must be one of 0 setpoints, 1 triangle"),
     ),
     "broken step": (
         lambda s: edited(s, "resources/feedback.ssv", (TS, TS.replace("0.00025", "0.0006"))),
@@ -167,6 +168,10 @@ CASES: dict[str, tuple[Callable[[bytes], bytes], tuple[str, ...]]] = {
     "another GUID": (
         lambda s: edited_fmu(s, GUID, GUID + "0"),
         ("feedback: fmi2Instantiate", "GUID", "build the FMU anew"),
+    ),
+    "FMUs that are too much together": (
+        lambda s: changed(s, {f: heavy(member(s, f), 600 * 2**20) for f in (FEEDBACK, PLANT)}),
+        ("with its FMU the system unpacks to 12", " MB, at most 1024 MB are opened"),
     ),
     "other platforms": (
         other_platforms,
@@ -211,12 +216,6 @@ def test_a_library_that_is_no_fmu_is_refused(hexapod_ssp: Path, tmp_path: Path) 
         (["--host", "K"], "K: has no output theta[1]"),
         (["--own-thread", "E"], "there is no component 'E'"),
         (["--own-thread", "plant"], "plant: is the component of the machine"),
-        (["--set", "feedback.kp[9]=1"], "parameter 'feedback.kp[9]': there is no variable"),
-        (["--set", "feedback.tau[1]=1"], "causality output, must be a finite number for a param"),
-        (["--set", "feedback.kp[1]=nan"], "NaN for a variable of causality parameter"),
-        (["--set", "plnat.Ts=1"], "parameter 'plnat.Ts': there is no component 'plnat'"),
-        (["--set", "kp=1"], "parameter 'kp': write it as component.parameter"),
-        (["--set", "K.Ts=0.0001"], "K: Ts = 0.0001 s is 0.4 base steps of 0.00025 s"),
         (["--plant", "no.fmu"], "no.fmu: cannot be read"),
     ],
     ids=lambda value: "" if isinstance(value, str) else " ".join(value),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import struct
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +23,17 @@ def changed(path: Path, target: Path, change: Callable[[dict[str, bytes]], objec
         for name, data in files.items():
             archive.writestr(name, data)
     return target
+
+
+def heavy(fmu: bytes, size: int) -> bytes:
+    """The FMU with a further resource that is declared to unpack to size [bytes]; it holds one."""
+    packed = io.BytesIO(fmu)
+    with zipfile.ZipFile(packed, "a") as archive:
+        archive.writestr("resources/heavy", b"x")
+    data = bytearray(packed.getvalue())
+    at = data.rindex(b"PK\x01\x02")
+    data[at + 24 : at + 28] = struct.pack("<I", size)
+    return bytes(data)
 
 
 def edited(

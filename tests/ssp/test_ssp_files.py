@@ -79,19 +79,29 @@ def test_omsimulators_importfile_finds_the_base_step(ring_ssp: Path) -> None:
 
 
 def test_omsimulators_python_classes_find_the_base_step(ring_ssp: Path) -> None:
-    """As `SSP` and `System.generateJson` read: a solver of the system, used by the components
-    that name it; all others would step by 1 ms."""
+    """As `SSP` and `System.processElements` read: components that name no solver have the system's
+    of this name; without one they would step by 1 ms."""
     document = etree.fromstring(members(ring_ssp)["SystemStructure.ssd"])
     path = "ssd:Annotations/ssc:Annotation[@type='org.openmodelica']/oms:Annotations/*"
     (solver,) = document.find("ssd:System", NAMESPACES).iterfind(path, NAMESPACES)
+    assert solver.get("name") == "oms_ma_default"
     assert (solver.get("method"), float(solver.get("fixedStepSize"))) == ("oms_ma", 0.00025)
-    components = list(document.iterfind(".//ssd:Component", NAMESPACES))
-    assert len(components) == 5
-    for component in components:
-        (named,) = component.iterfind(path, NAMESPACES)
-        assert dict(named.attrib) == {"name": solver.get("name")}
     # of the experiment it takes its logging from such an annotation, and no step
     assert document.find("ssd:DefaultExperiment//oms:SimulationInformation", NAMESPACES) is None
+
+
+def test_omsimulators_importfile_knows_every_element(hexapod_ssp: Path) -> None:
+    """It refuses a system or component with any other: no annotations of components, in no version,
+    and no SystemGeometry since version 3 (ComponentFMUCS.cpp, System.cpp)."""
+    known = {
+        "System": {"ParameterBindings", "Elements", "Connections", "Annotations"},
+        "Component": {"Connectors", "ElementGeometry", "ParameterBindings"},
+    }
+    document = etree.fromstring(members(hexapod_ssp)["SystemStructure.ssd"])
+    for kind, allowed in known.items():
+        found = document.iterfind(f".//ssd:{kind}", NAMESPACES)
+        tags = {etree.QName(child).localname for element in found for child in element}
+        assert tags - allowed == set()
 
 
 def test_schedule_carries_periods_and_delays(toy_hexapod: tuple[System, Path]) -> None:

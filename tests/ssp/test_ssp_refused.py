@@ -12,7 +12,7 @@ from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.read import read_ssp
 from flexhex.ssp.write import write_ssp
 from tests.ssp import toys
-from tests.ssp.archives import changed, edited
+from tests.ssp.archives import changed, edited, heavy
 
 SSD = "SystemStructure.ssd"
 BROKEN: list[tuple[str, str, str, str]] = [
@@ -35,6 +35,20 @@ def test_broken_description_is_refused(
 ) -> None:
     path = edited(ring_ssp, tmp_path / "broken.ssp", old, new)
     with pytest.raises(InterfaceError, match=rf"broken.ssp: .*{text}"):
+        read_ssp(path)
+
+
+def test_fmus_that_unpack_to_too_much_together_are_refused(ring_ssp: Path, tmp_path: Path) -> None:
+    """Each alone is within the limit; nothing is unpacked, as they hold less than they declare."""
+
+    def change(files: dict[str, bytes]) -> None:
+        for name in [name for name in files if name.endswith(".fmu")]:
+            files[name] = heavy(files[name], 600 * 2**20)
+
+    path = changed(ring_ssp, tmp_path / "heavy.ssp", change)
+    with pytest.raises(
+        InterfaceError, match=r"with its FMU the system unpacks to 120\d MB, at most"
+    ):
         read_ssp(path)
 
 

@@ -38,8 +38,8 @@ fn plant(options: &Options) -> Result<(Box<dyn Plant>, f64), Error> {
     let name = choice.component.as_deref().unwrap_or("plant");
     let setting = options.setting();
     let mut parameters = vec![
-        (format!("{name}.tau_step"), setting.torque_step()),
-        (format!("{name}.theta_step"), setting.angle_step()),
+        (format!("{name}.tau_step"), system::Value::Number(setting.torque_step())),
+        (format!("{name}.theta_step"), system::Value::Number(setting.angle_step())),
     ];
     parameters.extend(choice.parameters.clone());
     let plant = system::Plant::open(&system, name, choice.fmu.as_deref(), &parameters)?;

@@ -10,6 +10,7 @@ use crate::faults::{chance, Fault};
 use crate::plant::AXES;
 use crate::sii::Identity;
 use crate::subdevice::SubDevice;
+use flexhex_system::Value;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -44,7 +45,7 @@ pub struct PlantOptions {
     pub component: Option<String>,
     pub fmu: Option<PathBuf>,
     /// "plant.name" = value; replaces the value of the system.
-    pub parameters: BTreeMap<String, f64>,
+    pub parameters: BTreeMap<String, Value>,
     /// Time without torque before the first frame `[s]`: the machine comes to rest under its weight
     /// and moves from then on. None: something holds it until all drives are enabled.
     pub resting_s: Option<f64>,

@@ -8,7 +8,7 @@ fn the_example_of_the_readme_is_read() {
     options.interface = "veth1".into();
     options.check().unwrap();
     assert_eq!((options.fault.len(), options.order()[2]), (2, Some(3)));
-    assert_eq!(options.plant.parameters["plant.f_current"], 800.0);
+    assert_eq!(options.plant.parameters["plant.f_current"], flexhex_system::Value::Number(800.0));
 }
 
 #[test]

@@ -75,9 +75,10 @@ pub struct System {
     pub reference: String,
     pub following_error: String,
     pub feedforward: String,
-    /// Parameters of components by name, `feedback.tau_step = 0.003`.
+    /// Parameters of components by name, `"feedback.tau_step" = 0.003`: numbers, true or false, names of
+    /// items.
     #[serde(default)]
-    pub parameters: std::collections::BTreeMap<String, f64>,
+    pub parameters: std::collections::BTreeMap<String, flexhex_system::Value>,
 }
 
 fn late_limit() -> u32 {

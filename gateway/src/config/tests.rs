@@ -1,4 +1,5 @@
 use super::{parse, Role, Scale};
+use flexhex_system::Value;
 
 const AKD: &str = include_str!("../../machines/akd.toml");
 const CIA402: &str = include_str!("../../machines/cia402.toml");
@@ -80,6 +81,27 @@ fn single_values_are_changed_and_checked_like_the_file() {
         let text = read(change).unwrap_err();
         assert!(text.contains(wanted), "{text}");
     }
+}
+
+#[test]
+fn parameters_are_numbers_flags_or_items() {
+    let to = |value: &str| {
+        let key = "feedforward = \"F.tau_ff\"";
+        (key, format!("parameters = {{ \"K.x\" = {value} }}\n{key}"))
+    };
+    for (value, wanted) in [
+        ("2", Value::Number(2.0)),
+        ("0.5", Value::Number(0.5)),
+        ("false", Value::Flag(false)),
+        ("\"hold\"", Value::Item("hold".into())),
+    ] {
+        let (key, text) = to(value);
+        let config = parse(&AKD.replacen(key, &text, 1)).unwrap();
+        assert_eq!(config.system.parameters["K.x"], wanted);
+    }
+    let (key, text) = to("[1.0]");
+    let text = refused(key, &text);
+    assert!(text.contains("expected a number, true, false or the name of an item"), "{text}");
 }
 
 #[test]

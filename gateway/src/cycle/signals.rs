@@ -1,6 +1,8 @@
 //! Signals of the system description that the control loop uses.
 
-use flexhex_system::{Bounds, Controller, Late, Options, State, System, Trip as Failure, What};
+use flexhex_system::{
+    Bounds, Controller, Late, Options, State, System, Trip as Failure, Value, What,
+};
 use std::time::Duration;
 
 use crate::config::{self, Config, AXES};
@@ -63,11 +65,11 @@ pub fn open(
 ) -> Result<Controller, String> {
     let steps =
         [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
-    let mut parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
+    let mut parameters = Vec::new();
     for component in system.components() {
         for (name, value) in steps {
             if component.parameter(name).is_some() {
-                parameters.push((format!("{}.{name}", component.name()), value));
+                parameters.push((format!("{}.{name}", component.name()), Value::Number(value)));
             }
         }
     }

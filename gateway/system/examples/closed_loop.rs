@@ -61,7 +61,7 @@ fn arguments() -> Result<Arguments, String> {
                 let text = value()?;
                 let (name, text) =
                     text.split_once('=').ok_or("--set: write it as component.parameter=value")?;
-                let pair = (name.to_owned(), number(text)?);
+                let pair = (name.to_owned(), text.parse().unwrap_or_else(|never| match never {}));
                 found.options.parameters.push(pair);
             }
             _ => found.ssp = word.into(),

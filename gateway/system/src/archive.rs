@@ -9,13 +9,15 @@ use zip::ZipArchive;
 
 use crate::error::Error;
 
-/// What an archive may unpack to, as in `fmus/common/archive.py`.
+/// What an archive may unpack to, and all FMUs of a `.ssp` together, as in `fmus/common/archive.py`.
 const MOST_BYTES: u64 = 1 << 30;
 
 /// An archive, named in messages.
 pub(crate) struct Archive {
     name: String,
     zip: ZipArchive<Cursor<Vec<u8>>>,
+    /// What it unpacks to [bytes], as it declares.
+    pub size: u64,
 }
 
 impl Archive {
@@ -34,12 +36,8 @@ impl Archive {
         for k in 0..zip.len() {
             size = size.saturating_add(zip.by_index_raw(k).map_or(0, |file| file.size()));
         }
-        if size > MOST_BYTES {
-            let (size, most) = (size >> 20, MOST_BYTES >> 20);
-            let text = format!("unpacks to {size} MB, at most {most} MB are opened");
-            return Err(Error::new(text).at(name));
-        }
-        Ok(Archive { name, zip })
+        limited(size).map_err(|e| e.at(&name))?;
+        Ok(Archive { name, zip, size })
     }
 
     pub fn name(&self) -> &str {
@@ -85,6 +83,15 @@ impl Archive {
             .and_then(|()| fs::write(&target, bytes))
             .map_err(|e| Error::new(format!("cannot be written ({e})")).at(target.display()))
     }
+}
+
+/// Refuses what unpacks to more than is opened.
+pub(crate) fn limited(size: u64) -> Result<(), Error> {
+    if size <= MOST_BYTES {
+        return Ok(());
+    }
+    let (size, most) = (size >> 20, MOST_BYTES >> 20);
+    Err(Error::new(format!("unpacks to {size} MB, at most {most} MB are opened")))
 }
 
 /// Whether a member's name stays below the folder that it is written to.

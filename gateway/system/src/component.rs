@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::structure::Setting;
-use crate::variables::{Causality, Kind, Variable};
+use crate::value::Value;
+use crate::variables::{Causality, Variable};
 
 /// Names and values in file order.
 pub(crate) type Values = Vec<(String, f64)>;
@@ -28,24 +29,18 @@ impl Component {
     ) -> Result<Component, Error> {
         let mut component =
             Component { name: name.to_owned(), fmu, values: Values::new(), period: 1 };
-        for Setting { name, value, unit, item } in settings {
+        for Setting { name, value, unit } in settings {
             let Some(variable) = component.fmu.find(name) else {
                 // SSP has unknown names ignored: an old one would be lost without a word
                 component.fmu.not_renamed(name).map_err(|e| e.at(&component.name))?;
                 continue;
             };
-            if !item.is_empty() {
-                let value =
-                    component.fmu.item(variable, item).map_err(|e| e.at(&component.name))?;
-                component.set(name, value)?;
-                continue;
-            }
             if !unit.is_empty() && !variable.unit.is_empty() && *unit != variable.unit {
                 let wanted = &variable.unit;
                 let text = format!("{name} = {value} {unit}: write the value in {wanted}");
                 return Err(Error::new(text).at(&component.name));
             }
-            component.set(name, *value)?;
+            component.set(name, value)?;
         }
         component.schedule(base)?;
         Ok(component)
@@ -74,7 +69,8 @@ impl Component {
 
     /// Its output `fault` at a value, `F.fault = 2 (end_stop)`: named as the FMU's enumeration does.
     pub fn fault_text(&self, fault: f64) -> String {
-        let item = self.variable("fault").and_then(|v| self.fmu.item_of(v, fault));
+        let items = self.variable("fault").map_or(&[][..], |v| self.fmu.items(v));
+        let item = items.iter().find(|(_, value)| *value == fault).map(|(name, _)| name.as_str());
         format!("{}.fault = {fault} ({})", self.name, item.unwrap_or("not declared"))
     }
 
@@ -97,17 +93,9 @@ impl Component {
         &self.values
     }
 
-    pub(crate) fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
+    pub(crate) fn set(&mut self, name: &str, value: &Value) -> Result<(), Error> {
         let variable = self.fmu.variable(name)?;
-        if variable.kind == Kind::String {
-            let text = format!("{name} is a String, which the executor does not set");
-            return Err(Error::new(text).at(&self.name));
-        }
-        let whole = value.fract() == 0.0 && value.abs() < f64::from(i32::MAX);
-        if variable.kind != Kind::Real && !whole {
-            let text = format!("{name} = {value}: must be a whole number");
-            return Err(Error::new(text).at(&self.name));
-        }
+        let value = value.number_for(variable, &self.fmu).map_err(|e| e.at(&self.name))?;
         match self.values.iter_mut().find(|(known, _)| known == name) {
             Some(known) => known.1 = value,
             None => self.values.push((name.to_owned(), value)),

@@ -28,8 +28,8 @@ pub(crate) struct Fmu {
     pub categories: Vec<String>,
     pub variables: Vec<Variable>,
     by_name: HashMap<String, usize>,
-    /// Items of the enumerations, "type.item", with their values.
-    items: HashMap<String, f64>,
+    /// Names and values of the items of the enumerations, by type.
+    items: HashMap<String, Vec<(String, f64)>>,
     model: String,
     platforms: Vec<String>,
     root: PathBuf,
@@ -88,17 +88,9 @@ impl Fmu {
         }
     }
 
-    /// Value of an item of a variable's enumeration.
-    pub fn item(&self, variable: &Variable, item: &str) -> Result<f64, Error> {
-        let found = self.items.get(&format!("{}.{item}", variable.declared_type));
-        let text = format!("{} = '{item}': its enumeration has no such item", variable.name);
-        found.copied().ok_or_else(|| Error::new(text))
-    }
-
-    /// Name of a value of a variable's enumeration; None where that has no such item.
-    pub fn item_of(&self, variable: &Variable, value: f64) -> Option<&str> {
-        let mut named = self.items.iter().filter(|(_, known)| **known == value);
-        named.find_map(|(key, _)| key.strip_prefix(&variable.declared_type)?.strip_prefix('.'))
+    /// Names and values of the items of a variable's enumeration; empty where it is none.
+    pub fn items(&self, variable: &Variable) -> &[(String, f64)] {
+        self.items.get(&variable.declared_type).map_or(&[], Vec::as_slice)
     }
 
     /// Path of the shared library for this machine.

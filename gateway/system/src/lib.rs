@@ -22,6 +22,7 @@ mod structure;
 mod system;
 mod threaded;
 mod trip;
+mod value;
 mod variables;
 mod wiring;
 mod worker;
@@ -39,6 +40,7 @@ pub use plant::Plant;
 pub use state::State;
 pub use system::System;
 pub use trip::{Trip, What};
+pub use value::Value;
 pub use variables::{Causality, Variable};
 pub use worker::ThreadHook;
 

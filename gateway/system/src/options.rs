@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::guard::Bounds;
 use crate::state::State;
+use crate::value::Value;
 use crate::worker::ThreadHook;
 
 /// Reaction to a component in its own thread that has not finished at its tick.
@@ -34,7 +35,7 @@ pub struct Options {
     pub step_limit: Option<Duration>,
     /// Values that replace those of the `.ssp`: ("feedback.tau_step", 0.003). Those of the host are
     /// checked but have no effect, so that one list serves controller and plant.
-    pub parameters: Vec<(String, f64)>,
+    pub parameters: Vec<(String, Value)>,
     /// A `fault` output that is nonzero trips (`What::Fault`).
     pub fault_trips: bool,
     pub on_thread: Option<ThreadHook>,

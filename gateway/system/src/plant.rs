@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::inline::Inline;
 use crate::layout::Layout;
 use crate::system::System;
+use crate::value::Value;
 use crate::variables::Causality;
 use crate::wiring::find;
 
@@ -30,7 +31,7 @@ impl Plant {
         system: &System,
         name: &str,
         fmu: Option<&Path>,
-        parameters: &[(String, f64)],
+        parameters: &[(String, Value)],
     ) -> Result<Plant, Error> {
         let system = match fmu {
             Some(path) => system.with_fmu(name, path)?.with(parameters)?,

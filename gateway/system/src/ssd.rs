@@ -5,6 +5,7 @@ use roxmltree::{Document, Node};
 use crate::archive::Archive;
 use crate::error::Error;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::value::Value;
 use crate::variables::value_of;
 
 const SSD: &str = "http://ssp-standard.org/SSP1/SystemStructureDescription";
@@ -166,13 +167,13 @@ fn collect(set: Node, prefix: &str, settings: &mut Vec<Setting>) -> Result<(), E
         let name = format!("{prefix}{name}");
         let is_item = typed.is_some_and(|typed| typed.has_tag_name((SSV, "Enumeration")));
         if is_item && !text.is_empty() {
-            settings.push(Setting { name, value: 0.0, unit, item: text.to_owned() });
+            settings.push(Setting { name, value: Value::Item(text.to_owned()), unit });
             continue;
         }
         let value = value_of(text).filter(|value| value.is_finite()).ok_or_else(|| {
             Error::new(format!("parameter '{name}' has no finite value: '{text}'"))
         })?;
-        settings.push(Setting { name, value, unit, item: String::new() });
+        settings.push(Setting { name, value: Value::Number(value), unit });
     }
     Ok(())
 }

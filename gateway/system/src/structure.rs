@@ -2,14 +2,14 @@
 
 use std::fmt;
 
+use crate::value::Value;
+
 /// One parameter of a parameter set; without a unit it is in that of the FMU.
 #[derive(Clone)]
 pub(crate) struct Setting {
     pub name: String,
-    pub value: f64,
+    pub value: Value,
     pub unit: String,
-    /// Name of an enumeration's item, whose value the FMU knows; empty: `value` is meant.
-    pub item: String,
 }
 
 /// A component: the path of its FMU in the archive and its own parameter sets.

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use tempfile::TempDir;
 
-use crate::archive::Archive;
+use crate::archive::{limited, Archive};
 use crate::component::Component;
 use crate::error::Error;
 use crate::fmu::Fmu;
 use crate::ssd;
 use crate::structure::{Element, Setting, Structure, Wire};
+use crate::value::Value;
 use crate::variables::Causality;
 use crate::wiring::{check, find};
 
@@ -68,8 +69,8 @@ impl System {
         Arc::clone(&self.folder)
     }
 
-    /// The same with other values: ("plant.tau_step", 0.003).
-    pub(crate) fn with(&self, parameters: &[(String, f64)]) -> Result<System, Error> {
+    /// The same with other values of parameters: ("plant.tau_step", 0.003).
+    pub fn with(&self, parameters: &[(String, Value)]) -> Result<System, Error> {
         let mut components = self.components.clone();
         for (text, value) in parameters {
             let at = |e: Error| e.at(format!("parameter '{text}'"));
@@ -80,11 +81,11 @@ impl System {
             let component = components.iter_mut().find(|c| c.name() == name);
             let Some(component) = component else { continue };
             let variable = component.fmu().variable(parameter).map_err(at)?;
-            if variable.causality != Causality::Parameter || !value.is_finite() {
-                let text = format!("{value} for a variable of causality {}, must be a finite number for a parameter", variable.causality);
+            if variable.causality != Causality::Parameter {
+                let text = format!("is of causality {}, not a parameter", variable.causality);
                 return Err(at(Error::new(text)));
             }
-            component.set(parameter, *value).map_err(at)?;
+            component.set(parameter, value)?;
             component.schedule(self.base).map_err(at)?;
         }
         Ok(System { base: self.base, components, wires: self.wires.clone(), folder: self.folder() })
@@ -127,13 +128,18 @@ fn open_fmus(
     elements: &[Element],
     folder: &Path,
 ) -> Result<HashMap<String, Arc<Fmu>>, Error> {
-    let mut fmus = HashMap::new();
+    let (mut fmus, mut size) = (HashMap::new(), 0);
     for element in elements {
         if fmus.contains_key(&element.source) {
             continue;
         }
         let name = format!("{}: {}", archive.name(), element.source);
         let inner = Archive::new(archive.read(&element.source)?, name)?;
+        size += inner.size;
+        limited(size).map_err(|e| {
+            let place = format!("{}: {}: with its FMU the system", archive.name(), element.name);
+            Error::new(format!("{place} {e}"))
+        })?;
         let root = folder.join(fmus.len().to_string());
         fmus.insert(element.source.clone(), Arc::new(Fmu::open(inner, root)?));
     }

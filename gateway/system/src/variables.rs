@@ -84,19 +84,19 @@ fn variable(element: Node) -> Result<Variable, Error> {
     })
 }
 
-/// Items of all enumerations, "type.item", with their values.
-pub(crate) fn items(top: Node) -> HashMap<String, f64> {
+/// Names and values of the items of all enumerations, by type.
+pub(crate) fn items(top: Node) -> HashMap<String, Vec<(String, f64)>> {
     let types = top.children().filter(|c| c.has_tag_name("TypeDefinitions"));
     let types = types.flat_map(|t| t.children()).filter(|t| t.has_tag_name("SimpleType"));
-    let items = types.flat_map(|simple| {
-        let name = simple.attribute("name").unwrap_or_default();
+    let named = types.map(|simple| {
         let items = simple.descendants().filter(|i| i.has_tag_name("Item"));
-        items.filter_map(move |item| {
+        let items = items.filter_map(|item| {
             let value = item.attribute("value")?.trim().parse().ok()?;
-            Some((format!("{name}.{}", item.attribute("name")?), value))
-        })
+            Some((item.attribute("name")?.to_owned(), value))
+        });
+        (simple.attribute("name").unwrap_or_default().to_owned(), items.collect())
     });
-    items.collect()
+    named.collect()
 }
 
 /// A value of any type as FMI and SSP write it: `0.5`, `2`, `true`.
