@@ -13,7 +13,7 @@ from flexhex.fmugen.graph import CALLS, Graph
 from flexhex.fmugen.straight import body
 from flexhex.fmus.common.errors import BuildError
 
-PAIR_H = Path(__file__).with_name("pair.h")
+PAIR_H = Path(__file__).parent.parent / "runtime" / "pair.h"
 _TAKEN = {"arg", "res", "iw", "w", "mem", "pair", "both", *CALLS.values()}
 """Names in generated C that an input or output cannot have there."""
 SYMBOLIC = RLock()

@@ -1,5 +1,8 @@
 /* Two doubles that are computed side by side, in one instruction where the compiler has vectors.
    Each is rounded as it would be alone, so the results are the same to the last bit. */
+#ifndef FLEXHEX_PAIR_H
+#define FLEXHEX_PAIR_H
+
 #include <math.h>
 
 #if defined(__GNUC__) && !defined(__TINYC__) && !defined(FLEXHEX_NO_VECTORS)
@@ -31,3 +34,5 @@ static inline pair both(double first, double second) {
 #define TWICE(x) ADD(x, x)
 
 #define SIGN(x) ((x) < 0.0 ? -1.0 : (x) > 0.0 ? 1.0 : (x))
+
+#endif
