@@ -48,9 +48,9 @@ def textbook(room: Loaded) -> Kalman:
 
 
 def covariance(room: Loaded) -> Array:
-    """P (162, 162), normalised: behind q in the state, in blocks of 8 left of the diagonal and on it.
+    """P (162, 162), normalised: behind q in the state, in blocks of 8.
 
-    Blocks on the diagonal are kept whole: both halves must be the same to the last bit.
+    Blocks left of the diagonal and on it are kept, these whole: symmetric to the last bit.
     """
     rows = -(-N_P // 8) * 8
     kept = room.state[N_P : N_P + rows**2].reshape(rows, rows)
