@@ -13,6 +13,7 @@ no bit.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import ChainMap, defaultdict
 from collections.abc import Hashable, Mapping, Sequence
 
@@ -25,9 +26,9 @@ VECTOR = {
     ca.OP_NEG: "NEG", ca.OP_SQ: "SQUARE", ca.OP_TWICE: "TWICE",
 }  # fmt: skip
 """Operations on pairs, and their names in pair.h."""
-NEAR = 8
-"""Candidates that are tried for a value, the nearest in the code; the others of a large function
-cost build time and hardly ever fit better."""
+NEAR, WITHIN = 8, 64
+"""Candidates that are tried for a value: the nearest in the code that are not paired yet, of so
+many alike before and after it. More cost build time and give the same code."""
 Pair = tuple[int, int]
 
 
@@ -43,7 +44,7 @@ class Lanes:
         for alike in (_shapes(graph.nodes), _levels(graph.nodes)):
             self._alike = alike
             groups: dict[int, list[int]] = defaultdict(list)
-            for k in operations:
+            for k in sorted(operations):
                 if k not in self.pair:
                     groups[alike[k]].append(k)
             for k in operations:
@@ -56,9 +57,11 @@ class Lanes:
 
     def _best(self, a: int, group: Sequence[int]) -> dict[int, int]:
         """Pairs that follow from pairing a with the best of its group; none if none gains."""
-        free = sorted((abs(a - b), b) for b in group if b != a and b not in self.pair)
+        at = bisect_left(group, a)
+        window = group[max(0, at - WITHIN) : at + WITHIN + 1]
+        free = [b for b in window if b != a and b not in self.pair]
         best, found = 0, dict[int, int]()
-        for _, b in free[:NEAR]:
+        for b in sorted(free, key=lambda b: abs(a - b))[:NEAR]:
             trial, gain = self._follow(a, b)
             if gain > best:
                 best, found = gain, trial
