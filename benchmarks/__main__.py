@@ -1,4 +1,4 @@
-"""`python -m benchmarks [--json] [--only NAME] [--rounds N]`: medians and ratios side by side."""
+"""Speed: medians and ratios side by side, beside rivals, and beside another revision of this."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import adapter, growth, kalman, loop, mechanism, plant, quick, tables
+from benchmarks import adapter, against, growth, kalman, loop, mechanism, plant, tables, waits
 from benchmarks.clock import Row, pin
 from benchmarks.rooms import operations
 from flexhex.fmus.common.errors import FlexhexError
@@ -30,22 +30,34 @@ ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "plant": plant.plant_row,
     "adapter": adapter.adapter_row,
     "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
-    "quick": lambda machine, rounds: quick.quick_row(MACHINE_FILE, rounds),
+    **{key: waits.row_of(key) for key in waits.COMMANDS},
 }
+ALONE = ("run",)
+"""Benchmarks that take minutes: measured when they are named."""
 MORE = ("growth", "profile")
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run what was asked for; 0, 1 when a required limit is missed, 2 and 3 for mistakes."""
+    """Run what was asked for; 0, 1 when a required limit is missed or something has become
+    slower, 2 and 3 for mistakes."""
     parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     parser.add_argument("--only", choices=(*ROWS, *MORE), help="one benchmark alone")
     parser.add_argument("--rounds", type=int, default=25, help="bursts of each rival")
+    parser.add_argument(
+        "--against",
+        metavar="REVISION",
+        help="only compare with a revision of git, or with the recorded one; fails on what has"
+        f" become slower by more than {against.WORSE - 1:.0%}".replace("%", " %%"),
+    )
     asked = parser.parse_args(arguments)
     if asked.rounds < 3:
         parser.error(f"--rounds {asked.rounds}: at least 3, a median of fewer says nothing")
     try:
-        found = collect(asked.only, asked.rounds)
+        if asked.against:
+            found = versus(asked.against, asked.only)
+        else:
+            found = collect(asked.only, asked.rounds)
     except FlexhexError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 3
@@ -53,14 +65,26 @@ def main(arguments: list[str] | None = None) -> int:
         print(json.dumps(found, default=_plain, indent=1))
     else:
         tables.show(found, Console(width=None if sys.stdout.isatty() else 130))
-    return 1 if any(row.met(row.required) is False for row in found["rows"]) else 0
+    missed = any(row.met(row.required) is False for row in found["rows"])
+    return int(missed or any(one.worse for one in found.get("changes", ())))
+
+
+def versus(revision: str, only: str | None) -> dict[str, Any]:
+    """What has become of the speed since a revision."""
+    keys = [only] if only else [*against.ROOMS, *against.WAITS]
+    before = pin()
+    try:
+        return {"where": computer(), "rows": [], "changes": against.compare(revision, keys)}
+    finally:
+        if before:
+            os.sched_setaffinity(0, before)
 
 
 def collect(only: str | None, rounds: int) -> dict[str, Any]:
     """Everything measured: where, rows, growth, profile."""
     machine, before = load_machine(MACHINE_FILE), pin()
     try:
-        wanted = [only] if only else [*ROWS, *MORE]
+        wanted = [only] if only else [*(key for key in ROWS if key not in ALONE), *MORE]
         found: dict[str, Any] = {"where": computer(), "rows": []}
         for name in wanted:
             if name in ROWS:

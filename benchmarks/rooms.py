@@ -81,7 +81,8 @@ def library(
     """Shared library of one room: step.c, its header, generated code; flags: for step.c."""
     name, room = interface.name, interface.name
     texts = {path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")}
-    texts["room.h"] = (RUNTIME / "room.h").read_text(encoding="utf-8")
+    for header in ("room.h", "pair.h"):
+        texts[header] = (RUNTIME / header).read_text(encoding="utf-8")
     texts[f"{room}.h"] = sources.header(interface, functions, room)
     headers = "\0".join(texts[key] for key in sorted(texts))
     texts[f"{name}_step.c"] = step.read_text(encoding="utf-8")

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.against import WORSE, Change, recorded
 from benchmarks.clock import Row, Timing
 
 
@@ -16,6 +18,8 @@ def show(found: dict[str, Any], console: Console) -> None:
     console.print(f"{at['cpu']}, {at['cores']} cores, load {at['load']}; {at['compiler']}")
     if found["rows"]:
         _rows(found["rows"], console)
+    if "changes" in found:
+        _changes(found["changes"], console)
     if "growth" in found:
         _growth(found["growth"], console)
     if "profile" in found:
@@ -23,35 +27,51 @@ def show(found: dict[str, Any], console: Console) -> None:
 
 
 def quantity(value: float, faster: bool) -> str:
-    """Time in microseconds, in seconds from one on, or a factor of real time."""
+    """Time in microseconds, milliseconds or seconds, or a factor of real time."""
     if faster:
         return f"{value:.3g} x"
-    return f"{value / 1e9:.3g} s" if value >= 1e9 else f"{value / 1e3:.3g} us"
+    unit, size = next((u, s) for u, s in (("s", 1e9), ("ms", 1e6), ("us", 0.0)) if value >= s)
+    return f"{value / (size or 1e3):.3g} {unit}"
 
 
 def _rows(rows: list[Row], console: Console) -> None:
     table = Table(title="one core; processor time; bursts in turn")
-    for name in ("what", "median", "best", "ratio", "required", "stretch", "met"):
+    for name in ("what", "median", "best", "ratio", "recorded", "required", "stretch", "met"):
         table.add_column(name, justify="left" if name == "what" else "right")
+    before = recorded()
     for row in rows:
         for k, timing in enumerate(row.timings):
-            table.add_row(*_cells(row, timing, first=k == 0), end_section=timing is row.timings[-1])
+            kept = before.get(row.key) if k == 0 else None
+            cells = _cells(row, timing, kept, first=k == 0)
+            table.add_row(*cells, end_section=timing is row.timings[-1])
     console.print(table)
     for row in rows:
         for text in [*row.notes, *(f"{t.name}: {t.note}" for t in row.timings if t.note)]:
             console.print(f"{row.key}: {text}", highlight=False)
 
 
-def _cells(row: Row, timing: Timing, first: bool) -> list[str]:
+def _cells(row: Row, timing: Timing, kept: float | None, first: bool) -> list[str]:
     values = [quantity(value, row.faster) for value in (timing.median, timing.least)]
     if not first:
-        return [f"  {timing.name}", *values, f"{row.ratio(timing):.3g}", "", "", ""]
+        return [f"  {timing.name}", *values, f"{row.ratio(timing):.3g}", "", "", "", ""]
     limits = [
         "" if limit is None else (">= " if row.faster else "<= ") + quantity(limit, row.faster)
         for limit in (row.required, row.stretch)
     ]
     met = "stretch" if row.met(row.stretch) else "yes" if row.met(row.required) else "no"
-    return [f"[bold]{row.what}[/]", *values, "", *limits, met]
+    was = "" if kept is None else quantity(kept, row.faster)
+    return [f"[bold]{row.what}[/]", *values, "", was, *limits, met]
+
+
+def _changes(changes: Sequence[Change], console: Console) -> None:
+    title = f"side by side with the other revision; slower: more than {WORSE:.2f} times"
+    table = Table(title=title)
+    for name in ("what", "best before", "best now", "now / before, median", "slower"):
+        table.add_column(name, justify="left" if name == "what" else "right")
+    for one in changes:
+        best = [quantity(value, False) for value in (one.before, one.now)]
+        table.add_row(one.what, *best, f"{one.ratio:.3f}", "yes" if one.worse else "no")
+    console.print(table)
 
 
 def _growth(found: dict[str, Any], console: Console) -> None:

@@ -33,7 +33,8 @@ def _mark(met: bool | None) -> int:
 
 
 def _micro(ns: float) -> str:
-    return f"{ns / 1e9:.3g} s" if ns >= 1e9 else f"{ns / 1e3:.3g} µs"
+    unit, size = next((u, s) for u, s in (("s", 1e9), ("ms", 1e6), ("µs", 0.0)) if ns >= s)
+    return f"{ns / (size or 1e3):.3g} {unit}"
 
 
 def _factor(value: float) -> str:

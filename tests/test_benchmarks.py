@@ -118,6 +118,7 @@ def test_row_judges_limits_and_ratios_either_way() -> None:
         4,
     )
     assert tables.quantity(1500.0, False) == "1.5 us"
+    assert tables.quantity(2.5e6, False) == "2.5 ms"
     assert tables.quantity(1.25e9, False) == "1.25 s"
     assert tables.quantity(12.0, True) == "12 x"
 

@@ -29,7 +29,8 @@ def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> 
     cache.mkdir(parents=True, exist_ok=True)
     externs = "\n".join(f"extern const flexhex_room {room}_room;" for room in rooms)
     listed = ", ".join(f"&{room}_room" for room in rooms)
-    files = {**texts, "room.h": (RUNTIME / "room.h").read_text(encoding="utf-8")}
+    shared = {name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("room.h", "pair.h")}
+    files = {**texts, **shared}
     files["probe.c"] = _PROBE_C.format(externs=externs, rooms=listed)
     headers = "\0".join(text for name, text in sorted(files.items()) if name.endswith(".h"))
     with tempfile.TemporaryDirectory(dir=cache) as folder:

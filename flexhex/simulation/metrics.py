@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.motion import motion_model
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.tables import Column
 from flexhex.tracking import rms as rms
@@ -72,6 +71,9 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
 
 def end_effector_error(machine: Machine, theta: Array, e: Array) -> Array:
     """Error of E (samples, 6): position [m], rotation [rad], both in the world frame."""
+    # imported here: it takes SciPy along, a second for whoever wants the names of the figures
+    from flexhex.diagnosis.motion import motion_model
+
     model = motion_model(machine)
     x = model.close(theta)
     moved, _ = model.rates(x, e, np.zeros_like(e))

@@ -2,19 +2,23 @@
 
    With H = Phi diag(scale), few nonzeros in a row, and S = H P H' + R2 I = L L':
      W = P H' L^-T,  q += W L^-1 (tau - Phi p),  P -= W W'
-   Every element of W W' is summed in one order, so P stays symmetric to the last bit. */
+   P is symmetric; what lies right of its blocks on the diagonal is neither kept nor read. */
 #include "estimator.h"
+
+#include "pair.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { BLOCK = 8 };
 enum { N = ESTIMATOR_N, N_P = ESTIMATOR_N_P, WIDTH = ESTIMATOR_WIDTH };
+enum { ROWS = (N_P + BLOCK - 1) / BLOCK * BLOCK }; /* whole blocks; what is beyond N_P stays 0 */
 static const double FAULT_NOT_FINITE = 2.0, FAULT_NO_COVARIANCE = 3.0;
 
 typedef struct {
   double q[N_P];
-  double P[N_P][N_P];
+  /* blocks left of the diagonal and on it; the others, their mirror image, stay zero */
+  double P[ROWS][ROWS];
   double columns[N * WIDTH];
   double ticks;
 } state;
@@ -69,34 +73,55 @@ static double along(const measurement *m, const double *w) {
   return sum;
 }
 
+static inline pair beside(double first, double second) {
+  const pair both = {first, second};
+  return both;
+}
+
+/* Eight elements of w = P h from j on, over the columns of h in their order. The elements of P
+   stand in a row where the column is not left of the block, else in its mirror image, a column. */
+static void multiply(const state *s, const measurement *m, int j, double *w) {
+  pair a = {0.0, 0.0}, b = a, c = a, d = a;
+  for (int k = 0; k < WIDTH; ++k) {
+    const pair h = beside(m->h[k], m->h[k]);
+    const int column = m->column[k];
+    if (column >= j) {
+      const double *x = s->P[column] + j;
+      a = ADD(a, MUL(h, beside(x[0], x[1])));
+      b = ADD(b, MUL(h, beside(x[2], x[3])));
+      c = ADD(c, MUL(h, beside(x[4], x[5])));
+      d = ADD(d, MUL(h, beside(x[6], x[7])));
+    } else {
+      const double *x = s->P[j] + column;
+      a = ADD(a, MUL(h, beside(x[0], x[ROWS])));
+      b = ADD(b, MUL(h, beside(x[2 * ROWS], x[3 * ROWS])));
+      c = ADD(c, MUL(h, beside(x[4 * ROWS], x[5 * ROWS])));
+      d = ADD(d, MUL(h, beside(x[6 * ROWS], x[7 * ROWS])));
+    }
+  }
+  const double block[BLOCK] = {FIRST(a), SECOND(a), FIRST(b), SECOND(b),
+                               FIRST(c), SECOND(c), FIRST(d), SECOND(d)};
+  memcpy(w, block, sizeof block);
+}
+
 /* W[i] starts as P h_i; L and W are computed row by row. False when S is not positive definite. */
 static bool factorise(const estimator_parameters *p, const state *s, const measurement *m,
-                      double W[N][N_P], double *error) {
+                      double W[N][ROWS], double *error) {
   double L[N][N];
-  memset(W, 0, N * sizeof W[0]);
+  /* block by block: what several rows of H need of P is then still at hand */
+  for (int j = 0; j < ROWS; j += BLOCK) {
+    for (int i = 0; i < N; ++i) {
+      multiply(s, &m[i], j, W[i] + j);
+    }
+  }
   for (int i = 0; i < N; ++i) {
-    /* four rows of P at a time, added in their order: fewer passes over W */
-    int k = 0;
-    for (; k + 4 <= WIDTH; k += 4) {
-      const double *h = m[i].h + k, *a = s->P[m[i].column[k]], *b = s->P[m[i].column[k + 1]];
-      const double *c = s->P[m[i].column[k + 2]], *d = s->P[m[i].column[k + 3]];
-      for (int j = 0; j < N_P; ++j) {
-        W[i][j] = (((W[i][j] + h[0] * a[j]) + h[1] * b[j]) + h[2] * c[j]) + h[3] * d[j];
-      }
-    }
-    for (; k < WIDTH; ++k) {
-      const double h = m[i].h[k], *row = s->P[m[i].column[k]];
-      for (int j = 0; j < N_P; ++j) {
-        W[i][j] += h * row[j];
-      }
-    }
     double pivot = p->R2 + along(&m[i], W[i]);
     error[i] = m[i].innovation;
     for (int l = 0; l < i; ++l) {
       L[i][l] = along(&m[i], W[l]);
       pivot -= L[i][l] * L[i][l];
       error[i] -= L[i][l] * error[l];
-      for (int j = 0; j < N_P; ++j) {
+      for (int j = 0; j < ROWS; ++j) {
         W[i][j] -= L[i][l] * W[l][j];
       }
     }
@@ -106,41 +131,30 @@ static bool factorise(const estimator_parameters *p, const state *s, const measu
     }
     const double inverse = 1.0 / sqrt(pivot);
     error[i] *= inverse;
-    for (int j = 0; j < N_P; ++j) {
+    for (int j = 0; j < ROWS; ++j) {
       W[i][j] *= inverse;
     }
   }
   return true;
 }
 
-static void correct(state *s, double W[N][N_P], const double *error) {
-  double unused[N_P] = {0.0};
+static void correct(state *s, double W[N][ROWS], const double *error) {
   for (int i = 0; i < N; ++i) {
     for (int j = 0; j < N_P; ++j) {
       s->q[j] += W[i][j] * error[i];
     }
   }
-  /* rows in blocks, from the first column of the block on, two at a time; then the mirror image of
-     a block while it is at hand */
-  for (int block = 0; block < N_P; block += BLOCK) {
-    const int end = block + BLOCK < N_P ? block + BLOCK : N_P;
-    for (int i = block; i < end; i += 2) {
-      const int other = i + 1 < N_P ? i + 1 : i;
-      double *row = s->P[i], *next = i + 1 < N_P ? s->P[other] : unused;
-      for (int j = block; j < N_P; ++j) {
-        double sum = 0.0, more = 0.0;
-        for (int m = 0; m < N; ++m) {
-          sum += W[m][i] * W[m][j];
-          more += W[m][other] * W[m][j];
-        }
-        row[j] -= sum;
-        next[j] -= more;
+  /* rows as far as their block on the diagonal, two at a time */
+  for (int i = 0; i < N_P; i += 2) {
+    double *row = s->P[i], *next = s->P[i + 1];
+    for (int j = 0; j < (i / BLOCK + 1) * BLOCK; ++j) {
+      double sum = W[0][i] * W[0][j], more = W[0][i + 1] * W[0][j];
+      for (int m = 1; m < N; ++m) {
+        sum += W[m][i] * W[m][j];
+        more += W[m][i + 1] * W[m][j];
       }
-    }
-    for (int j = block + BLOCK; j < N_P; ++j) {
-      for (int k = 0; k < BLOCK; ++k) {
-        s->P[j][block + k] = s->P[block + k][j];
-      }
+      row[j] -= sum;
+      next[j] -= more;
     }
   }
 }
@@ -168,7 +182,7 @@ static void tick(const estimator_parameters *p, const estimator_inputs *u, void 
     return;
   }
   measurement m[N];
-  double W[N][N_P], error[N];
+  double W[N][ROWS], error[N];
   for (int i = 0; i < N; ++i) {
     measure(p, s, phi + i * WIDTH, s->columns + i * WIDTH, u->tau_f[i], &m[i]);
     y->innovation[i] = m[i].innovation;

@@ -125,7 +125,7 @@ def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, In
     step = step_file(room)
     texts = {
         f"{room}.h": sources.header(interface, functions, room),
-        "room.h": (RUNTIME / "room.h").read_text(encoding="utf-8"),
+        **{name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("room.h", "pair.h")},
         **{path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")},
         f"{room}_step.c": step.read_text(encoding="utf-8"),
         f"{room}_casadi.c": codegen.casadi_source(functions, room, room),
