@@ -115,7 +115,7 @@ def _messages(topic: Topic, place: int) -> Iterator[tuple[int, int, str]]:
         end = min(first + BLOCK, group.rows)
         block = np.hstack([v[first:end].reshape(end - first, -1) for v in values])
         times = np.rint(group.time[first:end] * 1e9).astype(np.int64).tolist()
-        known = np.isfinite(block).all(axis=1).tolist()
+        known = np.asarray(np.isfinite(block).all(axis=1))
         for at, good, row in zip(times, known, block.tolist(), strict=True):
             texts = map(repr, row)
             words = texts if good else (NUMBERS.get(text, text) for text in texts)
@@ -194,10 +194,10 @@ def read(path: Path) -> Result:
             for _, channel, message in reader.iter_messages(log_time_order=False):
                 rows.setdefault(channel.topic, []).append(json.loads(message.data))
             groups = {rate: _group(told, rows) for rate, told in about["groups"].items()}
+            times = {name: FmuTime(**spent) for name, spent in about["times"].items()}
+            return Result(groups, times, about["duration_s"], about["wall_s"], about["meta"])
         except Exception as error:  # mcap's own classes
             raise LogError(f"{path}: a damaged MCAP file, maybe truncated ({error})") from None
-    times = {name: FmuTime(**spent) for name, spent in about["times"].items()}
-    return Result(groups, times, about["duration_s"], about["wall_s"], about["meta"])
 
 
 def _found(path: Path, file: Any) -> dict[str, Any] | None:
@@ -208,7 +208,7 @@ def _found(path: Path, file: Any) -> dict[str, Any] | None:
         raise LogError(f"{path}: {PACKAGE}") from None
     try:
         records = list(reader.make_reader(file).iter_metadata())
-        kept = next((one.metadata for one in records if one.name == RECORD), {})
+        kept: dict[str, str] = next((r.metadata for r in records if r.name == RECORD), {})
         about = {key: json.loads(text) for key, text in kept.items()}
     except Exception as error:  # mcap's own classes
         raise LogError(f"{path}: not a readable MCAP file ({error})") from None
@@ -226,9 +226,9 @@ def _group(told: dict[str, Any], rows: dict[str, list[Any]]) -> Group:
         # null becomes the number that is none
         values = np.array(parts, dtype=np.float64)
         signals[name] = values if parts else values.reshape(one["shape"])
-    kept: dict[str, dict[str, Any]] = {
+    each: dict[str, dict[str, Any]] = {
         key: {name: one[key] for name, one in told["signals"].items()}
         for key in ("unit", "description", "elements")
     }
-    elements = {name: tuple(parts) for name, parts in kept["elements"].items() if parts}
-    return Group(told["period"], told["base"], signals, kept["unit"], kept["description"], elements)
+    elements = {name: tuple(parts) for name, parts in each["elements"].items() if parts}
+    return Group(told["period"], told["base"], signals, each["unit"], each["description"], elements)
