@@ -20,7 +20,7 @@ def write_view(path: Path, title: str, data: dict[str, Any]) -> Path:
     return path
 
 
-def view_html(title: str, data: dict[str, Any]) -> str:
+def view_html(title: str, data: Any) -> str:
     """The page; every text is escaped."""
     import jinja2
 

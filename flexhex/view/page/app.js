@@ -58,6 +58,7 @@ function place() {
   const most = channel ? tops[channel] || 1 : 1;
   for (const [machine, run] of [[real, DATA.runs[0]], [other, DATA.runs[1]]]) {
     const values = run && channel && at(run.frames, channel, state.t);
+    machine?.carry(run ? payloadAt(run.frames, state.t) : 0);
     machine?.paint(values ? values.map(v => Math.abs(v) / most) : null);
   }
 }
@@ -164,7 +165,7 @@ function fill() {
     });
     joints.append(button);
   }
-  for (const wanted of FIRST) {
+  for (const wanted of DATA.begins.plots?.map(name => [name]) ?? FIRST) {
     const name = wanted.find(one => names.includes(one));
     if (name) { plots.add(name); }
   }

@@ -2,6 +2,7 @@
 // The plots: one for each chosen signal, all on one time axis and one cursor.
 
 const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
+const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
 
 class Plots {
@@ -55,7 +56,8 @@ class Plots {
         if (six && !this.joints.has(i)) { return; }
         const colour = DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length];
         const label = (column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, "");
-        found.push({ ...signal.lines[i], colour, label, run: r, unit: signal.unit, count: signal.columns.length });
+        const dash = six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
+        found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.unit, count: signal.columns.length });
       });
     });
     return found;
@@ -70,8 +72,9 @@ class Plots {
     const [scale, prefix] = small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
     const bin = Math.max(1, ...chart.lines.map(line => line.bin));
     chart.box.querySelector("h2").innerHTML = "";
+    const text = DATA.runs.map(run => signalOf(run, chart.name)?.text).find(Boolean) ?? "";
     chart.box.querySelector("h2").append(chart.name, " ", Object.assign(document.createElement("small"), {
-      textContent: `${prefix}${unit === "1" ? "" : unit}${bin > 1 ? ` · lowest and highest of every ${bin} samples` : ""}`,
+      textContent: `${text ? `${text} · ` : ""}${prefix}${unit === "1" ? "" : unit}${bin > 1 ? ` · extremes of every ${bin} samples` : ""}`,
     }));
     const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "12px system-ui" };
     chart.plot = new uPlot({
@@ -142,9 +145,11 @@ class Plots {
       to(Math.min(low, high));
       if (low !== high) { to(Math.max(low, high)); }
     }
+    to(last);  // of a level stretch one point was drawn
     ctx.strokeStyle = line.colour;
     ctx.lineWidth = 1.3 * devicePixelRatio;
     ctx.lineJoin = "round";
+    ctx.setLineDash(line.dash.map(length => length * devicePixelRatio));
     ctx.stroke();
     ctx.restore();
   }
