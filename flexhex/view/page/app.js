@@ -80,7 +80,7 @@ function setGhost(name) {
   state.ghost = byId("ghost").value = name;
   const colour = name === "second" ? DATA.runs[1].colour : WANTED;
   byId("names").replaceChildren(...(name === "beside" ? DATA.runs : []).map(run =>
-    Object.assign(document.createElement("span"), { textContent: run.name, style: `color: ${run.colour}` })));
+    Object.assign(document.createElement("span"), { textContent: run.name, style: `color: ${seen(run.colour)}` })));
   const apart = name === "beside" ? 0.78 * stage.reach : 0;
   if (other) {
     other.root.visible = apart > 0;
@@ -191,13 +191,29 @@ function listen() {
   window.addEventListener("keydown", key, true);
 }
 
+// LATE: time between two pictures of a motion from which on they are coarse; REST: when they no
+// longer move [ms]
+const LATE = 60, REST = 200;
+const pace = { interval: 0, moved: 0, moving: false };
+
 function frame(now) {
+  const interval = now - last;
+  last = now;
   if (state.playing) {
-    const t = state.t + (now - last) / 1000 * state.speed;
+    const t = state.t + interval / 1000 * state.speed;
     if (t >= state.range[1]) { setTime(state.range[1]); setPlaying(false); } else { setTime(t); }
   }
-  last = now;
-  if (dirty) { dirty = false; place(); stage.draw(); }
+  if (dirty) {
+    if (pace.moving) { pace.interval += 0.3 * (interval - pace.interval); }
+    Object.assign(pace, { moved: now, moving: true });
+    stage.coarse(pace.interval > LATE);
+    dirty = false;
+    place();
+    stage.draw();
+  } else {
+    pace.moving = false;
+    if (now - pace.moved > REST && stage.coarse(false)) { stage.draw(); }
+  }
   requestAnimationFrame(frame);
 }
 

@@ -5,6 +5,13 @@ const LEAST = 140, MOST = 260;  // height of a plot, which shares what room ther
 const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
 
+// Plots are drawn by the processor: through an emulated graphics card the same lines took seconds,
+// for which everything else waited.
+const anyContext = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, how) {
+  return anyContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...how } : how);
+};
+
 class Plots {
   // on: {hover(t), zoom(range)}
   constructor(place, on) {
@@ -54,7 +61,7 @@ class Plots {
       const six = signal.columns.length === WIDTH;
       unpacked(signal).columns.forEach((column, i) => {
         if (six && !this.joints.has(i)) { return; }
-        const colour = DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length];
+        const colour = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
         const label = (column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, "");
         const dash = six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
         found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.unit, count: signal.columns.length });
@@ -124,34 +131,46 @@ class Plots {
     return [(low - room) / scale, (high + room) / scale];
   }
 
-  // level of detail: at most two points a pixel column, the extremes of what falls into it
+  // where more than two points fall into a pixel column: a bar from lowest to highest of each
   stroke(u, line, scale) {
-    const { ctx, bbox } = u, [first, last] = this.shown(line);
-    const per = 2 * Math.max(1, Math.floor((last - first + 1) / (2 * bbox.width)));
+    const { ctx, bbox } = u, [first, last] = this.shown(line), thick = 1.3 * devicePixelRatio;
     const x0 = u.valToPos(line.t0, "x", true), dx = u.valToPos(line.t0 + line.step, "x", true) - x0;
     const y0 = u.valToPos(0, "y", true), dy = (u.valToPos(1, "y", true) - y0) / scale;
+    const x = k => x0 + k * dx, y = v => y0 + v * dy;
     ctx.save();
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    ctx.beginPath();
-    const to = k => { if (Number.isFinite(line.points[k])) { ctx.lineTo(x0 + k * dx, y0 + line.points[k] * dy); } };
-    for (let k = first; k <= last; k += per) {
-      let low = k, high = k;
-      for (let j = k; j < Math.min(k + per, last + 1); j++) {
-        if (line.points[j] < line.points[low]) { low = j; }
-        if (line.points[j] > line.points[high]) { high = j; }
+    ctx.strokeStyle = ctx.fillStyle = line.colour;
+    if (last - first > 2 * bbox.width) {
+      this.bars(line.points, first, last, x, (top, bottom, column) => ctx.fillRect(column, y(top) - thick / 2, 1, y(bottom) - y(top) + thick));
+    } else {
+      ctx.beginPath();
+      for (let k = first; k <= last; k++) {
+        if (Number.isFinite(line.points[k])) { ctx.lineTo(x(k), y(line.points[k])); }
       }
-      to(Math.min(low, high));
-      if (low !== high) { to(Math.max(low, high)); }
+      ctx.lineWidth = thick;
+      ctx.lineJoin = "round";
+      ctx.setLineDash(line.dash.map(length => length * devicePixelRatio));
+      ctx.stroke();
     }
-    to(last);  // of a level stretch one point was drawn
-    ctx.strokeStyle = line.colour;
-    ctx.lineWidth = 1.3 * devicePixelRatio;
-    ctx.lineJoin = "round";
-    ctx.setLineDash(line.dash.map(length => length * devicePixelRatio));
-    ctx.stroke();
     ctx.restore();
+  }
+
+  // highest and lowest point of every pixel column, each reaching to the column before
+  bars(points, first, last, x, draw) {
+    let before = null;
+    for (let k = first; k <= last;) {
+      const column = Math.floor(x(k));
+      let low = Infinity, high = -Infinity;
+      for (; k <= last && Math.floor(x(k)) === column; k++) {
+        if (points[k] < low) { low = points[k]; }
+        if (points[k] > high) { high = points[k]; }
+      }
+      if (low > high) { before = null; continue; }
+      draw(Math.max(high, before?.[0] ?? high), Math.min(low, before?.[1] ?? low), column);
+      before = [low, high];
+    }
   }
 
   zoom(range) {

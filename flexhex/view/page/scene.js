@@ -25,7 +25,8 @@ class Stage {
     this.wide = 0;  // between the middles of two machines beside each other [m]
     this.middle = vector([machine.x_E0[0], machine.x_E0[1], machine.x_E0[2] * 0.46]);
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.fine = Math.min(window.devicePixelRatio, 2);
+    this.renderer.setPixelRatio(this.fine);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
@@ -110,6 +111,14 @@ class Stage {
     this.camera.setViewOffset(clientWidth, clientHeight, 0, this.covered / 2, clientWidth, clientHeight);
     this.camera.updateProjectionMatrix();
     this.onChange?.();
+  }
+
+  // half the pixels each way while it moves, where the computer cannot draw all of them in time
+  coarse(on) {
+    const ratio = on ? this.fine / 2 : this.fine;
+    if (this.renderer.getPixelRatio() === ratio) { return false; }
+    this.renderer.setPixelRatio(ratio);
+    return true;
   }
 
   draw() { this.renderer.render(this.scene, this.camera); }
