@@ -18,7 +18,7 @@ function setTime(t) {
 
 function setPlaying(playing) {
   state.playing = playing;
-  if (playing && state.t >= state.range[1] - 1e-9) { setTime(state.range[0]); }
+  if (playing && !LIVE && state.t >= state.range[1] - 1e-9) { setTime(state.range[0]); }
   byId("play").textContent = playing ? "❚❚" : "▶";
   byId("play").setAttribute("aria-label", playing ? "pause" : "play");
   last = performance.now();
@@ -199,7 +199,9 @@ const pace = { interval: 0, moved: 0, moving: false };
 function frame(now) {
   const interval = now - last;
   last = now;
-  if (state.playing) {
+  if (state.playing && LIVE) {
+    setTime(later(state.t, interval / 1000));
+  } else if (state.playing) {
     const t = state.t + interval / 1000 * state.speed;
     if (t >= state.range[1]) { setTime(state.range[1]); setPlaying(false); } else { setTime(t); }
   }
@@ -241,6 +243,7 @@ async function start() {
   setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);
   setTime(DATA.settled);
+  if (LIVE) { setPlaying(true); follow(); }
   requestAnimationFrame(now => { last = now; frame(now); document.documentElement.dataset.ready = "yes"; });
 }
 

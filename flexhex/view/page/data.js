@@ -10,9 +10,10 @@ function floats(text) {
   return new Float32Array(bytes.buffer);
 }
 
-for (const run of DATA.runs) {
+function decoded(run) {
   for (const name of ["theta", "e", "tau", "payload"]) { run.frames[name] = floats(run.frames[name]); }
 }
+DATA.runs.forEach(decoded);
 
 const WIDTH = DATA.machine.arms.length;
 

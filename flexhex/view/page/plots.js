@@ -50,6 +50,14 @@ class Plots {
     this.resize();
   }
 
+  // the lines of new data; their units stand as long as the prefix fits
+  renew() {
+    for (const chart of this.charts) {
+      chart.lines = this.lines(chart);
+      if (this.unit(chart)[1] !== chart.prefix) { this.build(chart); }
+    }
+  }
+
   rebuild() { this.charts.forEach(chart => this.build(chart)); }
 
   // lines of a chart: of every run that has the signal the chosen columns
@@ -70,13 +78,18 @@ class Plots {
     return found;
   }
 
+  // factor and prefix that fit the largest value: [1e-3, "m"]
+  unit(chart) {
+    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
+    const small = ["rad", "m", "N m"].includes(chart.lines[0]?.unit) && most > 0;
+    return small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
+  }
+
   build(chart) {
     chart.plot?.destroy();
     chart.lines = this.lines(chart);
-    const unit = chart.lines[0]?.unit ?? "";
-    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
-    const small = ["rad", "m", "N m"].includes(unit) && most > 0;
-    const [scale, prefix] = small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
+    const unit = chart.lines[0]?.unit ?? "", [scale, prefix] = this.unit(chart);
+    chart.prefix = prefix;
     const bin = Math.max(1, ...chart.lines.map(line => line.bin));
     chart.box.querySelector("h2").innerHTML = "";
     const text = DATA.runs.map(run => signalOf(run, chart.name)?.text).find(Boolean) ?? "";
