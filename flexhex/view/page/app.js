@@ -191,11 +191,6 @@ function listen() {
   window.addEventListener("keydown", key, true);
 }
 
-// LATE: time between two pictures of a motion from which on they are coarse; REST: when they no
-// longer move [ms]
-const LATE = 60, REST = 200;
-const pace = { interval: 0, moved: 0, moving: false };
-
 function frame(now) {
   const interval = now - last;
   last = now;
@@ -205,17 +200,10 @@ function frame(now) {
     const t = state.t + interval / 1000 * state.speed;
     if (t >= state.range[1]) { setTime(state.range[1]); setPlaying(false); } else { setTime(t); }
   }
-  if (dirty) {
-    if (pace.moving) { pace.interval += 0.3 * (interval - pace.interval); }
-    Object.assign(pace, { moved: now, moving: true });
-    stage.coarse(pace.interval > LATE);
-    dirty = false;
-    place();
-    stage.draw();
-  } else {
-    pace.moving = false;
-    if (now - pace.moved > REST && stage.coarse(false)) { stage.draw(); }
-  }
+  const anew = stage.pace(interval, dirty);
+  if (dirty) { place(); }
+  if (dirty || anew) { stage.draw(); }
+  dirty = false;
   requestAnimationFrame(frame);
 }
 
@@ -238,7 +226,7 @@ async function start() {
   if (other) { stage.add(other); }
   stage.add(ghost);
   stage.colours();
-  setColour(DATA.runs[0].frames.tau ? "torque" : "error");
+  setColour(DATA.runs[0].frames.tau ? "torque" : DATA.runs[0].frames.e ? "error" : "none");
   setGhost(DATA.begins.ghost ?? ghosts()[0][0]);
   setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);
