@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from flexhex.cli import app
 from flexhex.simulation.builder import Builder
 from tests.conftest import ROOT
-from tests.test_documents import commands, documents
+from tests.test_documents import blocks, commands, documents
 
 ELSEWHERE = {
     r"run( --quick| --only payload)?": "tests/flexhex/test_run_cases.py, test_experiments_run.py",
@@ -56,6 +56,7 @@ def folder(builder: Builder, tmp_path_factory: pytest.TempPathFactory) -> Path:
         (made / name).symlink_to(ROOT / name)
     done = CliRunner().invoke(app, ["run", "--quick", "--out", str(made / "out")])
     assert done.exit_code == 0, done.output
+    (made / "out" / "quick").symlink_to(made / "out")
     logs = {"a": "a1", "b": "b1", "c": "c1"} | {n: n for n in ("a1", "a2", "b1", "b2", "c1")}
     for name, log in logs.items():
         shutil.copy(ROOT / "examples" / "axis" / f"{log}.csv", made / f"{name}.csv")
@@ -83,3 +84,13 @@ def test_command_of_a_guide_runs(call: str, folder: Path, monkeypatch: pytest.Mo
     done = CliRunner().invoke(app, words)
     assert done.exit_code == CODES.get(words[0], 0), done.output
     assert len(opened) == words.count("--open")
+
+
+@pytest.mark.slow
+def test_snippet_that_reads_a_run_works(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    (snippet,) = blocks((ROOT / "docs" / "look.md").read_text(encoding="utf-8"), "python")
+    exec(snippet, {})
+    assert capsys.readouterr().out.startswith("10.0 s, largest error ")
