@@ -24,13 +24,17 @@ def test_bars_of_a_long_run_keep_the_extremes_and_hang_together(shown: Browser) 
     """7001 points in 500 columns: one bar a column, which reaches from the lowest to the highest
     of its points and meets the bar before it."""
     shown.run(
-        "window.wave = Float32Array.from({ length: 7001 }, (_, k) => Math.sin(k / 300)"
-        " + Math.sin(k) * (k % 7)); window.drawn = []; plots.bars(wave, 0, 7000, k => k / 14 + 0.3,"
+        "window.wave = Float32Array.from({ length: 7001 }, (_, k) => 50 * Math.sin(k / 40)"
+        " + Math.sin(k) * (k % 7)); window.drawn = [];"
+        " window.found = plots.columns(wave, 0, 7000, k => k / 14 + 0.3); plots.bars(found,"
         " (top, bottom, column) => drawn.push([top, bottom, column]))"
     )
     points = np.array(shown.run("Array.from(wave)"))
     bars = np.array(shown.run("drawn"))
     columns = np.floor(np.arange(7001) / 14 + 0.3).astype(int)
+    for column, low, high, early in shown.run("found"):
+        own = points[columns == column]
+        assert (low, high, early) == (own.min(), own.max(), own.argmin() <= own.argmax())
     assert bars[:, 2].tolist() == list(range(columns[-1] + 1))
     for (top, bottom, column), before in zip(bars, [None, *bars], strict=False):
         own = points[columns == column]
@@ -40,10 +44,16 @@ def test_bars_of_a_long_run_keep_the_extremes_and_hang_together(shown: Browser) 
             assert (top, bottom) == (own.max(), own.min())
         else:
             earlier = points[columns == column - 1]
-            assert top <= max(own.max(), earlier.min())
-            assert bottom >= min(own.min(), earlier.max())
-            assert top >= earlier.min()
-            assert bottom <= earlier.max()
+            assert top == max(own.max(), earlier.min())
+            assert bottom == min(own.min(), earlier.max())
+
+
+def test_gaps_of_a_line_make_no_column(shown: Browser) -> None:
+    """Two points a column; one is no number, and both of the third column are none."""
+    found = shown.run(
+        "plots.columns(Float32Array.of(NaN, 2, 3, 1, NaN, NaN, 5, NaN), 0, 7, k => k / 2)"
+    )
+    assert found == [[0, 2, 2, True], [1, 1, 3, False], [3, 5, 5, True]]
 
 
 def test_motion_is_coarse_only_where_pictures_come_late(shown: Browser) -> None:

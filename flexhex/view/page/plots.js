@@ -1,6 +1,7 @@
 "use strict";
 // The plots: one for each chosen signal, all on one time axis and one cursor.
 
+const TALL = 4;  // mean height of a column from which on bars are drawn [px]
 const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
 const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
@@ -144,7 +145,8 @@ class Plots {
     return [(low - room) / scale, (high + room) / scale];
   }
 
-  // where more than two points fall into a pixel column: a bar from lowest to highest of each
+  // where more than two points fall into a pixel column: its lowest and highest one, as bars where
+  // a line would go up and down in most of them
   stroke(u, line, scale) {
     const { ctx, bbox } = u, [first, last] = this.shown(line), thick = 1.3 * devicePixelRatio;
     const x0 = u.valToPos(line.t0, "x", true), dx = u.valToPos(line.t0 + line.step, "x", true) - x0;
@@ -155,11 +157,17 @@ class Plots {
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
     ctx.strokeStyle = ctx.fillStyle = line.colour;
-    if (last - first > 2 * bbox.width) {
-      this.bars(line.points, first, last, x, (top, bottom, column) => ctx.fillRect(column, y(top) - thick / 2, 1, y(bottom) - y(top) + thick));
+    const dense = last - first > 2 * bbox.width ? this.columns(line.points, first, last, x) : [];
+    const tall = dense.reduce((sum, [, low, high]) => sum + y(low) - y(high), 0) > TALL * devicePixelRatio * dense.length;
+    if (tall) {
+      this.bars(dense, (top, bottom, column) => ctx.fillRect(column, y(top) - thick / 2, 1, y(bottom) - y(top) + thick));
     } else {
       ctx.beginPath();
-      for (let k = first; k <= last; k++) {
+      for (const [column, low, high, early] of dense) {
+        ctx.lineTo(column + 0.5, y(early ? low : high));
+        if (low !== high) { ctx.lineTo(column + 0.5, y(early ? high : low)); }
+      }
+      for (let k = first; k <= last && !dense.length; k++) {
         if (Number.isFinite(line.points[k])) { ctx.lineTo(x(k), y(line.points[k])); }
       }
       ctx.lineWidth = thick;
@@ -170,20 +178,28 @@ class Plots {
     ctx.restore();
   }
 
-  // highest and lowest point of every pixel column, each reaching to the column before
-  bars(points, first, last, x, draw) {
-    let before = null;
+  // of every pixel column that has a point: lowest, highest, whether the lowest comes first
+  columns(points, first, last, x) {
+    const found = [];
     for (let k = first; k <= last;) {
       const column = Math.floor(x(k));
-      let low = Infinity, high = -Infinity;
+      let low = k, high = k;
       for (; k <= last && Math.floor(x(k)) === column; k++) {
-        if (points[k] < low) { low = points[k]; }
-        if (points[k] > high) { high = points[k]; }
+        if (!(points[k] >= points[low])) { low = Number.isFinite(points[k]) ? k : low; }
+        if (!(points[k] <= points[high])) { high = Number.isFinite(points[k]) ? k : high; }
       }
-      if (low > high) { before = null; continue; }
-      draw(Math.max(high, before?.[0] ?? high), Math.min(low, before?.[1] ?? low), column);
-      before = [low, high];
+      if (Number.isFinite(points[low])) { found.push([column, points[low], points[high], low <= high]); }
     }
+    return found;
+  }
+
+  // a bar for each column, which reaches to that of the column before
+  bars(columns, draw) {
+    columns.forEach(([column, low, high], k) => {
+      const [before, under, over] = columns[k - 1] ?? [];
+      const joined = before === column - 1;
+      draw(joined ? Math.max(high, under) : high, joined ? Math.min(low, over) : low, column);
+    });
   }
 
   zoom(range) {

@@ -96,7 +96,7 @@ class Stage {
     const half = Math.tan(FOV / 2 * Math.PI / 180);
     const free = Math.min(this.camera.aspect, 1.12 * (1 - this.covered / this.canvas.clientHeight));
     const alone = 0.72 * this.reach / half / Math.min(free, 1);
-    return Math.max(alone, 0.5 * (this.wide + 1.75 * this.reach) / half / this.camera.aspect + 0.3 * this.wide);
+    return Math.max(alone, 0.5 * (this.wide + (this.wide ? 1.75 : 1.5) * this.reach) / half / this.camera.aspect + 0.3 * this.wide);
   }
 
   colours() {
