@@ -19,6 +19,7 @@ html_theme, html_title = "furo", "flexhex"
 html_show_sourcelink = html_copy_source = False
 html_static_path: list[str] = []
 html_show_copyright = False
+html_show_search_summary = False  # a page of a disk may not read the others
 myst_heading_anchors = 4
 nb_execution_mode, nb_execution_in_temp = "force", True
 nb_execution_raise_on_error, nb_execution_timeout = True, 900
@@ -58,8 +59,9 @@ def read(app: Any, page: str, source: list[str]) -> None:
     path = ROOT / TAKEN[page] if page in TAKEN else HERE / f"{page}.md"
     text = path.read_text(encoding="utf-8") if page in TAKEN else source[0]
     text = inside(text, path.parent)
-    # the README of a room begins with the name of its folder
-    source[0] = re.sub(r"\A# (\w)", lambda found: f"# {found[1].upper()}", text)
+    # a README begins with the name of its folder
+    title = r"\A# (\w)" if page in TAKEN else r"\Z\A"
+    source[0] = re.sub(title, lambda found: f"# {found[1].upper()}", text)
 
 
 def setup(app: Any) -> None:

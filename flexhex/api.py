@@ -150,7 +150,9 @@ def simulate_system(
     return Result(found.groups, found.times, found.duration, found.wall, {**made, **found.meta})
 
 
-def with_trajectory(ssp: File, trajectory: File, out: File, machine: File | None = None) -> Path:
+def with_trajectory(
+    ssp: File, trajectory: File, out: File = "out", machine: File | None = None
+) -> Path:
     """Write `out/<ssp>-<trajectory>.ssp`: a system description along the motion of a CSV file.
 
     trajectory: angles `r` or poses `x_E`, `phi_E` (docs/motion.md). machine: the machine file that
@@ -159,7 +161,7 @@ def with_trajectory(ssp: File, trajectory: File, out: File, machine: File | None
     Raises TrajectoryError (what the file or the machine does not allow, with line and time),
     InterfaceError (no hexapod.ssp, or one of another machine) and BuildError.
 
-    >>> path = flexhex.with_trajectory("out/hexapod.ssp", "motion.csv", "out")
+    >>> path = flexhex.with_trajectory("out/hexapod.ssp", "motion.csv")
     """
     file = machine_file() if machine is None else Path(machine)
     return variant.with_trajectory(Path(ssp), Path(trajectory), file, Path(out)).path

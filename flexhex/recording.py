@@ -73,15 +73,26 @@ def read_recording(path: str | Path) -> Recording:
 
 def load_recording(path: str | Path) -> Result:
     """A recording as a result. Raises LogError for a file that is none, or says too little."""
-    found = read_recording(path)
+    return as_result(path, read_recording(path))
+
+
+def as_result(path: str | Path, found: Recording) -> Result:
+    """The cycles in which the controller ran, as a result that begins with the first of them.
+
+    path: named by the LogError of a damaged one.
+    """
     try:
-        wanted = [word.rpartition(":") for word in found.meta["signals"].split()]
-        plans = [(*_pair(pair), int(period)) for pair, _, period in wanted]
         running = found.rows[found["phase"] == RUNNING]
         data = _bridged(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
-        return _result(plans, data, found)
+        return _result(plans(found.meta), data, found)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
+
+
+def plans(meta: dict[str, str]) -> list[tuple[str, str, int]]:
+    """Channel, signal and period in base steps of the line `# signals`; ValueError for others."""
+    wanted = [word.rpartition(":") for word in meta["signals"].split()]
+    return [(*_pair(pair), int(period)) for pair, _, period in wanted]
 
 
 def load_run(path: str | Path) -> Result:

@@ -1,10 +1,10 @@
-"""Results are written and read by the ending of the file: HDF5, CSV, MAT, Parquet.
+"""Results are written and read by the ending of the file: HDF5, CSV, MCAP, MAT, Parquet.
 
     from flexhex.ssp.results import load, save
     save(result, "runs/fixed.csv")
     load("runs/fixed.csv")["plant.theta"]
 
-HDF5 and CSV read back exactly; MAT and Parquet are for other programs.
+HDF5, CSV and MCAP read back exactly; MAT and Parquet are for other programs.
 """
 
 from __future__ import annotations
@@ -34,9 +34,16 @@ __all__ = [
     "rate_name",
     "save",
 ]
-FORMATS = {".h5": "hdf5", ".hdf5": "hdf5", ".csv": "csv", ".mat": "mat", ".parquet": "parquet"}
+FORMATS = {
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".csv": "csv",
+    ".mat": "mat",
+    ".parquet": "parquet",
+    ".mcap": "mcap",
+}
 """Module of `flexhex.ssp.formats` by the ending of a file."""
-READ = ".h5, .hdf5 and .csv"
+READ = ".h5, .hdf5, .csv and .mcap"
 """Endings of the files that are read."""
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -100,7 +107,7 @@ def save(result: Result, path: str | Path, meta: Meta | None = None) -> Path:
 
 
 def load(path: str | Path) -> Result:
-    """Read a result in HDF5 or CSV. Raises LogError for a missing, broken or foreign file."""
+    """Read a result in HDF5, CSV or MCAP. Raises LogError for a missing, broken or foreign file."""
     source = Path(path)
     try:
         with source.open("rb") as file:
@@ -110,10 +117,10 @@ def load(path: str | Path) -> Result:
     suffix = source.suffix.lower()
     if suffix in (".mat", ".parquet"):
         raise LogError(f"{path}: is for other programs: results are read from {READ}")
-    if suffix not in (".h5", ".hdf5", ".csv") and begin != HDF5_SIGNATURE:
+    if suffix not in (".h5", ".hdf5", ".csv", ".mcap") and begin != HDF5_SIGNATURE:
         ending = f"unknown ending {suffix!r}" if suffix else "has no ending"
         raise LogError(f"{path}: {ending}: results are read from {READ}")
-    name = "csv" if suffix == ".csv" and begin != HDF5_SIGNATURE else "hdf5"
+    name = "hdf5" if begin == HDF5_SIGNATURE else FORMATS[suffix]
     result: Result = importlib.import_module(f"flexhex.ssp.formats.{name}").read(source)
     return result
 

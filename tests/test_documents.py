@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import typer.main
 
+import flexhex
 from flexhex.cli import app
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -119,3 +120,12 @@ def test_the_checks_see_what_is_wrong(tmp_path: Path) -> None:
     assert wrong_option(["run", "--nonsense", "-m", "x"]) == "--nonsense"
     assert wrong_option(["fly"]) == "no command ['fly']"
     assert commands("```sh\n.venv/bin/flexhex run --quick  # short\n```") == [["run", "--quick"]]
+
+
+def test_citation_is_that_of_this_version() -> None:
+    """The keys that the format wants, and the version of the package."""
+    lines = (ROOT / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    keys = dict(line.split(": ", 1) for line in lines if re.match(r"[\w-]+: ", line))
+    assert {"cff-version", "message", "title", "version"} <= set(keys)
+    assert "authors:" in lines
+    assert keys["version"] == flexhex.__version__

@@ -89,8 +89,31 @@ def test_api_reference_has_every_public_name() -> None:
     assert sorted(listed) == sorted(set(flexhex.__all__) - {"__version__"})
 
 
-def test_picture_of_the_machine_is_small() -> None:
-    assert (DOCS / "hexapod.png").stat().st_size <= 150_000
+def test_pictures_of_pages_are_small() -> None:
+    pictures = {path.name: path.stat().st_size for path in DOCS.glob("*.png")}
+    assert {"hexapod.png", "my-hexapod.png", "diagnosis.png"} <= set(pictures)
+    assert max(pictures.values()) <= 150_000
+
+
+def test_files_shown_in_the_tutorial_begin_so() -> None:
+    """Each block of text is the head of a log in examples/axis."""
+    text = (DOCS / "five-minutes.md").read_text(encoding="utf-8")
+    shown = blocks(text, "text")
+    heads = [path.read_text(encoding="utf-8") for path in (ROOT / "examples/axis").glob("*.csv")]
+    assert len(shown) == 2
+    assert all(any(head.startswith(part) for head in heads) for part in shown)
+
+
+def test_value_shown_in_the_tutorial_is_one_of_a_machine_file(tmp_path: Path) -> None:
+    """The line with a mass of one's own, in the place of the T-Flex's."""
+    (line,) = blocks((DOCS / "my-hexapod.md").read_text(encoding="utf-8"), "toml")
+    text, count = re.subn(
+        r"(?m)^(\[bodies.end_effector\]\n)m = .*\n", r"\1" + line, MACHINE_FILE.read_text()
+    )
+    assert count == 1
+    file = tmp_path / "my.toml"
+    file.write_text(text, encoding="utf-8")
+    assert load_machine(file).platform.end_effector.m == 3.0
 
 
 def test_cells_of_the_notebook_run(
@@ -111,7 +134,7 @@ def test_cells_of_the_notebook_run(
 
 
 @pytest.mark.parametrize(
-    ("page", "codes"), [("five-minutes", [1]), ("my-hexapod", [0, 0])], ids=["axis", "hexapod"]
+    ("page", "codes"), [("five-minutes", [1, 1]), ("my-hexapod", [0, 0])], ids=["axis", "hexapod"]
 )
 def test_commands_of_the_tutorials_do_what_they_say(
     page: str, codes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -123,5 +146,6 @@ def test_commands_of_the_tutorials_do_what_they_say(
     calls = [words for words in commands(text) if words[0] != "run"]
     done = [CliRunner().invoke(app, words) for words in calls]
     assert [one.exit_code for one in done] == codes, [shlex.join(words) for words in calls]
-    for promised in re.findall(r"`(out/[\w/]+\.html|my\.html)`", text):
+    # out/mine is what `run` writes
+    for promised in re.findall(r"`(out/(?!mine)[\w/]+\.html|my\.html)`", text):
         assert (tmp_path / promised).is_file(), promised

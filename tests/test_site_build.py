@@ -13,10 +13,16 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ROOT
+from tests.flexhex.browser import Browser
+from tests.flexhex.conftest import browser
+
+__all__ = ["browser"]
 
 
 @pytest.mark.slow
-def test_site_is_built_without_a_warning_and_needs_no_network(tmp_path: Path) -> None:
+def test_site_is_built_without_a_warning_and_needs_no_network(
+    tmp_path: Path, browser: Browser
+) -> None:
     pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
     pytest.importorskip("myst_nb", reason="the extra `docs` is not installed")
     words = ["-W", "-q", "-b", "html", "-D", "nb_execution_mode=off", "docs", str(tmp_path)]
@@ -32,3 +38,11 @@ def test_site_is_built_without_a_warning_and_needs_no_network(tmp_path: Path) ->
         assert not re.search(r"<link[^>]*\shref=\"(https?:)?//[^>]*stylesheet", text), page
     styles = [path.read_text(encoding="utf-8") for path in tmp_path.rglob("*.css")]
     assert not any(re.search(r"@import|url\(['\"]?(https?:)?//", text) for text in styles)
+    # searched from the disk: results, and nothing said
+    browser.said.clear()
+    address = (tmp_path / "search.html").as_uri()
+    browser.open(f"{address}?q=hysteresis", wait=False)
+    browser.run("new Promise(done => setTimeout(done, 3000))")
+    found = browser.run("[...document.querySelectorAll('.search a')].map(a => a.textContent)")
+    assert "Finding what the model lacks" in found
+    assert browser.said == []

@@ -1,4 +1,4 @@
-"""ROS 2 bags in MCAP: the JointState messages of one topic as a log.
+"""MCAP: the JointState messages of one topic of a ROS 2 bag as a log, and results of ours.
 
 Positions are `theta`, velocities `thetad`, efforts `tau_meas`, in SI units as ROS has them; time is
 that of the header, or of the log where headers have none.
@@ -13,9 +13,12 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.logs.extras import as_tables, installed
+from flexhex.diagnosis.logs.hdf5 import OURS
 from flexhex.diagnosis.logs.log import Finding, Options
+from flexhex.diagnosis.logs.raw import CHANNELS as KNOWN
 from flexhex.diagnosis.logs.raw import Raw
 from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.formats.mcap import is_result, read
 
 JOINT_STATE = ("sensor_msgs/msg/JointState", "sensor_msgs/JointState")
 CHANNELS = {"theta": "position", "thetad": "velocity", "tau_meas": "effort"}
@@ -24,6 +27,9 @@ UNITS = {"time": "s", "theta": "rad", "thetad": "rad/s", "tau_meas": "N m"}
 
 def read_mcap(path: Path, options: Options) -> Raw:
     """Read a bag; LogError tells what it has instead of the JointState messages of one topic."""
+    installed(path, "mcap.reader", "ros")
+    if is_result(path):
+        return _of_result(path, options)
     messages, others = _messages(path)
     if len(messages) != 1:
         shown = ", ".join(sorted(messages) or sorted(others)) or "nothing"
@@ -55,6 +61,21 @@ def read_mcap(path: Path, options: Options) -> Raw:
         text = f"{len(listed) - len(kept)} messages of other joints are left out"
         raw.findings.append(Finding("extra", f"{path}: {topic}", text, True))
     return raw
+
+
+def _of_result(path: Path, options: Options) -> Raw:
+    """A result of `flexhex convert`: its groups as tables."""
+    result = read(path)
+    groups, units, names = [], {"time": "s"}, list[str]()
+    for rate, group in result.groups.items():
+        known = {c: signal for c, signal in OURS.items() if signal in group.signals}
+        known |= {name: name for name in group.signals if name in KNOWN}
+        data = {channel: group.signals[signal] for channel, signal in known.items()}
+        units |= {channel: group.units.get(signal, "") for channel, signal in known.items()}
+        names += group.signals
+        groups.append((rate, {"time": group.time, **data}))
+    meta = {key: str(value) for key, value in result.meta.items()}
+    return as_tables(path, groups, units, meta, options, names)
 
 
 def _messages(path: Path) -> tuple[dict[str, list[tuple[int, Any]]], set[str]]:

@@ -4,7 +4,8 @@
 
 The axis has inertia, damping, gravity and a spring, and Coulomb friction that `--base axis` does
 not know. Two motions are run twice each, a third one once, to be held out. The torque has noise,
-the encoder 2^20 steps in a turn.
+the encoder 2^20 steps in a turn. `drive-a1.csv` ... are the same runs as a drive's tool saves them:
+angles in degrees, currents, semicolons, no units.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ FRICTION, TURN = 0.1, 0.005
 """Coulomb friction [N m]; rate at which it turns over [rad/s]."""
 NOISE, STEP = 0.01, 2 * np.pi / 2**20
 """Noise of the torque [N m], step of the encoder [rad]."""
+TORQUE_CONSTANT = 0.8
+"""Of the drive's files [N m/A]."""
 RUNS = {"a1": ("a", 1), "a2": ("a", 2), "b1": ("b", 1), "b2": ("b", 2), "c1": ("c", 1)}
 """File -> motion, pass."""
 
@@ -47,11 +50,23 @@ def log(name: str, number: int) -> str:
     return "\n".join(lines) + "\n"
 
 
+def of_drive(text: str) -> str:
+    """The same run in degrees and amperes, with one line of names."""
+    lines = ["Time;Position;Current"]
+    for row in text.splitlines()[4:]:
+        t, theta, tau = map(float, row.split(","))
+        lines.append(f"{t:.3f};{np.degrees(theta):.6f};{tau / TORQUE_CONSTANT:.5f}")
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Write all runs beside this file, or into the folder that is given."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     for file, (name, number) in RUNS.items():
-        (folder / f"{file}.csv").write_text(log(name, number), encoding="utf-8")
+        text = log(name, number)
+        (folder / f"{file}.csv").write_text(text, encoding="utf-8")
+        if name != "c":
+            (folder / f"drive-{file}.csv").write_text(of_drive(text), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Command `convert`: results, recordings and logs as HDF5, CSV, MAT or Parquet."""
+"""Command `convert`: results, recordings and logs as HDF5, CSV, MAT, Parquet or MCAP."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ def convert_command(
         typer.Argument(metavar="RUN", help="result, recording of the gateway, or measured log"),
     ],
     target: Annotated[
-        Path, typer.Argument(metavar="FILE", help="what to write: .h5, .csv, .mat or .parquet")
+        Path, typer.Argument(metavar="FILE", help="what to write: .h5, .csv, .mat, .parquet, .mcap")
     ],
 ) -> None:
-    """Write a run in another format, in SI units. HDF5 and CSV read back exactly."""
+    """Write a run in another format, in SI units. HDF5, CSV and MCAP read back exactly."""
     from flexhex.fmus.common.errors import UsageError
     from flexhex.ssp.results import check_target, save
     from flexhex.view.sources import load_source

@@ -60,7 +60,9 @@ def gap_bars(
 
 def candidate_bars(number: int, candidates: Sequence[Candidate]) -> Figure:
     """What each candidate of a round predicts, best on top: chosen, rivals, others."""
-    best = sorted(candidates, key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
+    # of those that are called the same, at other starting values, the best
+    named = {label(c): c for c in sorted(candidates, key=lambda c: (c.chosen, c.rival, c.gain))}
+    best = sorted(named.values(), key=lambda c: c.gain, reverse=True)[:MOST_BARS][::-1]
     kinds = [
         ("named", AFTER, [c for c in best if c.chosen]),
         ("indistinguishable", BEFORE, [c for c in best if c.rival and not c.chosen]),

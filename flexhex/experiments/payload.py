@@ -40,15 +40,15 @@ COLUMNS = (
 )
 STEPS = ((0.16, 0.25), (0.32, 0.5), (0.48, 1.0), (0.66, 0.5), (0.82, 0.0))
 """Share of the trajectory's time, mass [kg] from then on. Those of the paper are not printed."""
-SIGNALS = ("feedback.e", "K.p", "K.p_std", "reference.payload")
+SIGNALS = ("feedback.e", "K.p", "K.p_std", "reference.payload", "plant.theta", "plant.tau_meas")
 
 
 @dataclass(frozen=True)
 class Payload:
     """Both runs: t (samples,) [s], e_fixed, e_adaptive (samples, n) [rad]; t_mass (m,) [s],
     mass, std, true (m,) [kg]: estimated change of mass, its deviation, the payload.
-    times, masses: the schedule from time 0 on, [s] and [kg]. warm: whether the machine drifts,
-    which the model does not."""
+    times, masses: the schedule from time 0 on, [s] and [kg]. results: of both runs, fixed first.
+    warm: whether the machine drifts, which the model does not."""
 
     t: Array
     e_fixed: Array
@@ -59,6 +59,7 @@ class Payload:
     true: Array
     times: tuple[float, ...]
     masses: tuple[float, ...]
+    results: tuple[Result, ...] = ()
     warm: bool = True
 
 
@@ -113,7 +114,7 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
     )
     results = record(builder, cases, SIGNALS, command, progress)
     found = evaluate(machine, fit.p, results[0], results[1], (times, masses))
-    return dataclasses.replace(found, warm=builder.has_truth)
+    return dataclasses.replace(found, results=tuple(results), warm=builder.has_truth)
 
 
 def evaluate(

@@ -12,7 +12,7 @@ from flexhex.output.page import page_html
 from flexhex.output.plots import COLOURS
 from flexhex.output.tables import Column, html
 from flexhex.run import loop
-from flexhex.run.clip import clip, residual_clip
+from flexhex.run.clip import clips, clips_json
 from flexhex.run.figures import figures
 from flexhex.run.outcome import PaperRun, figure_rows
 from flexhex.run.view import (
@@ -40,12 +40,12 @@ SPEED_COLUMNS = (
 
 def write_report(run: PaperRun, path: Path) -> Path:
     """Render the report of a run to `path`."""
-    template = (resources.files(__package__) / "report.html.j2").read_text(encoding="utf-8")
+    shown = clips(run)
     judged = run.adaptive if run.table else run.fit_outcome
     text = page_html(
         "report.html.j2",
         figures(run),
-        {"report.html.j2": template},
+        {name: text_of(name) for name in ("report.html.j2", "clips.html.j2")},
         title=f"flexhex report: {run.builder.machine.name}",
         run=run,
         machine=run.builder.machine,
@@ -53,8 +53,8 @@ def write_report(run: PaperRun, path: Path) -> Path:
         drawing=svg(read_diagram(run.builder.out / "hexapod.ssp")),
         answers=_answers(run) if run.table else [],
         tables=_tables(run),
-        clip=clip(run),
-        residual_clip=residual_clip(run),
+        clips=clips_json(shown) if shown else "",
+        clips_js=text_of("clips.js"),
         model_sentence=model_sentence(run) if run.is_model else "",
         beside=beside(run.table),
         sources=sentence(run.builder.machine_file),
@@ -66,6 +66,11 @@ def write_report(run: PaperRun, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def text_of(name: str) -> str:
+    """A template or script beside this file."""
+    return (resources.files(__package__) / name).read_text(encoding="utf-8")
 
 
 def _answers(run: PaperRun) -> list[dict[str, Any]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
@@ -90,6 +91,7 @@ def recorded(
     description = builder.case(case)
     result = run(description, case.duration, signals=signals, progress=progress.case(case))
     named = {"case": case.name, "title": case.title, "machine": builder.machine.name}
+    named["sha256 machine file"] = hashlib.sha256(builder.machine_file.read_bytes()).hexdigest()
     versions = provenance(command=command, **named)
     meta = {**versions, **result.meta}
     save(result if saved is None else reduced(result, saved), run_file(builder, case), meta)

@@ -14,7 +14,7 @@ from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.result import Array, Group, Result
 from flexhex.tracking import SETTLE
-from flexhex.view.sources import ERROR, THETA, TORQUE, WANTED, find
+from flexhex.view.sources import ERROR, PAYLOAD, THETA, TORQUE, WANTED, find
 from flexhex.view.thin import held, instants, line, rows
 
 
@@ -39,7 +39,7 @@ def page_data(
     """Everything that the page draws; numbers are base64 of little-endian float32.
 
     size: how much, default that of `Size`. begins: what the page begins with, `ghost` and
-    `factor` as its controls call them.
+    `factor` as its controls call them, `plots` the signals.
 
     Raises UsageError for a machine without a platform, a run without its angles, and a span that
     no run has.
@@ -83,6 +83,7 @@ def geometry(machine: Machine) -> dict[str, Any]:
         "L": machine.geometry.L,
         "l": platform.l,
         "x_E0": platform.x_E0,
+        "c_payload": platform.end_effector.c_payload,
         "arms": arms,
     }
 
@@ -99,9 +100,10 @@ def run_data(run: Run, arms: int, span: Span, size: Size) -> dict[str, Any]:
 
 
 def frames(run: Run, arms: int, span: Span, most: int) -> dict[str, Any]:
-    """Angles [rad], tracking error r - theta [rad], torque [N m] at even instants, (n, 6) each.
+    """Angles [rad], tracking error r - theta [rad], torque [N m] at even instants, (n, 6) each;
+    payload (n,) [kg].
 
-    Error and torque are null where the run does not have them.
+    Error, torque and payload are null where the run does not have them.
     """
     result = run.result
     name = find(result, THETA)
@@ -117,6 +119,8 @@ def frames(run: Run, arms: int, span: Span, most: int) -> dict[str, Any]:
     if e is None and wanted:
         e = _at(result, wanted, times) - theta
     tau = _at(result, torque, times) if torque else None
+    carried = find(result, PAYLOAD)
+    payload = _at(result, carried, times) if carried else None
     return {
         "t0": float(times[0]),
         "step": float(times[1] - times[0]) if len(times) > 1 else 1.0,
@@ -124,6 +128,7 @@ def frames(run: Run, arms: int, span: Span, most: int) -> dict[str, Any]:
         "theta": packed(theta),
         "e": None if e is None else packed(e),
         "tau": None if tau is None else packed(tau),
+        "payload": None if payload is None or not payload.any() else packed(payload),
         "torque": torque,
     }
 
@@ -155,6 +160,7 @@ def _signal(group: Group, name: str, span: Span, points: int) -> dict[str, Any]:
     lines = [line(first * group.Ts, group.Ts, column, points) for column in columns]
     return {
         "name": name,
+        "text": group.descriptions.get(name, ""),
         "unit": group.units.get(name, "").split(",")[0],
         "Ts": group.Ts,
         "columns": [column.removeprefix(name) for column in group.columns(name)],

@@ -7,7 +7,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-SCRIPTS = ("kinematics.js", "data.js", "colours.js", "machine.js", "scene.js", "plots.js", "app.js")
+SCRIPTS = (
+    "kinematics.js",
+    "data.js",
+    "colours.js",
+    "machine.js",
+    "scene.js",
+    "plots.js",
+    "live.js",
+    "app.js",
+)
 """Our scripts in the order in which they run; they share one scope."""
 MODULES = ("three.core.min.js", "three.module.min.js", "OrbitControls.js")
 """ES modules; the page loads them from itself, since a browser imports no file of a disk."""
@@ -20,14 +29,15 @@ def write_view(path: Path, title: str, data: dict[str, Any]) -> Path:
     return path
 
 
-def view_html(title: str, data: dict[str, Any]) -> str:
-    """The page; every text is escaped."""
+def view_html(title: str, data: Any, live: bool = False) -> str:
+    """The page; every text is escaped. live: it asks where it comes from for newer data."""
     import jinja2
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string(_text("view.html.j2"))
     text: str = template.render(
         title=title,
+        live=live,
         styles=[_asset("uPlot.min.css"), _text("view.css")],
         modules={name: script_text(_asset(name)) for name in MODULES},
         scripts=[script_text(_asset("uPlot.iife.min.js")), *(_text(name) for name in SCRIPTS)],

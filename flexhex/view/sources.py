@@ -16,6 +16,7 @@ from flexhex.ssp.result import Array, Group, Result, rate_name
 THETA = ("plant.theta", "theta")
 WANTED = ("reference.r", "r")
 ERROR = ("feedback.e", "e")
+PAYLOAD = ("reference.payload", "payload")
 TORQUE = ("residual", "plant.tau_meas", "tau_meas", "feedback.tau", "tau")
 """Where the parts of a motion stand, in results and in logs."""
 

@@ -114,9 +114,17 @@ class Browser:
             self._loaded = True
 
     def open(
-        self, page: Path | str, width: int = 1440, height: int = 900, dark: bool = False
+        self,
+        page: Path | str,
+        width: int = 1440,
+        height: int = 900,
+        dark: bool = False,
+        wait: bool = True,
     ) -> None:
-        """Show a page, a file or an address, and wait until it says that it is ready."""
+        """Show a page, a file or an address, and wait until it says that it is ready.
+
+        wait: False for a page that never says so.
+        """
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         self.call("Emulation.setEmulatedMedia", features=scheme)
         self.call(
@@ -130,7 +138,7 @@ class Browser:
         while not self._loaded:
             self._note(self._read())
         end = time.monotonic() + PATIENCE
-        while self.run("document.documentElement?.dataset.ready") != "yes":
+        while wait and self.run("document.documentElement?.dataset.ready") != "yes":
             if time.monotonic() > end:
                 raise TimeoutError(f"the page is not ready: {self.said}")
             time.sleep(0.05)

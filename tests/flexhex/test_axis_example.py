@@ -14,6 +14,7 @@ import pytest
 from flexhex.diagnose.next import Asked
 from flexhex.diagnose.page import matters, write_diagnosis
 from flexhex.diagnosis.logs import read_log
+from flexhex.diagnosis.logs.log import Options as LogOptions
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
@@ -36,6 +37,19 @@ def test_logs_are_what_their_script_writes(tmp_path: Path) -> None:
         ours, made = (read_log(p) for p in (path, tmp_path / path.name))
         for name in ("theta", "tau_meas"):
             assert np.allclose(ours[name].values, made[name].values, atol=6.1e-6), path.name
+
+
+def test_files_of_the_drive_are_the_same_runs() -> None:
+    """Read as the guide says: renamed, in degrees and amperes."""
+    options = LogOptions(
+        rename={"Position": "theta", "Current": "current"},
+        units={"time": "s", "theta": "deg", "current": "A"},
+        torque_constant=0.8,
+    )
+    for path in RUNS:
+        ours, drive = read_log(path), read_log(path.with_name(f"drive-{path.name}"), options)
+        for name, digit in (("theta", 1e-7), ("tau_meas", 1e-5)):
+            assert np.allclose(ours[name].values, drive[name].values, atol=digit), path.name
 
 
 def test_friction_is_found(found: Diagnosis) -> None:

@@ -1,22 +1,42 @@
-"""The moving picture of the report."""
+"""The moving pictures of the report."""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.verdict import Strip
+from flexhex.experiments.payload import Payload
 from flexhex.fmus.common.machine_file import load_machine
-from flexhex.run.clip import FARTHEST, clip
+from flexhex.output.page import page_html
+from flexhex.run.clip import BEFORE, FARTHEST, LEARNING, clips, clips_json
+from flexhex.run.report import text_of
+from flexhex.ssp.result import Group, Result
+from flexhex.ssp.results import save
+from flexhex.tracking import SETTLE
 from tests.conftest import MACHINE_FILE
-from tests.flexhex.test_view import LARGEST, data_of, numbers, run_of
+from tests.flexhex.browser import Browser
+from tests.flexhex.test_view import LARGEST, numbers, run_of
+
+CHOOSE = """new Promise(done => {
+  const inside = document.querySelector(".clips iframe"), before = inside.contentDocument;
+  document.querySelectorAll(".clips .tools button")[%d].click();
+  const look = () => inside.contentDocument !== before
+    && inside.contentDocument?.documentElement?.dataset.ready === "yes"
+    ? done() : setTimeout(look, 50);
+  look();
+})"""
+SECONDS, KILOGRAMS = 9.0, 0.5
 
 
-def paper_run(larger: float, machine: Any = None) -> Any:
+def paper_run(larger: float = 1.0, machine: Any = None, **experiments: Any) -> Any:
     """Two outcomes; the errors of feedback only are `larger` times those of `run_of`."""
-    made = {name: run_of(seconds=9.0) for name in ("feedback", "adaptive")}
+    made = {name: run_of(seconds=SECONDS) for name in ("feedback", "adaptive")}
     made["feedback"]["feedback.e"][:] *= larger
     outcomes = {
         name: SimpleNamespace(case=SimpleNamespace(name=name, title=f"{name} title"), result=result)
@@ -24,25 +44,143 @@ def paper_run(larger: float, machine: Any = None) -> Any:
     }
     builder = SimpleNamespace(machine=machine or load_machine(MACHINE_FILE))
     table = SimpleNamespace(of=outcomes.__getitem__)
-    return SimpleNamespace(builder=builder, table=table, adaptive=outcomes["adaptive"])
+    return SimpleNamespace(
+        builder=builder, table=table, adaptive=outcomes["adaptive"], experiments=experiments
+    )
+
+
+def payload() -> Payload:
+    """A payload from 3 s of the trajectory on, of which the estimate has 0.4 kg 1 s later."""
+    t = 0.03 * np.arange(round(SECONDS / 0.03) + 1)
+    true = np.where(t >= SETTLE + 3, KILOGRAMS, 0.0)
+    kept = t >= SETTLE
+    results = []
+    for _ in range(2):
+        made = run_of(seconds=SECONDS)
+        base = made.group("plant.theta")
+        carried = np.where(base.time >= SETTLE + 3, KILOGRAMS, 0.0)
+        signals = {**base.signals, "reference.payload": carried}
+        groups = {"0.25ms": Group(base.period, base.base, signals, base.units)}
+        groups["30ms"] = Group(120, base.base, {"K.p": np.zeros((len(t), 3))})
+        results.append(Result(groups, duration=SECONDS))
+    estimate = np.where(t >= SETTLE + 4, 0.4, 0.0)[kept]
+    empty = np.zeros(0)
+    return Payload(
+        empty, empty, empty, t[kept], estimate, empty, true[kept],
+        (0.0, 3.0), (0.0, KILOGRAMS), tuple(results),
+    )  # fmt: skip
+
+
+def missing(folder: Path) -> Any:
+    """A diagnosis with a held-out run of which the first model leaves 0.3 N m, the second 0.1."""
+    base = run_of(seconds=7.0).group("plant.theta")
+    signals = {name: base.signals[name] for name in ("plant.theta", "plant.tau_meas")}
+    units = {"plant.theta": "rad", "plant.tau_meas": "N m"}
+    log = Result({"0.25ms": Group(base.period, base.base, signals, units)}, duration=7.0)
+    path = save(log, folder / "log.h5")
+    t = 0.01 * np.arange(700)
+    one = Strip(str(path), True, 1, "N m", t, np.cos(t), np.cos(t) - 0.3, np.cos(t) - 0.1)
+    six = [one] * 6
+    return SimpleNamespace(diagnosis=SimpleNamespace(effects=["friction"], strips=six))
 
 
 @pytest.mark.parametrize("larger", [1.0, 40.0])
 def test_clip_shows_both_runs_with_an_error_that_is_seen(larger: float) -> None:
     """20 urad is magnified by 1000, the most; 800 urad by less, so that it stays below FARTHEST."""
-    found = clip(paper_run(larger))
-    assert found is not None
-    data = data_of(found.page)
+    (found,) = clips(paper_run(larger))
+    data = found.data
     assert [run["name"] for run in data["runs"]] == ["feedback title", "adaptive title"]
     assert (data["begin"], data["end"], data["begins"]["ghost"]) == (2.0, 6.0, "beside")
     factor = data["begins"]["factor"]
     most = max(np.abs(numbers(run["frames"]["e"])).max() for run in data["runs"])
     assert factor * most <= FARTHEST
     assert factor == 1000 or factor * most * 10**0.25 > FARTHEST
-    assert f"drawn {factor:.2g} times" in found.text
-    assert len(found.page) < LARGEST, "the report stays small"
+    assert {1.0: "drawn 1000 times", 40.0: "drawn 180 times"}[larger] in found.text
+
+
+def test_clip_of_the_payload_carries_it_and_shows_what_the_model_takes_for_it() -> None:
+    found = clips(paper_run(payload=payload()))[1]
+    data = found.data
+    begin = SETTLE + 3 - BEFORE
+    assert (data["begin"], data["end"]) == (begin, min(SETTLE + 3 + LEARNING, SECONDS))
+    assert data["begins"]["plots"] == ["feedback.e", "mass"]
+    for run, learnt in zip(data["runs"], (0.0, 0.4), strict=True):
+        frames = run["frames"]
+        times = frames["t0"] + frames["step"] * np.arange(frames["count"])
+        carried = np.where(times >= SETTLE + 3 - 1e-9, KILOGRAMS, 0.0)
+        assert np.allclose(numbers(frames["payload"]), carried)
+        mass = next(signal for signal in run["signals"] if signal["name"] == "mass")
+        assert mass["columns"] == [".true", ".model"]
+        true, model = (numbers(line["values"]) for line in mass["lines"])
+        assert (true.min(), true.max()) == (0.0, KILOGRAMS)
+        assert model.max() == np.float32(learnt)
+        line = mass["lines"][0]
+        rises = line["t0"] + line["step"] * int(np.argmax(true > 0))
+        assert rises == pytest.approx(SETTLE + 3, abs=2 * line["step"])
+    assert "0.5 kg is bolted on at 5 s" in found.text
+
+
+def test_clip_of_the_residual_has_both_models(tmp_path: Path) -> None:
+    found = clips(paper_run(missing=missing(tmp_path)))[1]
+    assert "held-out" in found.text
+    left = [numbers(run["frames"]["tau"]) for run in found.data["runs"]]
+    assert [run["name"] for run in found.data["runs"]] == ["original model", "extended model"]
+    assert np.allclose(left[0], 0.3, atol=1e-6)
+    assert np.allclose(left[1], 0.1, atol=1e-6)
+
+
+def test_all_clips_share_one_page(tmp_path: Path) -> None:
+    """The libraries stand there once, so the report stays small."""
+    found = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
+    assert len(found) == 3
+    text = clips_json(found)
+    assert "<" not in text, "stands in a script element"
+    told = json.loads(text)
+    assert told["page"].count(told["place"]) == 1
+    assert [json.loads(clip["data"]) for clip in told["clips"]] == [
+        json.loads(json.dumps(clip.data)) for clip in found
+    ]
+    assert len(text) < LARGEST
+
+
+def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path) -> None:
+    """Each clip is drawn, moves, and replaces the one before; the weight is there when it is on."""
+    found = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
+    body = (
+        '{% extends "frame.html.j2" %}{% block body %}{% include "clips.html.j2" %}{% endblock %}'
+    )
+    text = page_html(
+        "test", {}, {"test": body, "clips.html.j2": text_of("clips.html.j2")},
+        title="clips", clips=clips_json(found), clips_js=text_of("clips.js"),
+    )  # fmt: skip
+    page = tmp_path / "page.html"
+    page.write_text(text, encoding="utf-8")
+    browser.asked.clear()
+    browser.open(page)
+    texts = set()
+    for k, clip in enumerate(found):
+        browser.run(CHOOSE % k)
+        inside = "document.querySelector('.clips iframe').contentWindow"
+        pictures = []
+        for t in (clip.data["begin"], clip.data["begin"] + 1.5):
+            browser.run(f"{inside}.setTime({t})")
+            pictures.append(browser.pixels())
+        moved = np.abs(pictures[0] - pictures[1]).max(axis=2) > 40
+        assert moved.mean() > 0.005, clip.title
+        names = browser.run(
+            "document.querySelector('.clips iframe').contentDocument"
+            ".getElementById('runs').textContent"
+        )
+        assert names == "".join(run["name"] for run in clip.data["runs"])
+        texts.add(browser.run("document.querySelector('.clips p').textContent"))
+        shown = browser.run("document.querySelectorAll('.clips [aria-pressed=true]').length")
+        assert shown == 1
+    assert texts == {clip.text for clip in found}
+    strangers = {url for url in browser.asked if not url.startswith(("blob:", "data:"))}
+    assert strangers == {page.as_uri()}
+    assert browser.said == []
 
 
 def test_machine_without_a_platform_has_no_clip() -> None:
     alone = load_machine(MACHINE_FILE.with_name("tflex-actuators.toml"))
-    assert clip(paper_run(1.0, alone)) is None
+    assert clips(paper_run(machine=alone)) == []

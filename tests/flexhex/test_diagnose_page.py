@@ -94,6 +94,21 @@ def test_heat_table_colours_and_figures_are_the_shares() -> None:
     assert [(n["x"], n["y"], n["text"]) for n in notes] == [(5, 2, "92")]
 
 
+def test_candidates_of_one_name_are_one_bar() -> None:
+    """The search tries an effect at several shapes: the chosen one is shown, else the best."""
+    first = BASIC.candidates[0]
+    made = [
+        replace(
+            first, id="coulomb_friction", shape={"s_0": s}, gain=gain, chosen=chosen, rival=False
+        )
+        for s, gain, chosen in ((1e-6, 30.0, False), (1e-5, 29.0, True), (1e-4, 2.0, False))
+    ]
+    bars = candidate_bars(1, made)["data"]
+    assert [(bar["name"], bar["x"]) for bar in bars] == [("named", [29.0])]
+    (bar,) = candidate_bars(1, [made[0], made[2]])["data"]
+    assert (bar["name"], bar["x"]) == ("other", [30.0])
+
+
 def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
     single = replace(ASKED, base="axis")
     assert all("--apply" not in words for _, words in next_steps(CHANGED, single))

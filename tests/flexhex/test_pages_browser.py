@@ -99,6 +99,22 @@ def test_page_has_the_scheme_and_the_width_of_its_reader(
     assert browser.said == []
 
 
+def test_long_title_is_whole_on_a_narrow_screen(browser: Browser, page: Path) -> None:
+    """It goes on in further lines, between the top of the plot and its axes."""
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.layout.title.text = 'one word and more '.repeat(6); redraw().then(() => 0)"
+    )
+    browser.drawn()
+    top, begin, end, axes = browser.run(
+        "['#error', '#error .gtitle', '#error .gtitle', '#error .nsewdrag'].map((name, k) => {"
+        " const box = document.querySelector(name).getBoundingClientRect();"
+        " return k === 2 ? box.bottom : box.top; })"
+    )
+    assert browser.run("document.querySelectorAll('#error .gtitle tspan').length") >= 3
+    assert top <= begin < end <= axes
+
+
 def test_button_changes_the_scheme_and_the_plots(shown: Browser) -> None:
     before = shown.run("document.querySelector('#error .scatterlayer path').style.stroke")
     shown.run("document.getElementById('scheme').click()")

@@ -95,6 +95,40 @@ def test_lines_of_the_plots_are_drawn(shown: Browser) -> None:
     assert all(b > a for a, b in zip(before, after, strict=True))
 
 
+def test_line_of_a_constant_signal_is_drawn(shown: Browser) -> None:
+    """It is sent as two points, which span the whole plot."""
+    shown.run("plots.add('plant.fault')")
+    shown.drawn()
+    counted = shown.run(
+        "(() => { const c = [...document.querySelectorAll('.plot canvas')].at(-1);"
+        " const row = c.getContext('2d').getImageData(0, c.height / 2 - 30, c.width, 60).data;"
+        " const columns = new Set(); for (let k = 0; k < row.length; k += 4) {"
+        " if (Math.max(row[k], row[k+1], row[k+2]) - Math.min(row[k], row[k+1], row[k+2]) > 60)"
+        " { columns.add(k / 4 % c.width); } } return columns.size / c.width; })()"
+    )
+    assert counted > 0.5
+
+
+def test_payload_stands_on_the_platform_while_it_is_carried(
+    browser: Browser, tmp_path: Path
+) -> None:
+    made = run_of()
+    group = made.group("plant.theta")
+    group.signals["reference.payload"] = np.where(group.time < 3.0, 0.0, 0.5)  # type: ignore[index]
+    runs = named_runs([tmp_path / "run.h5"], [made])
+    data = page_data(runs, load_machine(MACHINE_FILE), (0.0, 4.0))
+    browser.open(write_view(tmp_path / "view.html", "payload", data))
+    seen = []
+    for t in (2.9, 3.1):
+        browser.run(f"setTime({t})")
+        browser.drawn()
+        seen.append(browser.run("[real.load.visible, real.load.body.scale.x]"))
+    assert [visible for visible, _ in seen] == [False, True]
+    # aluminium: as high as its radius
+    assert 2700 * np.pi * seen[1][1] ** 3 == pytest.approx(0.5)
+    assert browser.said == []
+
+
 def test_keys_move_time_magnify_and_choose(shown: Browser) -> None:
     assert shown.run("state.t") == 2.0
     shown.press("ArrowRight", 39)

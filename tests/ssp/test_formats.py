@@ -1,4 +1,4 @@
-"""Results in HDF5, CSV, MAT and Parquet: exact, with units, readable by others and by our logs."""
+"""Results in all formats: exact, with units, readable by others and by our logs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ def result() -> Result:
     return Result(groups, times, 1.25, 0.5, meta)
 
 
-@pytest.mark.parametrize("name", ["r.h5", "r.hdf5", "r.csv", "R.CSV", "Läufe 1/größe ñ.csv"])
+@pytest.mark.parametrize(
+    "name", ["r.h5", "r.hdf5", "r.csv", "R.CSV", "Läufe 1/größe ñ.csv", "r.mcap"]
+)
 def test_result_reads_back_exactly(result: Result, tmp_path: Path, name: str) -> None:
     path = save(result, tmp_path / name)
     assert path == tmp_path / name
@@ -116,7 +118,7 @@ def test_csv_is_a_table_of_numbers_with_names_and_units(result: Result, tmp_path
     assert [float(row[15]) for row in numbers[:6]] == result.time("K.p").tolist()
 
 
-@pytest.mark.parametrize("ending", ["h5", "csv", "mat"])
+@pytest.mark.parametrize("ending", ["h5", "csv", "mat", "mcap"])
 def test_logs_are_read_from_results(result: Result, tmp_path: Path, ending: str) -> None:
     log = read_log(save(result, tmp_path / f"r.{ending}"))
     assert np.array_equal(log.theta, result["plant.theta"])
@@ -188,7 +190,7 @@ def test_target_is_judged_before_anything_is_computed(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.h5"], "nothing is made"
 
 
-@pytest.mark.parametrize("ending", ["h5", "csv", "mat"])
+@pytest.mark.parametrize("ending", ["h5", "csv", "mat", "mcap"])
 def test_full_disk_is_said_and_leaves_nothing(
     result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
@@ -234,7 +236,7 @@ def test_files_of_other_kinds_are_refused(result: Result, tmp_path: Path) -> Non
     for name, reason in (
         ("log.csv", "a CSV file, but not a result"),
         ("noise.csv", "damaged result"),
-        ("r.mat", "results are read from .h5, .hdf5 and .csv"),
+        ("r.mat", "results are read from .h5, .hdf5, .csv and .mcap"),
         ("", "is a folder"),
     ):
         with pytest.raises(LogError, match=reason):

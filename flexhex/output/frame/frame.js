@@ -41,7 +41,7 @@ function layoutOf(f) {
     ...f.layout,
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { ...f.layout.font, color: "#222" },
-    template: { layout: { colorway: ["#1f6fb2", "#d1731d", "#3a8a4d", "#8a4fae", "#b8443c", "#6b5d4f"], xaxis: axis, yaxis: axis } },
+    template: { layout: { colorway: ["#1f6fb2", "#d1731d", "#3a8a4d", "#8a4fae", "#b8443c", "#6b5d4f", "#1a93a5", "#c0478c"], xaxis: axis, yaxis: axis } },
     modebar: { bgcolor: "rgba(0,0,0,0)", color: "#999", activecolor: "#1f6fb2" },
     hoverlabel: { namelength: -1, bgcolor: "#ffffff", bordercolor: "#999", font: { color: "#222" } },
   });
@@ -52,7 +52,11 @@ function layoutOf(f) {
   if (made.title?.text) { made.title = { ...made.title, text: made.title.text.replaceAll("{joint}", joint ?? "") }; }
   if (narrow()) {
     made.margin = { ...made.margin, l: 55, r: 10 };
-    if (made.title) { made.title = { ...made.title, font: { size: 12.5 }, text: wrapped(made.title.text ?? "", 46), xref: "container", x: 0.03, yref: "container", y: 0.98, yanchor: "top" }; }
+    if (made.title) {
+      const text = wrapped(made.title.text ?? "", 46), more = 16 * (text.split("<br>").length - 1);
+      made.margin.t = (made.margin.t ?? 45) + more;
+      made.title = { ...made.title, font: { size: 12.5 }, text, xref: "container", x: 0.03, yref: "container", y: 1, yanchor: "top", pad: { t: 12 } };
+    }
     // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
     const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
     if (named.length > 1 && made.legend?.orientation !== "h") {

@@ -18,7 +18,7 @@ function setTime(t) {
 
 function setPlaying(playing) {
   state.playing = playing;
-  if (playing && state.t >= state.range[1] - 1e-9) { setTime(state.range[0]); }
+  if (playing && !LIVE && state.t >= state.range[1] - 1e-9) { setTime(state.range[0]); }
   byId("play").textContent = playing ? "❚❚" : "▶";
   byId("play").setAttribute("aria-label", playing ? "pause" : "play");
   last = performance.now();
@@ -58,6 +58,7 @@ function place() {
   const most = channel ? tops[channel] || 1 : 1;
   for (const [machine, run] of [[real, DATA.runs[0]], [other, DATA.runs[1]]]) {
     const values = run && channel && at(run.frames, channel, state.t);
+    machine?.carry(run ? payloadAt(run.frames, state.t) : 0);
     machine?.paint(values ? values.map(v => Math.abs(v) / most) : null);
   }
 }
@@ -79,7 +80,7 @@ function setGhost(name) {
   state.ghost = byId("ghost").value = name;
   const colour = name === "second" ? DATA.runs[1].colour : WANTED;
   byId("names").replaceChildren(...(name === "beside" ? DATA.runs : []).map(run =>
-    Object.assign(document.createElement("span"), { textContent: run.name, style: `color: ${run.colour}` })));
+    Object.assign(document.createElement("span"), { textContent: run.name, style: `color: ${seen(run.colour)}` })));
   const apart = name === "beside" ? 0.78 * stage.reach : 0;
   if (other) {
     other.root.visible = apart > 0;
@@ -164,7 +165,7 @@ function fill() {
     });
     joints.append(button);
   }
-  for (const wanted of FIRST) {
+  for (const wanted of DATA.begins.plots?.map(name => [name]) ?? FIRST) {
     const name = wanted.find(one => names.includes(one));
     if (name) { plots.add(name); }
   }
@@ -191,12 +192,18 @@ function listen() {
 }
 
 function frame(now) {
-  if (state.playing) {
-    const t = state.t + (now - last) / 1000 * state.speed;
+  const interval = now - last;
+  last = now;
+  if (state.playing && LIVE) {
+    setTime(later(state.t, interval / 1000));
+  } else if (state.playing) {
+    const t = state.t + interval / 1000 * state.speed;
     if (t >= state.range[1]) { setTime(state.range[1]); setPlaying(false); } else { setTime(t); }
   }
-  last = now;
-  if (dirty) { dirty = false; place(); stage.draw(); }
+  const anew = stage.pace(interval, dirty);
+  if (dirty) { place(); }
+  if (dirty || anew) { stage.draw(); }
+  dirty = false;
   requestAnimationFrame(frame);
 }
 
@@ -219,11 +226,12 @@ async function start() {
   if (other) { stage.add(other); }
   stage.add(ghost);
   stage.colours();
-  setColour(DATA.runs[0].frames.tau ? "torque" : "error");
+  setColour(DATA.runs[0].frames.tau ? "torque" : DATA.runs[0].frames.e ? "error" : "none");
   setGhost(DATA.begins.ghost ?? ghosts()[0][0]);
   setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);
   setTime(DATA.settled);
+  if (LIVE) { setPlaying(true); follow(); }
   requestAnimationFrame(now => { last = now; frame(now); document.documentElement.dataset.ready = "yes"; });
 }
 

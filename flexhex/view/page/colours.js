@@ -17,6 +17,13 @@ function rampCss() {
   return `linear-gradient(90deg, ${stops.join(", ")})`;
 }
 
+// a colour #rrggbb that was chosen for white paper: lighter on a dark ground
+function seen(colour) {
+  if (!document.documentElement.classList.contains("dark")) { return colour; }
+  const parts = [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16));
+  return `rgb(${parts.map(v => Math.round(v + 0.35 * (255 - v))).join(" ")})`;
+}
+
 function css(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }

@@ -10,9 +10,10 @@ function floats(text) {
   return new Float32Array(bytes.buffer);
 }
 
-for (const run of DATA.runs) {
-  for (const name of ["theta", "e", "tau"]) { run.frames[name] = floats(run.frames[name]); }
+function decoded(run) {
+  for (const name of ["theta", "e", "tau", "payload"]) { run.frames[name] = floats(run.frames[name]); }
 }
+DATA.runs.forEach(decoded);
 
 const WIDTH = DATA.machine.arms.length;
 
@@ -27,6 +28,12 @@ function at(frames, name, t) {
     found.push(a + f * (b - a));
   }
   return found;
+}
+
+// payload at t [kg]: of the frame before it, since it comes at once
+function payloadAt(frames, t) {
+  const k = Math.floor((t - frames.t0) / frames.step + 1e-6);
+  return frames.payload?.[Math.min(Math.max(k, 0), frames.count - 1)] ?? 0;
 }
 
 // angles at t with the error r - theta taken `factor` times; the wanted ones for factor 0

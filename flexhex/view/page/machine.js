@@ -157,12 +157,36 @@ class Mechanism {
     const ring = new THREE.Mesh(new THREE.TorusGeometry(0.078 * s, 0.005 * s, 14, 60), this.material("#6f7d8a"));
     ring.position.z = top + 0.012 * s;
     group.add(plate, ring);
+    if (!this.tint) {
+      this.load = this.weight();
+      this.load.position.set(this.machine.c_payload[0], this.machine.c_payload[1], top + 0.012 * s);
+      group.add(this.load);
+    }
     const post = new THREE.CylinderGeometry(0.011 * s, 0.011 * s, 1, 20);
     for (const p of ends) {
       group.add(bar(post, this.material("#c3cbd2"), p, new THREE.Vector3(p.x, p.y, top + 0.001)));
     }
     this.root.add(group);
     return group;
+  }
+
+  // a cylinder as high as its radius, of unit radius, on a disc over the hole of the plate
+  weight() {
+    const group = new THREE.Group(), brass = this.material("#b5803a", 0.6, 0.35), s = this.scale;
+    const disc = new THREE.Mesh(new THREE.CylinderGeometry(0.08 * s, 0.08 * s, 0.004 * s, 60), this.material("#6f7d8a"));
+    const body = new THREE.Mesh(new THREE.CylinderGeometry(1, 1, 1, 60), brass);
+    for (const part of [disc, body]) { part.rotateX(Math.PI / 2); part.castShadow = true; group.add(part); }
+    group.body = body;
+    group.visible = false;
+    return group;
+  }
+
+  // the payload [kg], as large as if it were of aluminium
+  carry(mass) {
+    this.load.visible = mass > 0;
+    const radius = Math.cbrt(mass / (2700 * Math.PI));
+    this.load.body.scale.set(radius, radius, radius);
+    this.load.body.position.z = radius / 2;
   }
 
   // disc with a post under each motor

@@ -1,8 +1,17 @@
 "use strict";
 // The plots: one for each chosen signal, all on one time axis and one cursor.
 
+const TALL = 4;  // mean height of a column from which on bars are drawn [px]
 const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
+const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
+
+// Plots are drawn by the processor: through an emulated graphics card the same lines took seconds,
+// for which everything else waited.
+const anyContext = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, how) {
+  return anyContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...how } : how);
+};
 
 class Plots {
   // on: {hover(t), zoom(range)}
@@ -42,6 +51,14 @@ class Plots {
     this.resize();
   }
 
+  // the lines of new data; their units stand as long as the prefix fits
+  renew() {
+    for (const chart of this.charts) {
+      chart.lines = this.lines(chart);
+      if (this.unit(chart)[1] !== chart.prefix) { this.build(chart); }
+    }
+  }
+
   rebuild() { this.charts.forEach(chart => this.build(chart)); }
 
   // lines of a chart: of every run that has the signal the chosen columns
@@ -53,25 +70,32 @@ class Plots {
       const six = signal.columns.length === WIDTH;
       unpacked(signal).columns.forEach((column, i) => {
         if (six && !this.joints.has(i)) { return; }
-        const colour = DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length];
+        const colour = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
         const label = (column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, "");
-        found.push({ ...signal.lines[i], colour, label, run: r, unit: signal.unit, count: signal.columns.length });
+        const dash = six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
+        found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.unit, count: signal.columns.length });
       });
     });
     return found;
   }
 
+  // factor and prefix that fit the largest value: [1e-3, "m"]
+  unit(chart) {
+    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
+    const small = ["rad", "m", "N m"].includes(chart.lines[0]?.unit) && most > 0;
+    return small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
+  }
+
   build(chart) {
     chart.plot?.destroy();
     chart.lines = this.lines(chart);
-    const unit = chart.lines[0]?.unit ?? "";
-    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
-    const small = ["rad", "m", "N m"].includes(unit) && most > 0;
-    const [scale, prefix] = small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
+    const unit = chart.lines[0]?.unit ?? "", [scale, prefix] = this.unit(chart);
+    chart.prefix = prefix;
     const bin = Math.max(1, ...chart.lines.map(line => line.bin));
     chart.box.querySelector("h2").innerHTML = "";
+    const text = DATA.runs.map(run => signalOf(run, chart.name)?.text).find(Boolean) ?? "";
     chart.box.querySelector("h2").append(chart.name, " ", Object.assign(document.createElement("small"), {
-      textContent: `${prefix}${unit === "1" ? "" : unit}${bin > 1 ? ` · lowest and highest of every ${bin} samples` : ""}`,
+      textContent: `${text ? `${text} · ` : ""}${prefix}${unit === "1" ? "" : unit}${bin > 1 ? ` · extremes of every ${bin} samples` : ""}`,
     }));
     const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { show: false }, font: "12px system-ui" };
     chart.plot = new uPlot({
@@ -121,32 +145,61 @@ class Plots {
     return [(low - room) / scale, (high + room) / scale];
   }
 
-  // level of detail: at most two points a pixel column, the extremes of what falls into it
+  // where more than two points fall into a pixel column: its lowest and highest one, as bars where
+  // a line would go up and down in most of them
   stroke(u, line, scale) {
-    const { ctx, bbox } = u, [first, last] = this.shown(line);
-    const per = 2 * Math.max(1, Math.floor((last - first + 1) / (2 * bbox.width)));
+    const { ctx, bbox } = u, [first, last] = this.shown(line), thick = 1.3 * devicePixelRatio;
     const x0 = u.valToPos(line.t0, "x", true), dx = u.valToPos(line.t0 + line.step, "x", true) - x0;
     const y0 = u.valToPos(0, "y", true), dy = (u.valToPos(1, "y", true) - y0) / scale;
+    const x = k => x0 + k * dx, y = v => y0 + v * dy;
     ctx.save();
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    ctx.beginPath();
-    const to = k => { if (Number.isFinite(line.points[k])) { ctx.lineTo(x0 + k * dx, y0 + line.points[k] * dy); } };
-    for (let k = first; k <= last; k += per) {
-      let low = k, high = k;
-      for (let j = k; j < Math.min(k + per, last + 1); j++) {
-        if (line.points[j] < line.points[low]) { low = j; }
-        if (line.points[j] > line.points[high]) { high = j; }
+    ctx.strokeStyle = ctx.fillStyle = line.colour;
+    const dense = last - first > 2 * bbox.width ? this.columns(line.points, first, last, x) : [];
+    const tall = dense.reduce((sum, [, low, high]) => sum + y(low) - y(high), 0) > TALL * devicePixelRatio * dense.length;
+    if (tall) {
+      this.bars(dense, (top, bottom, column) => ctx.fillRect(column, y(top) - thick / 2, 1, y(bottom) - y(top) + thick));
+    } else {
+      ctx.beginPath();
+      for (const [column, low, high, early] of dense) {
+        ctx.lineTo(column + 0.5, y(early ? low : high));
+        if (low !== high) { ctx.lineTo(column + 0.5, y(early ? high : low)); }
       }
-      to(Math.min(low, high));
-      if (low !== high) { to(Math.max(low, high)); }
+      for (let k = first; k <= last && !dense.length; k++) {
+        if (Number.isFinite(line.points[k])) { ctx.lineTo(x(k), y(line.points[k])); }
+      }
+      ctx.lineWidth = thick;
+      ctx.lineJoin = "round";
+      ctx.setLineDash(line.dash.map(length => length * devicePixelRatio));
+      ctx.stroke();
     }
-    ctx.strokeStyle = line.colour;
-    ctx.lineWidth = 1.3 * devicePixelRatio;
-    ctx.lineJoin = "round";
-    ctx.stroke();
     ctx.restore();
+  }
+
+  // of every pixel column that has a point: lowest, highest, whether the lowest comes first
+  columns(points, first, last, x) {
+    const found = [];
+    for (let k = first; k <= last;) {
+      const column = Math.floor(x(k));
+      let low = k, high = k;
+      for (; k <= last && Math.floor(x(k)) === column; k++) {
+        if (!(points[k] >= points[low])) { low = Number.isFinite(points[k]) ? k : low; }
+        if (!(points[k] <= points[high])) { high = Number.isFinite(points[k]) ? k : high; }
+      }
+      if (Number.isFinite(points[low])) { found.push([column, points[low], points[high], low <= high]); }
+    }
+    return found;
+  }
+
+  // a bar for each column, which reaches to that of the column before
+  bars(columns, draw) {
+    columns.forEach(([column, low, high], k) => {
+      const [before, under, over] = columns[k - 1] ?? [];
+      const joined = before === column - 1;
+      draw(joined ? Math.max(high, under) : high, joined ? Math.min(low, over) : low, column);
+    });
   }
 
   zoom(range) {

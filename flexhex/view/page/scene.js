@@ -17,6 +17,9 @@ async function loadThree() {
 // where the camera stands: directions from the middle of the machine
 const CAMERAS = { home: [0.6, -0.72, 0.36], top: [0, -0.001, 1], front: [0, -1, 0.26], side: [1, 0, 0.12] };
 const FOV = 30;
+// LATE: time between two pictures from which on they are coarse, after the first FEW of a motion;
+// REST: when it is over [ms]
+const LATE = 60, FEW = 5, REST = 200;
 
 class Stage {
   constructor(canvas, machine) {
@@ -25,7 +28,9 @@ class Stage {
     this.wide = 0;  // between the middles of two machines beside each other [m]
     this.middle = vector([machine.x_E0[0], machine.x_E0[1], machine.x_E0[2] * 0.46]);
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    Object.assign(this, { interval: 0, pictures: 0, still: 0 });
+    this.fine = Math.min(window.devicePixelRatio, 2);
+    this.renderer.setPixelRatio(this.fine);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
@@ -91,7 +96,7 @@ class Stage {
     const half = Math.tan(FOV / 2 * Math.PI / 180);
     const free = Math.min(this.camera.aspect, 1.12 * (1 - this.covered / this.canvas.clientHeight));
     const alone = 0.72 * this.reach / half / Math.min(free, 1);
-    return Math.max(alone, 0.5 * (this.wide + 1.5 * this.reach) / half / this.camera.aspect + 0.3 * this.wide);
+    return Math.max(alone, 0.5 * (this.wide + (this.wide ? 1.75 : 1.5) * this.reach) / half / this.camera.aspect + 0.3 * this.wide);
   }
 
   colours() {
@@ -110,6 +115,24 @@ class Stage {
     this.camera.setViewOffset(clientWidth, clientHeight, 0, this.covered / 2, clientWidth, clientHeight);
     this.camera.updateProjectionMatrix();
     this.onChange?.();
+  }
+
+  // a picture `interval` [ms] after the one before it, of something that moves or not: coarse where
+  // those of a motion come late; true where one that rests has to be drawn anew
+  pace(interval, moves) {
+    this.pictures = moves ? this.pictures + 1 : 0;
+    this.still = moves ? 0 : this.still + interval;
+    if (this.pictures > 1) { this.interval += 0.3 * (interval - this.interval); }
+    if (moves) { this.coarse(this.pictures > FEW && this.interval > LATE); }
+    return this.still > REST && this.coarse(false);
+  }
+
+  // half the pixels each way, or all; whether that is a change
+  coarse(on) {
+    const ratio = on ? this.fine / 2 : this.fine;
+    if (this.renderer.getPixelRatio() === ratio) { return false; }
+    this.renderer.setPixelRatio(ratio);
+    return true;
   }
 
   draw() { this.renderer.render(this.scene, this.camera); }

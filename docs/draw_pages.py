@@ -1,0 +1,61 @@
+"""Draws the pictures of pages: hexapod.png, my-hexapod.png, diagnosis.png, in headless Chromium.
+
+python docs/draw_pages.py out/runs/feedback.h5 out/runs/adaptive.h5
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from flexhex.fmus.common.machine_file import load_machine
+from flexhex.view.data import page_data
+from flexhex.view.page import write_view
+from flexhex.view.sources import load_sources
+
+HERE = Path(__file__).resolve().parent
+SPAN, FACTOR = (3.25, 7.0), 32.0
+"""Time that is shown of both runs [s], begun in a move; magnification of the error."""
+INIT = ("--radius", "0.12", "--upper", "0.2", "--height", "0.25")
+"""The hexapod of my-hexapod.md."""
+CHROMIUM = (
+    "chromium", "--headless=new", "--no-sandbox", "--hide-scrollbars", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--virtual-time-budget=20000",
+)  # fmt: skip
+
+
+def picture(page: Path, name: str, width: int, height: int) -> None:
+    """The top of a page as a file beside this one."""
+    window = (f"--window-size={width},{height}", f"--screenshot={HERE / name}")
+    address = page.absolute().as_uri()
+    subprocess.run([*CHROMIUM, *window, address], check=True, stderr=subprocess.DEVNULL)
+
+
+def flexhex(folder: Path, *words: str, code: int = 0) -> None:
+    """A command in a folder; its exit code must be that."""
+    done = subprocess.run([sys.executable, "-m", "flexhex", *words], cwd=folder)
+    if done.returncode != code:
+        raise SystemExit(f"flexhex {' '.join(words)}: exit code {done.returncode}")
+
+
+def main(files: list[Path]) -> None:
+    """Make the pages in a folder that vanishes, and their pictures."""
+    machine = load_machine(HERE.parent / "machines" / "tflex.toml")
+    data = page_data(load_sources(files), machine, SPAN, ghost="beside", factor=FACTOR)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        page = write_view(folder / "page.html", "flexhex view", data)
+        picture(page, "hexapod.png", 1200, 640)
+        flexhex(folder, "init", "my.toml", *INIT)
+        picture(folder / "my.html", "my-hexapod.png", 1100, 620)
+        (folder / "axis").symlink_to(HERE.parent / "examples" / "axis")
+        logs = [f"axis/{log}.csv" for log in ("a1", "a2", "b1", "b2")]
+        held_out = ("--held-out", "axis/c1.csv")
+        flexhex(folder, "diagnose", *logs, "--base", "axis", *held_out, code=1)
+        picture(folder / "out" / "diagnose" / "diagnosis.html", "diagnosis.png", 1000, 1000)
+
+
+if __name__ == "__main__":
+    main([Path(word) for word in sys.argv[1:]])
