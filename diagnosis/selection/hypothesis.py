@@ -160,6 +160,10 @@ class ChangedParameter:
         """How far they may, one standard deviation of each direction."""
         return criteria.loose
 
+    def possible(self, gains: Array) -> bool:
+        """Whether a machine can have these gains (k,) of the directions."""
+        return True
+
     @property
     def freedom(self) -> int:
         """A parameter that is there already is simpler than any effect."""
@@ -183,6 +187,10 @@ class HeavierBody(ChangedParameter):
     def deviation(self, criteria: Criteria) -> float:
         """Nothing, or twice what the file says."""
         return AGAIN
+
+    def possible(self, gains: Array) -> bool:
+        """A body has a mass."""
+        return bool(gains[0] > -1.0)
 
     @property
     def freedom(self) -> int:

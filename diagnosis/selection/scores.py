@@ -214,7 +214,8 @@ def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
 def change_scores(
     moments: Moments, changes: Iterable[ChangedParameter], criteria: Criteria
 ) -> list[Score]:
-    """Parameters that may leave their tolerances, on left-out folds."""
+    """Parameters that may leave their tolerances, on left-out folds; not those whose values no
+    machine can have."""
     lefts, nb = [None, *moments.rows.folds], moments.rows.nb
     grams = {left: moments.gram(left) for left in lefts}
     moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
@@ -231,9 +232,12 @@ def change_scores(
             values, turned, vectors = turned_to(ways.T @ S @ ways, ways.T @ r)
             total[left] = log_evidence(values, turned, looser)
             if left is None:
-                gains = ways @ vectors @ (turned / (values + looser))
-                step[places] += gains
-                step -= taken @ gains if change.beside else 0.0
+                own = vectors @ (turned / (values + looser))
+                step[places] += ways @ own
+                step -= taken @ ways @ own if change.beside else 0.0
+                possible = change.possible(own)
+        if not possible:
+            continue
         without = np.array([total[fold] for fold in moments.rows.folds])
         score = Score(change, total[None], without, 0.0)
         size = float((moments.sizes(step) / moments.rows.torque_rms).max())

@@ -175,6 +175,15 @@ def test_mass_that_changed_takes_its_moments_with_it(share: float, changed: bool
     assert not changed or score.gain > apart.gain
 
 
+def test_mass_below_zero_is_no_hypothesis() -> None:
+    """Whatever makes the torques smaller than without the body, it is not its mass."""
+    found = [
+        change_scores(Moments(rows), [body], USUAL)
+        for rows, body in (heavy(np.full(6, 10 * share)) for share in (-0.9, -1.2))
+    ]
+    assert [len(scores) for scores in found] == [1, 0]
+
+
 def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     """What is then left has no mass in it, and the file's value is not forgotten."""
     rows, body = heavy(np.full(3, 7.0))
