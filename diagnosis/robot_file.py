@@ -50,7 +50,7 @@ def refuse_robot(file: Path) -> None:
         raise UsageError(f"--base {file}: a template: run `xacro {file} > robot.urdf` first")
 
 
-def pinocchio(file: Path) -> Any:
+def pinocchio(file: Path | str = "robot.urdf") -> Any:
     """The module. UsageError where it is not installed."""
     try:
         return importlib.import_module("pinocchio")

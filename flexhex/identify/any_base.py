@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
 from flexhex.identify.other import identified_json, print_identified, say
-from flexhex.identify.write_other import checked_target, write_identified
+from flexhex.identify.write_other import checked_fmu, checked_target, write_identified
 from flexhex.output.live import live
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Files to be written: the robot's file or a table, and an FMU."""
+
+    values: Path | None = None
+    fmu: Path | None = None
+
+    def check(self, base: str) -> None:
+        """UsageError or OutputError, before anything is computed."""
+        if self.values is not None:
+            checked_target(self.values, base)
+        if self.fmu is not None:
+            checked_fmu(self.fmu)
+
+    def write(self, found: Identified) -> list[Path]:
+        """All of them."""
+        made = [] if self.values is None else write_identified(self.values, found)
+        if self.fmu is not None:
+            from flexhex.identify.inverse import write_fmu
+
+            made.append(write_fmu(self.fmu, found))
+        return made
 
 
 def identify_other(
@@ -18,18 +44,17 @@ def identify_other(
     held_out: list[Path],
     options: Options,
     settle: float | None,
-    write: Path | None,
+    write: Targets,
     as_json: bool,
     every: bool,
 ) -> None:
     """The whole command: fit, write, show."""
-    if write is not None:
-        checked_target(write, options.base)
+    write.check(options.base)
     progress = live()
     with progress:
         progress.stage("identifying", unit="steps")
         found = identify(logs, held_out, None, options, settle, progress.steps)
-    written = [] if write is None else write_identified(write, found)
+    written = write.write(found)
     if as_json:
         print(identified_json(found, [str(path) for path in written]))
     else:

@@ -6,6 +6,7 @@ import csv
 import json
 from pathlib import Path
 
+import fmpy
 import pytest
 from typer.testing import CliRunner
 
@@ -71,6 +72,8 @@ WRONG = {
     "joints": (["--joints", "a,b"], 2, "is no robot's file"),
     "urdf": (["--write", "x.urdf"], 2, "write .csv or .json"),
     "folder": (["--write", "nowhere/x.csv"], 3, "cannot be written"),
+    "fmu's name": (["--fmu", "my model.fmu"], 2, "letters, digits and underscores"),
+    "fmu's folder": (["--fmu", "nowhere/x.fmu"], 3, "cannot be written"),
     "twice": (["--held-out", "RUN"], 2, "name it once"),
 }
 
@@ -90,6 +93,23 @@ def test_hexapod_refuses_what_is_for_others(runs: list[str]) -> None:
     assert "without its file's values" in str(done.exception)
     done = RUN.invoke(app, ["identify", runs[0], "--held-out", runs[1]])
     assert "not for the hexapod" in str(done.exception)
+    done = RUN.invoke(app, ["identify", runs[0], "--fmu", "x.fmu"])
+    assert "the hexapod has feedforward.fmu" in str(done.exception)
+
+
+def test_fmu_of_what_was_found_stands_where_it_was_asked_for(
+    runs: list[str], tmp_path: Path
+) -> None:
+    fmu = tmp_path / "links.fmu"
+    done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, "--json", "--fmu", str(fmu)])
+    data = json.loads(done.stdout)
+    assert data["written"] == [str(fmu)]
+    described = fmpy.read_model_description(str(fmu))
+    start = {v.name: v.start for v in described.modelVariables}
+    (J,) = [one for one in data["parameters"] if one["name"] == "link_2.J"]
+    assert float(start["p.link_2.J"]) == J["value"]
+    # the logs' sample time, which an importer may change
+    assert float(start["Ts"]) == 0.002
 
 
 def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:
