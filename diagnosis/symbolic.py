@@ -69,7 +69,7 @@ def _refuse_other(base: Base, torque: Torque, name: str) -> None:
     given = ca.SX.sym("p", size)
     function = ca.Function("torque", [*symbols, given], [torque(*symbols, given)])
     moved = zip(theta, thetad, thetadd, strict=True)
-    found = np.array([function(*each, p).full().ravel() for each in moved])
+    found = np.array([function.call([*each, p])[0].full().ravel() for each in moved])
     wanted = base.torque(motion, p)
     if not np.abs(found - wanted).max() <= SAME * np.abs(wanted).max():
         raise MachineError(

@@ -27,7 +27,7 @@ from tests.diagnosis.estimation import machines
 
 Array = NDArray[np.float64]
 TS = machines.TS
-TEN = "m mc_x mc_y mc_z J_xx J_xy J_yy J_xz J_yz J_zz".split()
+TEN = ["m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_yy", "J_xz", "J_yz", "J_zz"]
 
 
 def played(
