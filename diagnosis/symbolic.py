@@ -65,9 +65,8 @@ def _refuse_other(base: Base, torque: Torque, name: str) -> None:
     theta, thetad, thetadd = rng.standard_normal((3, PROBES, n))
     motion = Motion(0.0, 1.0, theta, thetad, thetadd)
     p = np.abs(rng.standard_normal(size)) + np.array([known.nominal for known in base.linear])
-    symbols = [ca.SX.sym(what, n) for what in ("theta", "thetad", "thetadd")]
-    given = ca.SX.sym("p", size)
-    function = ca.Function("torque", [*symbols, given], [torque(*symbols, given)])
+    q, v, a, given = (ca.SX.sym("", k) for k in (n, n, n, size))
+    function = ca.Function("torque", [q, v, a, given], [torque(q, v, a, given)])
     moved = zip(theta, thetad, thetadd, strict=True)
     found = np.array([function.call([*each, p])[0].full().ravel() for each in moved])
     wanted = base.torque(motion, p)
