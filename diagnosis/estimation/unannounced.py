@@ -42,10 +42,11 @@ def with_payload(base: Base, runs: Sequence[Run], found: Estimated) -> tuple[Est
     value, deviation = again.values[mass], np.sqrt(again.covariance[mass, mass])
     if value < SURE * deviation or _left(again) > LOWER * _left(found):
         return found, ""
+    names = ", ".join(Path(name).name for name in heavier)
     verb = "carries" if len(heavier) == 1 else "carry"
     size = f"{value:.3g} ± {1.96 * deviation:.2g} {again.known[mass].unit}"
     return again, (
-        f"{', '.join(Path(name).name for name in heavier)}: {verb} {size} more than the other runs, which no head announces:"
+        f"{names}: {verb} {size} more than the other runs, which no head announces:"
         " fitted as `payload`; write it into the heads of these logs, or leave them out"
     )
 
@@ -68,7 +69,8 @@ def _heavier(found: Estimated) -> list[str]:
         A = A[block.usable].reshape(len(y), -1)
         p = np.linalg.lstsq(A, y, rcond=1e-6)[0]
         sizes.append(float(p[massive]))
-        shares.append(1 - float(np.mean((y - A @ p) ** 2) / max(np.mean(y**2), 1e-300)))
+        whole = float(np.mean(y**2))
+        shares.append(1 - float(np.mean((y - A @ p) ** 2)) / whole if whole else 0.0)
     if max(shares) < SUSPECT:
         return []
     order = np.sort(sizes)
@@ -85,7 +87,7 @@ def _mass(found: Estimated) -> int:
     """Where the mass of the last payload stands among the parameters."""
     place = found.made.places(found.made.loads[-1])
     units = [known.unit for known in found.known[place]]
-    return place.start + (_massive(units) or 0)
+    return int(place.start) + (_massive(units) or 0)
 
 
 def _left(found: Estimated) -> float:

@@ -25,6 +25,7 @@ def compared(measured: Measured) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         model = ours.identified(measured, Path(folder))
         named = ours.named(measured, Path(folder))
+        carried = ours.payload(measured, Path(folder)) if measured.loaded else None
     plain, bic = others.usual(measured), others.by_bic(measured)
 
     def row(tool: str, made: Any, **more: Any) -> dict[str, Any]:
@@ -43,6 +44,8 @@ def compared(measured: Measured) -> dict[str, Any]:
         row("least squares", plain, **least),
         row("least squares, terms by BIC", bic, terms=[list(c) for c in bic.chosen]),
     ]
+    if measured.coupled is not None:
+        listed.append(row("least squares, wrist coupled", others.coupled(measured)))
     if single and (found := others.sindy(measured)) is not None:
         listed.append(found)
     return {
@@ -52,6 +55,7 @@ def compared(measured: Measured) -> dict[str, Any]:
         "published": measured.published,
         "methods": listed,
         "diagnosis": named,
+        "payload": carried and {**carried, "least_squares": others.payload_mass(measured)},
         "notes": list(model.found.notes),
     }
 
@@ -65,6 +69,12 @@ def shown(found: dict[str, Any]) -> str:
     for method in found["methods"]:
         fit, test = (", ".join(f"{100 * v:.2f}" for v in method[name]) for name in ("fit", "test"))
         lines.append(f"  {method['tool']}: left of the torque [%]: fit {fit}; test {test}")
+    if carried := found["payload"]:
+        low, high = carried["ci95"]
+        lines.append(
+            f"  payload of {found['published']['payload']} kg: flexhex {carried['value']:.2f}"
+            f" ({low:.2f} to {high:.2f}), least squares {carried['least_squares']:.2f}"
+        )
     return "\n".join(lines)
 
 

@@ -25,6 +25,10 @@ EDGE = 0.3
 ROWS = 5.0
 """Rows per second that are kept, for each Hz of the filter's corner."""
 
+STILL = 0.01
+"""Rate, relative to an axis' largest, below which it counts as standing still: what holds it there
+no model of these says."""
+
 
 @dataclass(frozen=True)
 class Rows:
@@ -97,10 +101,16 @@ USUAL = ("sign v", "v", "1")
 
 
 class LeastSquares:
-    """Ordinary least squares: the mechanism with these terms of each axis."""
+    """Ordinary least squares: the mechanism with these terms of each axis; pair: axes, from 0, that
+    one motor turns together, whose rotor and friction both feel."""
 
-    def __init__(self, measured: Measured, chosen: Sequence[Sequence[str]]) -> None:
-        self.measured, self.chosen = measured, chosen
+    def __init__(
+        self,
+        measured: Measured,
+        chosen: Sequence[Sequence[str]],
+        pair: tuple[int, int] | None = None,
+    ) -> None:
+        self.measured, self.chosen, self.pair = measured, chosen, pair
         fit = [rows(part, measured.cut) for part in measured.fit]
         A = np.concatenate([self.columns(r) for r in fit])
         y = np.concatenate([r.tau for r in fit])
@@ -113,6 +123,12 @@ class LeastSquares:
     def columns(self, r: Rows) -> Array:
         """All columns (rows, n, p)."""
         found, n = [mechanism(self.measured, r)], r.q.shape[1]
+        if self.pair is not None:
+            both = list(self.pair)
+            v, a = r.v[:, both].sum(axis=1), r.a[:, both].sum(axis=1)
+            made = np.zeros((len(r.q), n, 3))
+            made[:, both] = np.column_stack([a, v, np.sign(v)])[:, None]
+            found.append(made)
         for axis, names in enumerate(self.chosen):
             own = terms(r, axis)
             made = np.zeros((len(r.q), n, len(names)))
@@ -122,12 +138,17 @@ class LeastSquares:
 
     def predicted(self, r: Rows) -> Array:
         """Torques (rows, n)."""
-        return self.columns(r) @ self.p
+        return np.asarray(self.columns(r) @ self.p)
 
 
 def usual(measured: Measured) -> LeastSquares:
     """Friction and offset on all axes."""
     return LeastSquares(measured, [USUAL] * measured.fit[0].q.shape[1])
+
+
+def coupled(measured: Measured) -> LeastSquares:
+    """The usual terms and those of a motor that turns two axes."""
+    return LeastSquares(measured, [USUAL] * measured.fit[0].q.shape[1], measured.coupled)
 
 
 def by_bic(measured: Measured) -> LeastSquares:
@@ -170,6 +191,26 @@ def _lowest(listed: dict[str, Array], rest: Array) -> list[str]:
     return names
 
 
+def payload_mass(measured: Measured) -> float:
+    """Mass [kg] that the loaded parts carry and the others do not: ten columns more, of the last
+    body, in their rows alone."""
+    known = usual(measured)
+    parts = [(part, part in measured.loaded) for part in (*measured.fit, *measured.loaded)]
+    A, y = [], []
+    for part, on in parts:
+        r = rows(part, measured.cut)
+        columns = known.columns(r)
+        n = r.q.shape[1]
+        last = columns[:, :, 10 * (n - 1) : 10 * n] * on
+        A.append(np.concatenate([last, columns], axis=2))
+        y.append(r.tau)
+    weight = 1 / np.concatenate(y).std(axis=0)
+    whole = (np.concatenate(A) * weight[:, None]).reshape(-1, A[0].shape[2])
+    scale = np.maximum(np.linalg.norm(whole, axis=0), 1e-12)
+    p = np.linalg.lstsq(whole / scale, (np.concatenate(y) * weight).ravel(), rcond=1e-9)[0]
+    return float((p / scale)[0])
+
+
 def sindy(measured: Measured) -> dict[str, Any] | None:
     """PySINDy with control on a single axis: a = f(v, q, sign v) + u / m. None where it is not
     installed."""
@@ -192,7 +233,7 @@ def sindy(measured: Measured) -> dict[str, Any] | None:
     w = np.ravel(found.coef_) / size
     # a = w0 u + rest: the force is what the rest leaves of the acceleration
     each = [
-        _relative(((r.a[:, :1] - (library(r)[:, 1:] @ w[1:])[:, None]) / w[0]), r.tau)
+        _relative((r.a[:, :1] - (library(r)[:, 1:] @ w[1:])[:, None]) / w[0], r.tau, r.v)
         for r in parts
     ]
     kept = {name: float(value) for name, value in zip(names, w, strict=True) if value}
@@ -204,8 +245,8 @@ def sindy(measured: Measured) -> dict[str, Any] | None:
         "d": float(-mass * kept.get("v", 0.0)),
         "F_c": float(-mass * kept.get("sign v", 0.0)),
         "o": float(-mass * kept.get("1", 0.0)),
-        "fit": [float(each[0][0])],
-        "test": [float(each[1][0])],
+        "fit": each[0],
+        "test": each[1],
     }
 
 
@@ -213,12 +254,18 @@ THRESHOLD = 0.02
 """Of PySINDy, of columns of unit deviation [m/s2]."""
 
 
-def _relative(predicted: Array, tau: Array) -> Array:
-    return np.asarray(np.sqrt(((predicted - tau) ** 2).mean(0) / (tau**2).mean(0)))
+def _relative(predicted: Array, tau: Array, v: Array) -> list[float]:
+    """RMS left over RMS of the torque, of each axis in the rows in which it moves."""
+    found = []
+    for own, wanted, rate in zip(predicted.T, tau.T, np.abs(v).T, strict=True):
+        on = rate > STILL * rate.max()
+        found.append(float(np.sqrt(np.mean((own - wanted)[on] ** 2) / np.mean(wanted[on] ** 2))))
+    return found
 
 
 def relative(measured: Measured, model: Any, parts: Sequence[Part]) -> list[float]:
     """RMS of what a model leaves of the filtered torque, of each axis, over that torque's RMS."""
     prepared = [rows(part, measured.cut) for part in parts]
     predicted = np.concatenate([model.predicted(r) for r in prepared])
-    return [float(v) for v in _relative(predicted, np.concatenate([r.tau for r in prepared]))]
+    tau, v = (np.concatenate([getattr(r, name) for r in prepared]) for name in ("tau", "v"))
+    return _relative(predicted, tau, v)

@@ -52,6 +52,15 @@ def identified(measured: Measured, folder: Path) -> Model:
     return Model(identify(fit, options=Options(measured.base)))
 
 
+def payload(measured: Measured, folder: Path) -> dict[str, Any] | None:
+    """The mass that was found on the loaded runs, whose heads say nothing of it."""
+    fit, _ = measured.logs(folder)
+    loaded = [measured.written(part, folder) for part in measured.loaded]
+    found = identify([*fit, *loaded], options=Options(measured.base))
+    mass = [one for one in found.parameters if one.name == "payload.m"]
+    return mass[0].estimate.data() if mass else None
+
+
 def named(measured: Measured, folder: Path) -> dict[str, Any]:
     """The diagnosis of its logs: verdict, names and axes, the residual on the test."""
     fit, test = measured.logs(folder)
@@ -68,5 +77,5 @@ def named(measured: Measured, folder: Path) -> dict[str, Any]:
             for effect in found.effects
         ],
         "notes": list(found.notes),
-        "gap": found.gap.data() if hasattr(found.gap, "data") else None,
+        "residual": found.gap.data(),
     }

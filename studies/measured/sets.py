@@ -21,6 +21,7 @@ UR_FIT = (
     ("ur-20_02_05-20sec_8harm", 319, 2310),
 )
 UR_TEST = (("ur-20_01_17-ptp_10_points", 699, 4200),)
+UR_LOADED = ("ur-20_02_19_14harm50secLoad", 0, None)
 """Files, and the rows of each in which the arm moves, as the authors have them."""
 TX_RATIO = np.diag([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
 """Turns of the motors of the TX40 for one of its joints; joint 5 also turns motor 6."""
@@ -50,7 +51,9 @@ class Part:
 class Measured:
     """A set: fit and test as arrays; base: what `--base` says; linear: whether its axis slides.
 
-    cut [Hz]: corner of the filter that labs use on it. published: what is in print.
+    cut [Hz]: corner of the filter that labs use on it. published: what is in print. loaded: runs
+    with a payload, whose mass is `published["payload"]` [kg]. coupled: axes, from 0, that one motor
+    turns together.
     """
 
     key: str
@@ -63,23 +66,23 @@ class Measured:
     cut: float
     linear: bool = False
     published: dict[str, float] = field(default_factory=dict)
+    loaded: Sequence[Part] = ()
+    coupled: tuple[int, int] | None = None
 
     def logs(self, folder: Path) -> tuple[list[Path], list[Path]]:
         """Its parts as CSV files in a folder: those of the fit, those of the test."""
-        made = [
-            [_written(p, folder, self.linear) for p in parts] for parts in (self.fit, self.test)
-        ]
-        return made[0], made[1]
+        fit, test = ([self.written(p, folder) for p in parts] for parts in (self.fit, self.test))
+        return fit, test
 
-
-def _written(part: Part, folder: Path, linear: bool) -> Path:
-    n, path = part.q.shape[1], folder / f"{part.name}.csv"
-    names = [f"{name}[{i + 1}]" for name in ("theta", "tau_meas") for i in range(n)]
-    units = [("m" if linear else "rad")] * n + [("N" if linear else "N m")] * n
-    head = f"# trajectory: {part.name}\ntime,{','.join(names)}\ns,{','.join(units)}"
-    rows = np.column_stack([part.t, part.q, part.tau])
-    np.savetxt(path, rows, "%.9g", ",", header=head, comments="")
-    return path
+    def written(self, part: Part, folder: Path) -> Path:
+        """A part as a CSV file in a folder."""
+        n, path = part.q.shape[1], folder / f"{part.name}.csv"
+        names = [f"{name}[{i + 1}]" for name in ("theta", "tau_meas") for i in range(n)]
+        units = ["m" if self.linear else "rad"] * n + ["N" if self.linear else "N m"] * n
+        head = f"# trajectory: {part.name}\ntime,{','.join(names)}\ns,{','.join(units)}"
+        rows = np.column_stack([part.t, part.q, part.tau])
+        np.savetxt(path, rows, "%.9g", ",", header=head, comments="")
+        return path
 
 
 def emps(data: Path) -> Measured:
@@ -112,11 +115,11 @@ def ur10e(data: Path) -> Measured:
     folder = data / UR10E
     where = folder / "dataset_ur10e"
 
-    def part(name: str, first: int, end: int) -> Part:
+    def part(name: str, first: int, end: int | None) -> Part:
         kind = "validation_data" if "ptp" in name else "identification_data"
         rows = np.loadtxt(where / kind / f"{name}.csv", delimiter=",")[first:end]
         t = rows[:, 0] - rows[0, 0]
-        even = np.linspace(0.0, t[-1], len(t))
+        even: Array = np.asarray(np.linspace(0.0, t[-1], len(t)), dtype=np.float64)
 
         def at(columns: slice) -> Array:
             return np.column_stack([np.interp(even, t, c) for c in rows[:, columns].T])
@@ -133,6 +136,8 @@ def ur10e(data: Path) -> Measured:
         tuple(part(*one) for one in UR_FIT),
         tuple(part(*one) for one in UR_TEST),
         10.0,
+        published={"payload": 2.805},
+        loaded=(part(*UR_LOADED),),
     )
 
 
@@ -155,6 +160,7 @@ def tx40(data: Path) -> Measured:
         (Part("tx40-fit", t[fit], q[fit], tau[fit]),),
         (Part("tx40-test", t[test] - t[TX_FIT], q[test], tau[test]),),
         100.0,
+        coupled=(4, 5),
     )
 
 
