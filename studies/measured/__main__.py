@@ -15,6 +15,7 @@ from typing import Any
 
 from studies.measured import others, ours
 from studies.measured.sets import SETS, Measured
+from studies.measured.sindy import sindy
 
 SHOWN = ("m", "d", "F_c", "o")
 """Parameters of a single axis that are compared."""
@@ -46,7 +47,7 @@ def compared(measured: Measured) -> dict[str, Any]:
     ]
     if measured.coupled is not None:
         listed.append(row("least squares, wrist coupled", others.coupled(measured)))
-    if single and (found := others.sindy(measured)) is not None:
+    if single and (found := sindy(measured)) is not None:
         listed.append(found)
     return {
         "title": measured.title,
