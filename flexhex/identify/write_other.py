@@ -20,9 +20,10 @@ def checked_target(path: Path, base: str) -> None:
     """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
     from flexhex.diagnosis.robot_file import is_robot
 
-    kinds = (Path(base).suffix, *TABLES) if is_robot(base) else TABLES
+    own = is_robot(base) and Path(base).suffix != ".sdf"
+    kinds = (Path(base).suffix, *TABLES) if own else TABLES
     if path.suffix not in kinds:
-        robot = f"{kinds[0]} for the robot's file, " if is_robot(base) else ""
+        robot = f"{kinds[0]} for the robot's file, " if own else ""
         raise UsageError(
             f"--write {path}: write {robot}.csv or .json for all values with their intervals"
         )
