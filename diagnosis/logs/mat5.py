@@ -87,8 +87,8 @@ def _matrix(data: memoryview, order: str, depth: int) -> None:
         raise BrokenError("a variable without flags")
     word = struct.unpack_from(order + "I", flags)[0]
     if word & 0xFF == OPAQUE:
-        name, _, of = _texts(data, at, order)
-        raise ObjectError(name, of)
+        called, _, of = _texts(data, at, order)
+        raise ObjectError(called, of)
     kind, shape, at = _tag(data, at, order)
     dims = struct.unpack(order + f"{len(shape) // 4}i", shape) if kind == INT32 else ()
     if len(dims) < 2 or min(dims) < 0 or len(dims) > 32:

@@ -85,6 +85,11 @@ class Measured:
         return path
 
 
+def _even(count: int, step: float) -> Array:
+    """So many times from 0 on [s]."""
+    return np.asarray(np.arange(count) * step, dtype=np.float64)
+
+
 def emps(data: Path) -> Measured:
     """One axis with a ball screw; a log of three passes, another with pulses of force."""
     folder = data / EMPS / "examples" / "EMPS" / "data"
@@ -118,8 +123,8 @@ def ur10e(data: Path) -> Measured:
     def part(name: str, first: int, end: int | None) -> Part:
         kind = "validation_data" if "ptp" in name else "identification_data"
         rows = np.loadtxt(where / kind / f"{name}.csv", delimiter=",")[first:end]
-        t = rows[:, 0] - rows[0, 0]
-        even: Array = np.asarray(np.linspace(0.0, t[-1], len(t)), dtype=np.float64)
+        t: Array = rows[:, 0] - rows[0, 0]
+        even = _even(len(t), float(t[-1]) / (len(t) - 1))
 
         def at(columns: slice) -> Array:
             return np.column_stack([np.interp(even, t, c) for c in rows[:, columns].T])
@@ -149,7 +154,7 @@ def tx40(data: Path) -> Measured:
         for name in ("pos_read", "curr")
     )
     q = motors @ np.linalg.inv(TX_RATIO).T + TX_TURNED
-    tau, t = current @ TX_RATIO, np.arange(len(q)) * TX_STEP
+    tau, t = current @ TX_RATIO, _even(len(q), TX_STEP)
     fit, test = slice(0, TX_FIT), slice(TX_FIT, None)
     return Measured(
         "tx40",

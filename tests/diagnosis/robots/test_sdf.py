@@ -34,8 +34,8 @@ URDF = """<robot name="arm"><link name="base"/>
 </joint></robot>"""
 SDF = """<sdf version="{version}"><model name="arm">
 <link name="base"><inertial><mass>5</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia>
-</inertial></link><link name="upper">{upper}<inertial><pose>0.1 0.02 0.2 0 0 0</pose><mass>3</mass><inertia>
-<ixx>.05</ixx><iyy>.06</iyy><izz>.02</izz><ixy>.001</ixy></inertia></inertial></link>
+</inertial></link><link name="upper">{upper}<inertial><pose>0.1 0.02 0.2 0 0 0</pose><mass>3</mass>
+<inertia><ixx>.05</ixx><iyy>.06</iyy><izz>.02</izz><ixy>.001</ixy></inertia></inertial></link>
 <link name="fore">{fore}<inertial><pose>0 0.02 0.1 0.3 0 0</pose><mass>1</mass><inertia>
 <ixx>.01</ixx><iyy>.02</iyy><izz>.012</izz></inertia></inertial></link>
 <joint name="shoulder" type="revolute">{shoulder}<parent>base</parent><child>upper</child>
