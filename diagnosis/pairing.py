@@ -149,9 +149,9 @@ def _arrangements(base: Base) -> Iterator[Arrangement]:
         yield Arrangement(f"{word} and {effort} of axis {i + 1} negated", same, turned, turned)
         for j in range(i):
             if kinds[i] is kinds[j]:
-                order = list(same)
-                order[i], order[j] = j, i
-                both, of = f"{j + 1} and {i + 1} exchanged", tuple(order)
+                swapped = list(same)
+                swapped[i], swapped[j] = j, i
+                both, of = f"{j + 1} and {i + 1} exchanged", tuple(swapped)
                 yield Arrangement(f"axes {both}", of, ones, ones)
                 yield Arrangement(f"the {effort}s of axes {both}", same, ones, ones, of)
         for times, unit in THOUSANDS:

@@ -65,6 +65,14 @@ def identify_command(
             help="build an FMU of the identified inverse dynamics: feedforward of any controller",
         ),
     ] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            "--next",
+            metavar="FILE.csv",
+            help="write a motion that would tell more, within what the logs have shown",
+        ),
+    ] = None,
     torque_constant: TorqueConstant = None,
     unit: Unit = None,
     rename: Rename = None,
@@ -79,8 +87,12 @@ def identify_command(
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other
 
-        identify_other(logs, held, options, settle, Targets(write, fmu), json, every)
+        identify_other(logs, held, options, settle, Targets(write, fmu, motion), json, every)
         return
+    if motion is not None:
+        raise UsageError(
+            f"--next {motion}: not for the hexapod: `flexhex diagnose --isolability` judges motions"
+        )
     if fmu is not None:
         raise UsageError(
             f"--fmu {fmu}: the hexapod has feedforward.fmu: --write my.toml, then"

@@ -41,6 +41,13 @@ def checked_fmu(path: Path) -> None:
     _refuse_unwritable(path, "--fmu")
 
 
+def checked_motion(path: Path) -> None:
+    """The same of the file of `--next`."""
+    if path.suffix != ".csv":
+        raise UsageError(f"--next {path}: name a file like next.csv")
+    _refuse_unwritable(path, "--next")
+
+
 def _refuse_unwritable(path: Path, option: str) -> None:
     folder = path.resolve().parent
     if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
