@@ -66,7 +66,7 @@ def test_motion_stays_within_what_the_log_has_shown(
 def test_a_run_along_it_narrows_as_much_as_was_promised(
     before: tuple[Path, Identified, Excitation],
 ) -> None:
-    folder, found, more = before
+    folder, _, more = before
     every = more.motion.r[:: max(1, round(machines.TS / more.motion.ts))]
     new = logged(folder, "next", every[1000 : 1000 + len(T)])
     again = identify([folder / "timid.csv", new], options=Options(str(folder / "cart.xml")))
