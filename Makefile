@@ -10,7 +10,7 @@ PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 # all tests of a file in one process, so that what they share is made once
 SIDE_BY_SIDE := -n 2 --dist loadfile
 
-.PHONY: help run quick missing build platforms gateway machine docs test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies clean lock
+.PHONY: help run quick missing build platforms gateway machine docs test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies results-measured clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -28,6 +28,7 @@ help:
 	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower)"
 	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
 	@echo "make results-studies  the long ones (hours; root for the emulated drives)"
+	@echo "make results-measured  measured machines of others, whose data is below data/"
 	@echo "make format    format Python, C and Rust"
 	@echo "make lock      resolve all requirements*.lock anew"
 	@echo "make clean     remove out/ and the environment"
@@ -96,6 +97,7 @@ bench: $(DEV)
 	$(BIN)/python -m benchmarks --against recorded
 
 RECORD := $(BIN)/python -m results.record
+DATA   := data
 DAY    := $(shell date +%y%m%d)
 
 results: build $(DEV)
@@ -114,6 +116,11 @@ results-studies: build gateway $(DEV)
 	$(RECORD) sensitivity python -m studies.sensitivity --json \
 	  --generator 7:10 --mujoco 200:214 --axes 6:9
 	$(RECORD) machines python -m studies.showcase --json --seed $(DAY)
+	$(BIN)/python -m results.render
+
+# data of other people, below $(DATA): docs/measured-data.md says where from
+results-measured: $(DEV)
+	$(RECORD) measured python -m studies.measured $(DATA) --json
 	$(BIN)/python -m results.render
 
 # types, Rust and the rest side by side: nothing of the one waits for another

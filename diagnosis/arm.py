@@ -43,7 +43,7 @@ class RigidArmBase(ColumnBase):
         n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))
         p = ca.SX.sym("p", len(self.linear))
-        tau = newton_euler(arm, theta, thetad, thetadd, p[: 10 * n]) + p[10 * n :] * thetadd
+        tau = self.symbolic(theta, thetad, thetadd, p)
         Phi = ca.jacobian(tau, p)
         sparsity = Phi.sparsity()
         self._at = np.array(sparsity.row()), np.array(sparsity.get_col())
@@ -60,6 +60,11 @@ class RigidArmBase(ColumnBase):
         self.geometry: Geometry | None = None
         if errors:
             self.geometry = geometry.Derivatives(errors, _state, *pulled)
+
+    def symbolic(self, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
+        """Torques (n,) as an expression of the motion (n,) and the parameters."""
+        bodies, rotors = p[: 10 * self.n], p[10 * self.n :]
+        return newton_euler(self.arm, theta, thetad, thetadd, bodies) + rotors * thetadd
 
     def loaded(self, p: Array, payload: float) -> Array:
         """A point mass at the centre of the last link: where it is nobody says."""

@@ -11,6 +11,7 @@ Dry friction is left out on purpose: it is for the library to find.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -62,9 +63,14 @@ class AxisBase(ColumnBase):
             if known.group in CARRIED[kinds[known.axis or 0].turns]
         )
 
+    @property
+    def traceable(self) -> Callable[[Array, Array, Array], Array]:
+        """Columns that take symbols, too."""
+        return self.columns
+
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, len(linear)), of each axis as `terms` lists them."""
-        found = np.zeros((len(theta), self.n, len(self.linear)))
+        found = np.zeros((len(theta), self.n, len(self.linear)), dtype=theta.dtype)
         for i, (kind, own) in enumerate(zip(self.kinds, self._own, strict=True)):
             x, xd, xdd = theta[:, i], thetad[:, i], thetadd[:, i]
             more = (np.sin(x), np.cos(x)) if kind.turns else ()

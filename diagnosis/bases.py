@@ -60,8 +60,8 @@ def known_base(name: str) -> None:
     elif name not in BASES and name not in offered():
         listed = ", ".join((*BASES, *offered()))
         raise UsageError(
-            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml), and a base model of"
-            " your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf), and a base"
+            " model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
         )
 
 

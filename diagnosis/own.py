@@ -87,6 +87,11 @@ class OwnBase(ColumnBase):
             )
         return found
 
+    @property
+    def traceable(self) -> Callable[[Any, Any, Any], Any]:
+        """The user's columns as they are, which may take symbols, too."""
+        return self._columns
+
     def _try(self, theta: Array) -> None:
         """MachineError for columns that fail at a few angles of the log, or take one sample's
         motion for another's."""

@@ -18,6 +18,7 @@ from flexhex.diagnosis.fit import calibrate
 from flexhex.diagnosis.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.own_effect import OwnEffect, own_effects
+from flexhex.diagnosis.pairing import doubtful
 from flexhex.diagnosis.runs import runs_of, starts_of
 from flexhex.diagnosis.verdict import Diagnosis, Gap
 from flexhex.diagnosis.window import smoother
@@ -101,6 +102,8 @@ def asked_of(
     starts = starts_of([*ours, *theirs])
     runs, judged = runs_of(groups, base.n, starts), runs_of(apart, base.n, starts)
     units = units_of(base, base.n, "N m")
+    if doubt := doubtful(base, runs):
+        findings = (*findings, doubt)
     asked = Asked(units, runs, judged, findings, names, np.zeros(base.n), own)
     return base, asked, _trouble(ours, runs)
 

@@ -1,4 +1,4 @@
-"""A robot's file read by Pinocchio: URDF or MJCF, a fixed base, joints that turn or slide."""
+"""A robot's file read by Pinocchio: URDF, MJCF or SDF, a fixed base, joints that turn or slide."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind, Kinds
+from flexhex.diagnosis.robot_sdf import as_urdf
 from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
 
-ROOTS = {".urdf": "robot", ".xml": "mujoco"}
+ROOTS = {".urdf": "robot", ".xml": "mujoco", ".sdf": "sdf"}
 """What a file of each ending begins with."""
 TURNS = ("JointModelR",)
 SLIDES = ("JointModelPX", "JointModelPY", "JointModelPZ", "JointModelPrismatic")
@@ -37,20 +38,18 @@ class Robot:
 
 def is_robot(name: str) -> bool:
     """Whether `--base` names such a file."""
-    return Path(name).suffix in (*ROOTS, ".sdf", ".xacro")
+    return Path(name).suffix in (*ROOTS, ".xacro")
 
 
 def refuse_robot(file: Path) -> None:
     """UsageError for a file that is not there, or of a kind that cannot be read."""
     if not file.is_file():
         raise UsageError(f"--base {file}: no such file")
-    if file.suffix == ".sdf":
-        raise UsageError(f"--base {file}: Pinocchio's package reads no SDF: convert it to URDF")
     if file.suffix == ".xacro":
         raise UsageError(f"--base {file}: a template: run `xacro {file} > robot.urdf` first")
 
 
-def pinocchio(file: Path) -> Any:
+def pinocchio(file: Path | str = "robot.urdf") -> Any:
     """The module. UsageError where it is not installed."""
     try:
         return importlib.import_module("pinocchio")
@@ -67,6 +66,8 @@ def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
     """
     pin = pinocchio(file)
     tree = _tree(file)
+    if tree.tag == "sdf":
+        tree = as_urdf(file, tree)
     _refuse_couplings(file, tree)
     model = _model(pin, file, tree)
     chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
@@ -20,6 +21,7 @@ from scipy.sparse import csr_array
 from flexhex.diagnosis.base import Known, Motion
 from flexhex.diagnosis.columns import ColumnBase
 from flexhex.diagnosis.robot_file import Robot, pinocchio
+from flexhex.diagnosis.robot_tree import tree_torques
 from flexhex.fmus.common.machine.sections import Tolerance
 
 Array = NDArray[np.float64]
@@ -78,6 +80,11 @@ class RobotBase(ColumnBase):
         for k in range(len(q)):
             found[k] = pin.rnea(model, data, q[k], v[k], a[k])
         return found[:, self._at]
+
+    def symbolic(self, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
+        """Torques (n,) as an expression of the motion (n,) and the parameters."""
+        bodies, rotors = p[: 10 * self.n], p[10 * self.n :]
+        return tree_torques(self.robot, theta, thetad, thetadd, bodies) + rotors * thetadd
 
     def loaded(self, p: Array, payload: float) -> Array:
         """A point mass at the centre of the last body: where it is nobody says."""

@@ -12,6 +12,7 @@ from flexhex.diagnosis.base import Known
 from flexhex.diagnosis.kinds import ROTARY, Kind
 from flexhex.fmus.common.inertia import inertia_rows
 from flexhex.fmus.common.machine.sections import Tolerance
+from flexhex.fmus.common.model.rigid_tree import Body, Joint, torques
 
 Array = NDArray[np.float64]
 AS_BODIES = (0, 3, 5, 1, 2, 4)
@@ -56,45 +57,19 @@ def newton_euler(
     """Torques (n,) [N m], or forces [N], of links with ten parameters each, p (10 n,).
 
     e: errors of geometry, small, in the order of `misplacements`.
-
-    Outward: rates and accelerations of each link's origin in its own frame; inward:
-        f = m a + (S(wd) + S(w) S(w)) mc
-        n = S(mc) a + J wd + S(w) J w        about the link's origin
-    A joint that slides moves its link's origin, by 2 S(w) xd + xdd more, and takes f along its axis
-    instead of n. Gravity enters as an acceleration of the foot.  [Featherstone, Rigid Body
-    Dynamics, 2008, ch. 5]
     """
-    S = ca.skew
     z = ca.SX([0, 0, 1])
     g, frames = _frames(arm, ca.SX.zeros(len(misplacements(arm))) if e is None else e)
-    w, wd, a = ca.SX.zeros(3), ca.SX.zeros(3), -g
-    turns, arms, forces, moments = [], [], [], []
-    for k, ((r, R), link) in enumerate(zip(frames, arm.links, strict=True)):
-        x, xd, xdd = (z * v[k] for v in (theta, thetad, thetadd))
-        if link.kind.turns:
-            R = ca.mtimes(R, _about_z(theta[k]))
-        else:
-            r = r + ca.mtimes(R, x)
-        a = ca.mtimes(R.T, a + ca.cross(wd, r) + ca.cross(w, ca.cross(w, r)))
-        w, wd = ca.mtimes(R.T, w), ca.mtimes(R.T, wd)
-        if link.kind.turns:
-            w, wd = w + xd, wd + xdd + ca.cross(w, xd)
-        else:
-            a = a + 2 * ca.cross(w, xd) + xdd
-        ten = p[10 * k : 10 * k + 10]
-        mc, J = ten[1:4], ca.blockcat(inertia_rows([ten[4 + j] for j in AS_BODIES]))
-        forces.append(ten[0] * a + ca.mtimes(S(wd) + ca.mtimes(S(w), S(w)), mc))
-        moments.append(ca.cross(mc, a) + ca.mtimes(J, wd) + ca.cross(w, ca.mtimes(J, w)))
-        turns.append(R)
-        arms.append(r)
-    tau: list[ca.SX] = []
-    f, n = ca.SX.zeros(3), ca.SX.zeros(3)
-    for k in reversed(range(len(arm.links))):
-        f, n = f + forces[k], n + moments[k]
-        tau.insert(0, n[2] if arm.links[k].kind.turns else f[2])
-        f = ca.mtimes(turns[k], f)
-        n = ca.mtimes(turns[k], n) + ca.cross(arms[k], f)
-    return ca.vertcat(*tau)
+    joints = [
+        Joint(k - 1, r, R, z, link.kind.turns)
+        for k, ((r, R), link) in enumerate(zip(frames, arm.links, strict=True))
+    ]
+    tens = [p[10 * k : 10 * k + 10] for k in range(len(joints))]
+    bodies = [
+        Body(ten[0], ten[1:4], ca.blockcat(inertia_rows([ten[4 + j] for j in AS_BODIES])))
+        for ten in tens
+    ]
+    return torques(joints, bodies, g, theta, thetad, thetadd)
 
 
 def misplacements(arm: Arm) -> list[Known]:
@@ -138,8 +113,3 @@ def _rotation(rpy: tuple[float, float, float]) -> Array:
     Y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
     Z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
     return np.asarray(Z @ Y @ X)
-
-
-def _about_z(angle: ca.SX) -> ca.SX:
-    s, c = ca.sin(angle), ca.cos(angle)
-    return ca.vertcat(ca.horzcat(c, -s, 0), ca.horzcat(s, c, 0), ca.SX([[0, 0, 1]]))

@@ -16,7 +16,7 @@ TorqueConstant = Annotated[
     str | None,
     typer.Option(
         metavar="N m/A, N/A",
-        help="torque constant of logs in A: one number, or one for each axis: 3.0,3.1",
+        help="torque constant of logs in A or V: one number, or one for each axis: 3.0,3.1",
     ),
 ]
 Unit = Annotated[

@@ -174,6 +174,58 @@ def schunk(found: Found) -> str:
     return markdown(head, rows)
 
 
+def measured(found: Found) -> str:
+    """What each method leaves of the torque of the measured machines, axis by axis."""
+    rows = []
+    for one in found.values():
+        for method in one["methods"]:
+            each = (", ".join(f"{100 * v:.1f}" for v in method[part]) for part in ("fit", "test"))
+            rows.append([one["title"], method["tool"], *each])
+    return markdown(("machine", "method", "left, fit [%]", "left, test [%]"), rows)
+
+
+def emps(found: Found) -> str:
+    """Parameters of EMPS by each method beside those in print."""
+    published, methods = found["emps"]["published"], found["emps"]["methods"]
+    shown = [m for m in methods if "m" in m]
+    rows = []
+    for name, unit in (("m", "kg"), ("d", "N s/m"), ("F_c", "N"), ("o", "N")):
+        cells = []
+        for method in shown:
+            value = method[name]
+            if isinstance(value, dict):
+                low, high = value["ci95"]
+                cells.append(f"{value['value']:.1f} ({low:.1f} to {high:.1f})")
+            else:
+                cells.append(f"{value + 0.0:.1f}")
+        rows.append([f"{name} [{unit}]", f"{published[name]:.1f}", *cells])
+    return markdown(("", "published", *(m["tool"] for m in shown)), rows)
+
+
+def measured_names(found: Found) -> str:
+    """What the diagnosis says of each measured machine."""
+    rows = []
+    for one in found.values():
+        said = one["diagnosis"]
+        names = "; ".join(
+            " or ".join((e["name"], *e["rivals"])) + f", axes {_axes(e['axes'])}"
+            for e in said["effects"]
+        )
+        rows.append([one["title"], said["verdict"], names, "; ".join(said["notes"])])
+    return markdown(("machine", "verdict", "named", "notes"), rows)
+
+
+def measured_payload(found: Found) -> str:
+    """The mass that came between runs of the UR10e."""
+    carried, true = found["ur10e"]["payload"], found["ur10e"]["published"]["payload"]
+    low, high = carried["ci95"]
+    own = f"{carried['value']:.2f} ({low:.2f} to {high:.2f})"
+    return markdown(
+        ("weighed [kg]", "flexhex [kg]", "least squares [kg]"),
+        [[f"{true:.3f}", own, f"{carried['least_squares']:.2f}"]],
+    )
+
+
 def made(files: Found) -> str:
     """How each results file was made."""
     rows = []

@@ -16,6 +16,7 @@ from flexhex.diagnosis.estimation.determined import Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.structure import Combination, structure
+from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.pairing import mispaired
 from flexhex.diagnosis.prepare import Options, asked_of, misfit
@@ -53,6 +54,7 @@ def identify(
     found, smoothed = estimate(base, asked.runs)
     if trouble := misfit(found.made):
         raise LogError(trouble)
+    found, carried = with_payload(base, asked.runs, found)
     progress("on held-out runs", 2, 3)
     errors = _errors(found, found.made)
     other = _errors(found, found.along(asked.judged)) if asked.judged else None
@@ -71,7 +73,7 @@ def identify(
         errors,
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
-        tuple(_notes(found, errors)),
+        (*filter(None, [carried]), *_notes(found, errors)),
         (*asked.findings, *filter(None, [smoothed])),
         *asked.names,
         found,

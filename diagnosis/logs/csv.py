@@ -28,6 +28,7 @@ from flexhex.diagnosis.logs.raw import (
     split_unit,
     stretches,
 )
+from flexhex.diagnosis.logs.twincat import scope_header
 from flexhex.fmus.common.errors import LogError
 
 BLOCK = 1 << 23
@@ -39,7 +40,7 @@ def read_csv(path: Path, options: Options) -> Raw:
     """Read a CSV log; LogError tells file, column and remedy."""
     where = str(path)
     with path.open("rb") as file:
-        header = read_header(file, where)
+        header = scope_header(file, where) or read_header(file, where)
         options, known = translated(header, options, where)
         plans, findings = _plans(header, where, options)
         findings = known + findings
@@ -66,8 +67,7 @@ def _keys(one: Plan) -> list[int]:
 def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], list[Finding]]:
     """One plan for each time column with the channels that stand behind it."""
     names, units = header.names, header.units
-    while names and not names[-1] and len(names) > len(units):
-        names = names[:-1]
+    names = names[: max(len(units), max((k for k, n in enumerate(names, 1) if n), default=0))]
     if units and len(names) != len(units):
         raise LogError(f"{where}: {len(names)} names but {len(units)} units")
     columns = []
@@ -173,6 +173,7 @@ class _Reader:
             fields = line.split(self.header.separator)
             while len(fields) > self.width and not fields[-1].strip():
                 fields.pop()
+            fields += [""] * (self.width - len(fields)) * self.header.ragged
             if len(fields) != self.width:
                 self.bad_rows += 1
                 continue

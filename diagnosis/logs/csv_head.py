@@ -14,7 +14,8 @@ HEADER_ROWS = 12
 
 @dataclass
 class Header:
-    """What stands before the numbers; start: byte at which they begin."""
+    """What stands before the numbers; start: byte at which they begin. ragged: columns on the right
+    may end earlier than others, as those of slower channels do."""
 
     names: list[str]
     units: list[str]
@@ -22,6 +23,7 @@ class Header:
     separator: str
     start: int
     decimal_comma: bool = False
+    ragged: bool = False
 
 
 def decode(line: bytes) -> str:
@@ -62,7 +64,7 @@ def read_header(file: BinaryIO, where: str) -> Header:
             meta[key.strip().lower()] = value.strip(' \t",;')
         elif text.strip(",;\t "):
             separator = separator or _separator(text)
-            fields = _fields(text, separator)
+            fields = split_fields(text, separator)
             numbers = sum(map(_number, fields))
             if numbers and 2 * numbers > sum(bool(f) for f in fields):
                 break
@@ -82,7 +84,8 @@ def _separator(text: str) -> str:
     return best if best in text or " " not in text else " "
 
 
-def _fields(text: str, separator: str) -> list[str]:
+def split_fields(text: str, separator: str) -> list[str]:
+    """The fields of a line without their quotes."""
     try:
         return [f.strip() for f in next(csv.reader([text], delimiter=separator))]
     except (csv.Error, StopIteration):

@@ -18,11 +18,14 @@ import numpy as np
 
 from flexhex.diagnosis.logs.hdf5 import table_of
 from flexhex.diagnosis.logs.log import Finding, Options
-from flexhex.diagnosis.logs.mat5 import walk
+from flexhex.diagnosis.logs.mat5 import ObjectError, walk
 from flexhex.diagnosis.logs.raw import CHANNELS, Raw
 from flexhex.fmus.common.errors import LogError
 
 UNIT_STRUCTS = ("unit", "units")
+TIMES = ("time", "t")
+OBJECT = 3
+"""Mark of a v7.3 file on objects of MATLAB's own classes."""
 TEXT_STRUCTS = (*UNIT_STRUCTS, "name", "description")
 
 
@@ -51,14 +54,40 @@ def read_mat(path: Path, options: Options) -> Raw:
     """Read a MAT file of either kind; LogError when it is neither."""
     try:
         if h5py.is_hdf5(path):
+            objects: list[tuple[str, str]] = []
             with h5py.File(path, "r") as file:
-                return _raw(path, _hdf5(file), options)
+                content = _hdf5(file, objects)
+                if objects and not _has_time(content):
+                    raise ObjectError(*objects[0])
+                return _raw(path, content, options)
         return _raw(path, _version5(path), options)
     except LogError:
         raise
+    except ObjectError as error:
+        raise LogError(_plain(path, error.name, error.kind)) from None
     except Exception as error:  # scipy raises whatever a mangled file makes it meet
         reason = str(error) or type(error).__name__
         raise LogError(f"{path}: not a readable MAT file, maybe truncated ({reason})") from None
+
+
+def _has_time(content: Mapping[str, Any]) -> bool:
+    """Whether a variable, or a field of a struct, is one of times."""
+    inside = (item for item in content.values() if isinstance(item, Mapping))
+    return any(name.lower() in TIMES for name in content) or any(map(_has_time, inside))
+
+
+def _plain(path: Path, name: str, kind: str) -> str:
+    """How to save an object of MATLAB's as numbers."""
+    said = f"{path}: {name} is a {kind}, which MATLAB alone can read: save numbers. "
+    if kind == "timeseries":
+        return said + f"In MATLAB: time = {name}.Time; theta = {name}.Data; ... save run time theta"
+    if kind not in ("timetable", "table"):
+        return said + "In MATLAB: save run time theta tau_meas unit, each a matrix"
+    of = f"seconds({name}.Properties.RowTimes)" if kind == "timetable" else f"{name}.time"
+    return said + (
+        f"In MATLAB: time = {of}; theta = {name}.theta; tau_meas = {name}.tau_meas;"
+        " unit.theta = 'rad'; unit.tau_meas = 'N m'; save run time theta tau_meas unit"
+    )
 
 
 def _version5(path: Path) -> dict[str, Any]:
@@ -69,18 +98,22 @@ def _version5(path: Path) -> dict[str, Any]:
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
-def _hdf5(group: h5py.Group) -> dict[str, Any]:
-    """Nested content of a v7.3 file; texts are stored as numbers of characters there."""
+def _hdf5(group: h5py.Group, objects: list[tuple[str, str]]) -> dict[str, Any]:
+    """Nested content of a v7.3 file; texts are stored as numbers of characters there. objects:
+    takes name and class of what MATLAB alone can read."""
     content: dict[str, Any] = {}
     for name, item in group.items():
         if name.startswith("#"):
             continue
         if isinstance(item, h5py.Group):
-            content[name] = _hdf5(item)
+            content[name] = _hdf5(item, objects)
         elif item.attrs.get("MATLAB_class") == b"char":
             content[name] = "".join(chr(int(c)) for c in np.asarray(item[()]).ravel(order="K"))
         elif item.attrs.get("MATLAB_empty"):
             continue
+        elif item.attrs.get("MATLAB_object_decode") == OBJECT:
+            kind = item.attrs.get("MATLAB_class", b"object")
+            objects.append((name, kind.decode() if isinstance(kind, bytes) else str(kind)))
         else:
             content[name] = Turned(item)
     return content
@@ -103,7 +136,7 @@ def _raw(path: Path, content: Mapping[str, Any], options: Options) -> Raw:
                 meta[name] = f"{float(np.ravel(value)[0]):.15g}"
             elif hasattr(item, "shape") and item.dtype.kind in "fiub":
                 data[name] = item
-        if not any(name.lower() in ("time", "t", *CHANNELS) for name in data):
+        if not any(name.lower() in (*TIMES, *CHANNELS) for name in data):
             continue
         table, notes = table_of(where, _flat(data), units, options)
         findings += notes

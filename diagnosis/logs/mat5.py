@@ -15,7 +15,7 @@ HEADER = 128
 MATRIX, COMPRESSED, INT8, UINT32, INT32 = 14, 15, 1, 6, 5
 SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 """Bytes of a number by type code."""
-CELL, STRUCT, CHAR, NUMERIC = 1, 2, 4, range(6, 16)
+CELL, STRUCT, CHAR, NUMERIC, OPAQUE = 1, 2, 4, range(6, 16), 17
 COMPLEX = 0x0800
 DEEPEST = 20
 
@@ -24,8 +24,17 @@ class BrokenError(ValueError):
     """Why the file is not a sound MAT v5 file."""
 
 
+class ObjectError(ValueError):
+    """A variable is an object of MATLAB's, whose layout is not published: its name and class."""
+
+    def __init__(self, name: str, kind: str) -> None:
+        super().__init__(name, kind)
+        self.name, self.kind = name, kind
+
+
 def walk(data: bytes) -> None:
-    """Check every element of a file; BrokenError tells the first that is wrong."""
+    """Check every element of a file; BrokenError tells the first that is wrong, ObjectError one
+    that nobody but MATLAB can read."""
     mark = data[126:128]
     if len(data) <= HEADER or mark not in (b"IM", b"MI"):
         raise BrokenError("no MAT v5 header")
@@ -77,6 +86,9 @@ def _matrix(data: memoryview, order: str, depth: int) -> None:
     if kind != UINT32 or len(flags) != 8:
         raise BrokenError("a variable without flags")
     word = struct.unpack_from(order + "I", flags)[0]
+    if word & 0xFF == OPAQUE:
+        called, _, of = _texts(data, at, order)
+        raise ObjectError(called, of)
     kind, shape, at = _tag(data, at, order)
     dims = struct.unpack(order + f"{len(shape) // 4}i", shape) if kind == INT32 else ()
     if len(dims) < 2 or min(dims) < 0 or len(dims) > 32:
@@ -85,6 +97,15 @@ def _matrix(data: memoryview, order: str, depth: int) -> None:
     if kind != INT8 or not bytes(name).replace(b"_", b"a").isascii():
         raise BrokenError("a variable without name")
     _content(data, at, order, depth, word, math.prod(dims))
+
+
+def _texts(data: memoryview, at: int, order: str) -> list[str]:
+    """Name of an object, how it is stored and its class."""
+    found = []
+    for _ in range(3):
+        _, body, at = _tag(data, at, order)
+        found.append(bytes(body).decode("ascii", errors="replace"))
+    return found
 
 
 def _content(data: memoryview, at: int, order: str, depth: int, word: int, count: int) -> None:

@@ -20,6 +20,7 @@ from flexhex.diagnosis.logs.units import (
     each_unit,
     factor,
     is_current,
+    is_voltage,
     kind_of,
     torque_constant,
 )
@@ -126,6 +127,8 @@ def _channel(
     try:
         if any(currents) and not all(currents):
             raise LogError(f"{where}: {name} is a current on some axes only: make all of them one")
+        if len(set(map(is_voltage, units))) > 1:
+            raise LogError(f"{where}: {name} is in A on some axes, in V on others: make them one")
         of = "current" if any(currents) else name
         scale = np.array([factor(where, of, unit, k) for k, unit in enumerate(units, start=1)])
         _same_kind(where, name, units, kinds)
@@ -137,7 +140,8 @@ def _channel(
         )
         return None
     if any(currents):
-        values *= scale * _constants(where, name, values.shape[1], known, findings)
+        base = "V" if is_voltage(units[0]) else "A"
+        values *= scale * _constants(where, (name, base), values.shape[1], known, findings)
     elif (scale != 1.0).any():
         values *= scale
         text = _converted(name, units, scale, kinds)
@@ -177,17 +181,32 @@ def _converted(name: str, units: tuple[str, ...], scale: Array, kinds: Kinds) ->
 
 def _constants(
     where: str,
-    name: str,
+    channel: tuple[str, str],
     width: int,
     known: tuple[Kinds, dict[str, str], Options],
     findings: list[Finding],
 ) -> Array:
-    """Torque or force constants (width,) [N m/A, N/A] from the options or the file."""
+    """Torque or force constants (width,) [N m/A, N/A, or for V] from the options or the file;
+    channel: its name and A or V. One where the constant of a voltage is not known."""
     kinds, meta, options = known
+    name, base = channel
     wanted = (*kinds, *(ROTARY,) * width)[:width]
     given, of = options.torque_constant, wanted
     if given is None and "torque_constant" in meta:
         given, of = torque_constant(where, meta["torque_constant"])
+        if f"/{'A' if base == 'V' else 'V'}" in meta["torque_constant"]:
+            raise LogError(
+                f"{where}: {name} is in {base}, torque_constant is {meta['torque_constant']!r}:"
+                " correct one of them"
+            )
+    if given is None and base == "V":
+        units = " or ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
+        text = (
+            f"{name} in V and no constant is known: a volt counts as 1 {units}, so all sizes are"
+            " relative to that; --torque-constant makes them absolute"
+        )
+        findings.append(Finding("units", where, text, False))
+        return np.ones(width)
     if given is None:
         raise LogError(
             f"{where}: {name} is a current in A and no torque constant is known: write"
@@ -203,9 +222,9 @@ def _constants(
             f"{where}: torque_constant is {meta['torque_constant']!r}, wanted in {units}, axis by"
             " axis: theta says what each axis moves along"
         )
-    unit = "/A, ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
+    unit = f"/{base}, ".join(dict.fromkeys(kind.unit("N m") for kind in wanted))
     shown = ", ".join(f"{k:.6g}" for k in constants)
-    text = f"{name} in A times the torque constant {shown} {unit}/A"
+    text = f"{name} in {base} times the torque constant {shown} {unit}/{base}"
     findings.append(Finding("units", where, text, True))
     return np.broadcast_to(constants, (width,))
 

@@ -44,6 +44,7 @@ SPEED = {
 TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mNm": 1e-3, "kN m": 1e3, "kNm": 1e3}
 FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6}
 CURRENT = {"A": 1.0, "mA": 1e-3}
+VOLTAGE = {"V": 1.0, "mV": 1e-3}
 MOVING: Mapping[str, Mapping[Kind, Mapping[str, float]]] = {
     "theta": {ROTARY: ANGLE, LINEAR: LENGTH},
     "r": {ROTARY: ANGLE, LINEAR: LENGTH},
@@ -56,7 +57,7 @@ MOVING: Mapping[str, Mapping[Kind, Mapping[str, float]]] = {
 KNOWN: Mapping[str, Mapping[str, float]] = {
     "time": TIME,
     **{name: {**of[ROTARY], **of[LINEAR]} for name, of in MOVING.items()},
-    "current": CURRENT,
+    "current": {**CURRENT, **VOLTAGE},
     "payload": {"kg": 1.0, "g": 1e-3},
     "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "celsius": 1.0},
 }
@@ -79,6 +80,10 @@ CONSTANTS = {
     "mNm/A": (1e-3, ROTARY),
     "N/A": (1.0, LINEAR),
     "mN/A": (1e-3, LINEAR),
+    "Nm/V": (1.0, ROTARY),
+    "mNm/V": (1e-3, ROTARY),
+    "N/V": (1.0, LINEAR),
+    "mN/V": (1e-3, LINEAR),
 }
 TORQUES = ("tau_meas", "tau", "tau_ff")
 
@@ -123,8 +128,13 @@ def each_unit(where: str, channel: str, text: str, count: int) -> tuple[str, ...
 
 
 def is_current(channel: str, unit: str) -> bool:
-    """Whether a torque channel is given in amperes."""
-    return channel in TORQUES and _look_up(CURRENT, unit) is not None
+    """Whether a torque channel is given as what the drive does: in amperes or volts."""
+    return channel in TORQUES and _look_up(KNOWN["current"], unit) is not None
+
+
+def is_voltage(unit: str) -> bool:
+    """Whether a unit is one of volts."""
+    return _look_up(VOLTAGE, unit) is not None
 
 
 def plain_unit(unit: str) -> str:

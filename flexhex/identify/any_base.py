@@ -2,15 +2,51 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
+from flexhex.diagnosis.estimation.excitation import excitation
 from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
-from flexhex.identify.other import identified_json, print_identified, say
-from flexhex.identify.write_other import checked_target, write_identified
+from flexhex.diagnosis.trajectory import write_trajectory
+from flexhex.identify.other import identified_json, print_excitation, print_identified, say
+from flexhex.identify.write_other import (
+    checked_fmu,
+    checked_motion,
+    checked_target,
+    write_identified,
+)
 from flexhex.output.live import live
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Files to be written: the robot's file or a table, an FMU, a motion that tells more."""
+
+    values: Path | None = None
+    fmu: Path | None = None
+    motion: Path | None = None
+
+    def check(self, base: str) -> None:
+        """UsageError or OutputError, before anything is computed."""
+        if self.values is not None:
+            checked_target(self.values, base)
+        if self.fmu is not None:
+            checked_fmu(self.fmu)
+        if self.motion is not None:
+            checked_motion(self.motion)
+
+    def write(self, found: Identified) -> list[Path]:
+        """All of them."""
+        made = [] if self.values is None else write_identified(self.values, found)
+        if self.fmu is not None:
+            from flexhex.identify.inverse import write_fmu
+
+            made.append(write_fmu(self.fmu, found))
+        return made
 
 
 def identify_other(
@@ -18,21 +54,26 @@ def identify_other(
     held_out: list[Path],
     options: Options,
     settle: float | None,
-    write: Path | None,
+    write: Targets,
     as_json: bool,
     every: bool,
 ) -> None:
     """The whole command: fit, write, show."""
-    if write is not None:
-        checked_target(write, options.base)
+    write.check(options.base)
     progress = live()
     with progress:
         progress.stage("identifying", unit="steps")
         found = identify(logs, held_out, None, options, settle, progress.steps)
-    written = [] if write is None else write_identified(write, found)
+    written = write.write(found)
+    more = None
+    if write.motion is not None:
+        more = excitation(found)
+        written.append(write_trajectory(more.motion, write.motion))
     if as_json:
-        print(identified_json(found, [str(path) for path in written]))
+        print(identified_json(found, [str(path) for path in written], more))
     else:
         print_identified(found, every)
+        if more is not None:
+            print_excitation(more)
         for path in written:
             say(Console(), f"written  {path}")

@@ -11,6 +11,7 @@ import typer
 from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
 from flexhex.base_options import Base, Joints, Tolerances, base_options
 from flexhex.diagnose.options import once_each
+from flexhex.fmus.common.errors import UsageError
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
@@ -57,6 +58,21 @@ def identify_command(
             " kind (.urdf, .xml), or all of them with intervals (.csv, .json)",
         ),
     ] = None,
+    fmu: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.fmu",
+            help="build an FMU of the identified inverse dynamics: feedforward of any controller",
+        ),
+    ] = None,
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            "--next",
+            metavar="FILE.csv",
+            help="write a motion that would tell more, within what the logs have shown",
+        ),
+    ] = None,
     torque_constant: TorqueConstant = None,
     unit: Unit = None,
     rename: Rename = None,
@@ -69,10 +85,19 @@ def identify_command(
         base, machine, joints, tolerance, log_options(torque_constant, unit or [], rename or [])
     )
     if base != "hexapod":
-        from flexhex.identify.any_base import identify_other
+        from flexhex.identify.any_base import Targets, identify_other
 
-        identify_other(logs, held, options, settle, write, json, every)
+        identify_other(logs, held, options, settle, Targets(write, fmu, motion), json, every)
         return
+    if motion is not None:
+        raise UsageError(
+            f"--next {motion}: not for the hexapod: `flexhex diagnose --isolability` judges motions"
+        )
+    if fmu is not None:
+        raise UsageError(
+            f"--fmu {fmu}: the hexapod has feedforward.fmu: --write my.toml, then"
+            " `flexhex build --machine my.toml`"
+        )
     _hexapod(
         logs, held, found_machine(file or DEFAULT_MACHINE), options,
         SETTLE if settle is None else settle, write, json, every,
@@ -91,7 +116,6 @@ def _hexapod(
 ) -> None:
     from flexhex.diagnosis.identify import fit
     from flexhex.diagnosis.logs import read_log
-    from flexhex.fmus.common.errors import UsageError
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.identify.view import fit_json, print_fit
     from flexhex.identify.write import checked_target, write_fit

@@ -10,16 +10,42 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
 from flexhex.identify.view import signed, with_deviation
 
+NARROWED = 10
+"""Sums that are shown of what a motion would narrow."""
 WIDE = 34
 """Characters of a sum that the terminal shows, so that its numbers stand beside it."""
 
 
-def identified_json(found: Identified, written: Sequence[str] = ()) -> str:
-    """All of it as JSON; written: files."""
-    return json.dumps({**found.data(), "written": list(written)}, indent=2)
+def identified_json(
+    found: Identified, written: Sequence[str] = (), more: Excitation | None = None
+) -> str:
+    """All of it as JSON; written: files; more: a motion and what it would narrow."""
+    data = {**found.data(), "written": list(written)}
+    if more is not None:
+        data["next"] = [{"name": one.name, "narrower": share} for one, share in more.narrowed]
+    return json.dumps(data, indent=2)
+
+
+def print_excitation(more: Excitation) -> None:
+    """What one more run is expected to narrow, the most of it."""
+    out = Console()
+    table = Table(title="One more run, along the motion written", box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("", no_wrap=True)
+    table.add_column("± 95 % now", justify="right", no_wrap=True)
+    table.add_column("then", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for one, share in more.narrowed[:NARROWED]:
+        low, high = one.estimate.ci95
+        wide = max(high - one.estimate.value, (high - low) / 2)
+        name = short(one.terms).replace("[", r"\[")
+        table.add_row(name, f"{wide:.2g}", f"{share * wide:.2g}", one.estimate.unit)
+    out.print(table)
+    say(out, "It stays within the positions, rates and accelerations of the logs. Collisions are"
+        " not checked.")  # fmt: skip
 
 
 def print_identified(found: Identified, every: bool = False) -> None:

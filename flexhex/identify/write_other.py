@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 from pathlib import Path
 
 from flexhex.diagnosis.estimation.records import Identified
@@ -19,17 +20,38 @@ def checked_target(path: Path, base: str) -> None:
     """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
     from flexhex.diagnosis.robot_file import is_robot
 
-    kinds = (Path(base).suffix, *TABLES) if is_robot(base) else TABLES
+    own = is_robot(base) and Path(base).suffix != ".sdf"
+    kinds = (Path(base).suffix, *TABLES) if own else TABLES
     if path.suffix not in kinds:
-        robot = f"{kinds[0]} for the robot's file, " if is_robot(base) else ""
+        robot = f"{kinds[0]} for the robot's file, " if own else ""
         raise UsageError(
             f"--write {path}: write {robot}.csv or .json for all values with their intervals"
         )
     if is_robot(base) and path.resolve() == Path(base).resolve():
         raise UsageError(f"--write {path}: is the robot's file itself: name another file")
+    _refuse_unwritable(path, "--write")
+
+
+def checked_fmu(path: Path) -> None:
+    """The same of the file of `--fmu`."""
+    if path.suffix != ".fmu" or not re.fullmatch(r"[A-Za-z_]\w*", path.stem, re.ASCII):
+        raise UsageError(
+            f"--fmu {path}: name a file like inverse.fmu, of letters, digits and underscores"
+        )
+    _refuse_unwritable(path, "--fmu")
+
+
+def checked_motion(path: Path) -> None:
+    """The same of the file of `--next`."""
+    if path.suffix != ".csv":
+        raise UsageError(f"--next {path}: name a file like next.csv")
+    _refuse_unwritable(path, "--next")
+
+
+def _refuse_unwritable(path: Path, option: str) -> None:
     folder = path.resolve().parent
     if not folder.is_dir() or path.is_dir() or not os.access(folder, os.W_OK):
-        raise OutputError(f"--write {path}: cannot be written: name a file in a folder of yours")
+        raise OutputError(f"{option} {path}: cannot be written: name a file in a folder of yours")
 
 
 def write_identified(path: Path, found: Identified) -> list[Path]:

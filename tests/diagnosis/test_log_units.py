@@ -69,3 +69,25 @@ def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
             )
             with pytest.raises(LogError, match="torque_constant is"):
                 read_log(path)
+
+
+def test_volts_are_relative_without_a_constant(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path = write_csv(tmp_path / "a.csv", names, ["s", "m", "m", "mV", "mV"], values)
+    log = read_log(path)
+    assert log.tau == pytest.approx(values[:, 3:] * 1e-3)
+    assert "a volt counts as 1 N, so all sizes are relative" in finding(log, "units").text
+    given = read_log(path, Options(torque_constant=35.0))
+    assert given.tau == pytest.approx(values[:, 3:] * 35e-3)
+    assert "tau_meas in V times the torque constant 35 N/V" in finding(given, "units").text
+
+
+def test_volts_and_amperes_are_not_taken_for_each_other(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path, units = tmp_path / "a.csv", ["s", "rad", "rad", "V", "V"]
+    told = read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/V"}))
+    assert told.tau == pytest.approx(values[:, 3:] * 3.0)
+    with pytest.raises(LogError, match=r"is in V, torque_constant is '3 N m/A'"):
+        read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/A"}))
+    with pytest.raises(LogError, match="in A on some axes, in V on others"):
+        read_log(write_csv(path, names, ["s", "rad", "rad", "V", "A"], values))

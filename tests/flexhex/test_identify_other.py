@@ -6,10 +6,12 @@ import csv
 import json
 from pathlib import Path
 
+import fmpy
 import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
+from flexhex.diagnosis.trajectory import read_trajectory
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines
@@ -71,6 +73,9 @@ WRONG = {
     "joints": (["--joints", "a,b"], 2, "is no robot's file"),
     "urdf": (["--write", "x.urdf"], 2, "write .csv or .json"),
     "folder": (["--write", "nowhere/x.csv"], 3, "cannot be written"),
+    "next": (["--next", "x.txt"], 2, "name a file like next.csv"),
+    "fmu's name": (["--fmu", "my model.fmu"], 2, "letters, digits and underscores"),
+    "fmu's folder": (["--fmu", "nowhere/x.fmu"], 3, "cannot be written"),
     "twice": (["--held-out", "RUN"], 2, "name it once"),
 }
 
@@ -90,6 +95,39 @@ def test_hexapod_refuses_what_is_for_others(runs: list[str]) -> None:
     assert "without its file's values" in str(done.exception)
     done = RUN.invoke(app, ["identify", runs[0], "--held-out", runs[1]])
     assert "not for the hexapod" in str(done.exception)
+    done = RUN.invoke(app, ["identify", runs[0], "--next", "x.csv"])
+    assert "not for the hexapod" in str(done.exception)
+    done = RUN.invoke(app, ["identify", runs[0], "--fmu", "x.fmu"])
+    assert "the hexapod has feedforward.fmu" in str(done.exception)
+
+
+def test_motion_that_tells_more_is_written_and_read_back(runs: list[str], tmp_path: Path) -> None:
+    file = tmp_path / "next.csv"
+    words = ["identify", runs[0], "--base", BASE, "--next", str(file)]
+    data = json.loads(RUN.invoke(app, [*words, "--json"]).stdout)
+    assert data["written"] == [str(file)]
+    shares = [one["narrower"] for one in data["next"]]
+    assert shares == sorted(shares)
+    assert 0 < shares[0] < 1
+    assert read_trajectory(file).r.shape[1] == 2
+    said = RUN.invoke(app, words).output
+    assert "± 95 % now" in said
+    assert "Collisions are not checked" in said
+
+
+def test_fmu_of_what_was_found_stands_where_it_was_asked_for(
+    runs: list[str], tmp_path: Path
+) -> None:
+    fmu = tmp_path / "links.fmu"
+    done = RUN.invoke(app, ["identify", *runs[:2], "--base", BASE, "--json", "--fmu", str(fmu)])
+    data = json.loads(done.stdout)
+    assert data["written"] == [str(fmu)]
+    described = fmpy.read_model_description(str(fmu))
+    start = {v.name: v.start for v in described.modelVariables}
+    (J,) = [one for one in data["parameters"] if one["name"] == "link_2.J"]
+    assert float(start["p.link_2.J"]) == J["value"]
+    # the logs' sample time, which an importer may change
+    assert float(start["Ts"]) == 0.002
 
 
 def test_robots_file_is_written_beside_all_values(tmp_path: Path) -> None:

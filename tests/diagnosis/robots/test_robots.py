@@ -180,10 +180,9 @@ def test_closed_loops_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("a.sdf", "reads no SDF"), ("a.xacro", "run `xacro"), ("b.urdf", "no such")],
+    [("a.xacro", "run `xacro"), ("b.urdf", "no such")],
 )
 def test_other_files_are_refused(name: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / "a.sdf").touch()
     (tmp_path / "a.xacro").touch()
     assert is_robot(name)
     with pytest.raises(UsageError, match=message):

@@ -1,0 +1,100 @@
+"""A motion that would tell more of the parameters than those of the logs, within what they show.
+
+Of several multisines on all axes the one is taken that narrows base parameters and friction most:
+with the information A of the runs (J^T J / s^2 and what the file says) and that of a motion, B, the
+standard deviation of a sum c is expected to shrink by
+
+    sqrt(c (A + B)^-1 c / c A^-1 c)
+
+whose logarithms are summed up (the D-criterion of optimal design, of sums instead of parameters).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.records import Identified, Parameter
+from flexhex.diagnosis.experiment import Limits, make
+from flexhex.diagnosis.gram import safe_inverse
+from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.logs import Log
+from flexhex.diagnosis.motion import differences
+from flexhex.diagnosis.trajectory import Trajectory
+from flexhex.fmus.common.effects import Experiment
+
+Array = NDArray[np.float64]
+SECONDS = 20.0
+"""Of a motion."""
+TRIED = tuple((base, seed) for base in (0.05, 0.1, 0.2) for seed in (1, 2, 3))
+"""Lowest frequency [Hz] and seed of the phases of each motion that is tried."""
+FINEST = 2e-3
+"""Sample time of a motion, at least [s]."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A motion, and what it is expected to narrow: parameters and sums with their standard
+    deviation now and after one more run along it, relative."""
+
+    motion: Trajectory
+    narrowed: tuple[tuple[Parameter, float], ...]
+
+
+def excitation(found: Identified) -> Excitation:
+    """The best motion that was tried."""
+    estimated = found.estimated
+    made, regression = estimated.made, estimated.regression
+    limits = _limits(found)
+    ts = max(FINEST, made.blocks[0].run.motion.ts)
+    A = np.diag(regression.prior) + np.sum([part for part, _ in regression.grams], axis=0)
+    places = {known.name: k for k, known in enumerate(estimated.known)}
+    rubbing = [known.name for known in estimated.known if known.group == FRICTION]
+    asked = [*found.combinations, *(found[name] for name in rubbing)]
+    C = np.zeros((len(asked), len(A)))
+    for row, one in zip(C, asked, strict=True):
+        for name, factor in one.terms:
+            row[places[name]] = factor * made.scale[places[name]]
+    now = _spread(A, regression.prior, C)
+    tried = []
+    for base, seed in TRIED:
+        spec = Experiment(
+            "multisine", {"f_base": base, "seed": seed, "duration": SECONDS, "n_sines": 10}
+        )
+        motion = make(spec, limits, ts, "next")
+        more = _information(found, motion)
+        shrunk = _spread(A + more, regression.prior, C) / now
+        tried.append((float(np.log(shrunk).sum()), shrunk, motion))
+    _, shrunk, motion = min(tried, key=lambda one: one[0])
+    order = np.argsort(shrunk)
+    return Excitation(motion, tuple((asked[k], float(shrunk[k])) for k in order))
+
+
+def _spread(A: Array, prior: Array, C: Array) -> Array:
+    """Standard deviations of the sums C, but for a common factor."""
+    inverse = safe_inverse(A, prior)
+    return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", C, inverse, C), 1e-300)))
+
+
+def _information(found: Identified, motion: Trajectory) -> Array:
+    """What one run along a motion adds to the normal matrix (nb, nb)."""
+    theta = motion.r
+    rate, acceleration = differences(theta, motion.ts)
+    moved = Motion(0.0, motion.ts, theta[1:-1], rate, acceleration)
+    valid = np.ones(len(rate), dtype=bool)
+    run = Run("next", "next", moved, valid, Signal(0.0, motion.ts, np.zeros_like(rate), valid))
+    there = found.estimated.along([run]).regression
+    return np.asarray(np.sum([part for part, _ in there.grams], axis=0))
+
+
+def _limits(found: Identified) -> Limits:
+    """What the logs have shown to be possible."""
+    made = found.estimated.made
+    motions = [block.run.motion for block in made.blocks]
+    logs = [Log.of(str(k), m.ts, m.theta, m.theta) for k, m in enumerate(motions)]
+    return replace(Limits.of_logs(logs), kinds=kinds_of(made.base, made.base.n))
