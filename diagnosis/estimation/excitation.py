@@ -52,7 +52,7 @@ def excitation(found: Identified) -> Excitation:
     made, regression = estimated.made, estimated.regression
     limits = _limits(found)
     ts = max(FINEST, made.blocks[0].run.motion.ts)
-    A = np.diag(regression.prior) + np.sum([part for part, _ in regression.grams], axis=0)
+    A = np.diag(regression.prior) + regression.gram[0]
     places = {known.name: k for k, known in enumerate(estimated.known)}
     rubbing = [known.name for known in estimated.known if known.group == FRICTION]
     asked = [*found.combinations, *(found[name] for name in rubbing)]
@@ -89,7 +89,7 @@ def _information(found: Identified, motion: Trajectory) -> Array:
     valid = np.ones(len(rate), dtype=bool)
     run = Run("next", "next", moved, valid, Signal(0.0, motion.ts, np.zeros_like(rate), valid))
     there = found.estimated.along([run]).regression
-    return np.asarray(np.sum([part for part, _ in there.grams], axis=0))
+    return there.gram[0]
 
 
 def _limits(found: Identified) -> Limits:
