@@ -19,7 +19,7 @@ mod watchdog;
 
 pub use difference::Difference;
 pub use exchange::{Ask, Bus, Reply};
-pub use identity::DeviceInfo;
+pub use identity::{serials, DeviceInfo};
 pub use off::off;
 pub use options::BringUpOptions;
 pub use positions::{positions, Encoder};

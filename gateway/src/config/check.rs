@@ -72,6 +72,7 @@ fn check(config: &Config) -> Result<(), String> {
     interface(config, &mut mistakes);
     config.landing.check(&mut mistakes);
     config.estimate.check(&mut mistakes);
+    config.homing.check(config.landing.torque, &mut mistakes);
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {

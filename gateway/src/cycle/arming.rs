@@ -26,6 +26,11 @@ impl<L: Link> ControlLoop<'_, L> {
         if !complete {
             return self.waited_too_long(reply, tries);
         }
+        if !self.zeroed {
+            self.zeroed = true;
+            self.out.offsets = self.bus.zero();
+            return false;
+        }
         if let Some(why) = self.not_at_rest(reply) {
             self.refuse(why);
             return false;
@@ -81,7 +86,8 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Why the drives must not be enabled, or not stay so: every complete reply is judged.
     fn not_at_rest(&mut self, reply: &Reply) -> Option<String> {
         let landing = &self.config.landing;
-        let (speed, rest) = (landing.rest_speed, landing.rest);
+        let rest = landing.rest.filter(|_| self.task.is_homed());
+        let speed = landing.rest_speed;
         self.safety.note_rest(&reply.theta);
         let rates = self.safety.history().rates();
         (0..AXES).find_map(|k| {

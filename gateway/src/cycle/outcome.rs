@@ -4,6 +4,7 @@ use super::timing::Histogram;
 use crate::bus::{al, cia402, Ask};
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
+use crate::tasks::Task;
 use crate::wire::Counts;
 use flexhex_system::{Error, State};
 
@@ -27,15 +28,6 @@ pub struct Timing {
     pub compute: Histogram,
     /// From the arrival of the reply to the end of the cycle.
     pub after_reply: Histogram,
-}
-
-/// What was measured while a pose was held: means over the second half of that time.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Stood {
-    pub pose: [f64; AXES],
-    pub theta: [f64; AXES],
-    pub tau_meas: [f64; AXES],
-    pub cycles: u32,
 }
 
 /// Ending and figures of a run.
@@ -64,8 +56,12 @@ pub struct Outcome {
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
     pub states: Vec<Result<State, Error>>,
-    /// Poses that were held.
-    pub stood: Vec<Stood>,
+    /// What was done, with what was found.
+    pub task: Task,
+    /// Offsets of the encoders, in counts, under which the angles of the run were measured.
+    pub offsets: [i32; AXES],
+    /// Serial numbers of the drives.
+    pub serials: [u32; AXES],
     /// Largest following error of each axis [rad].
     pub most_error: Vec<f64>,
 }
@@ -96,7 +92,9 @@ impl Outcome {
             counts: Counts::default(),
             overflowed: 0,
             states: Vec::new(),
-            stood: Vec::new(),
+            task: Task::Control,
+            offsets: [0; AXES],
+            serials: [0; AXES],
             most_error: vec![0.0; crate::config::AXES],
         }
     }

@@ -74,9 +74,8 @@ fn a_panic_in_a_cycle_lands_the_machine() {
         dry_run: false,
         lockstep: true,
         reset_faults: false,
-        poses: Vec::new(),
-        hold: 0.0,
     };
+    let options = (options, Task::Control);
     let sinks = (sink, Preallocated::new(columns.len()));
     let parts = (controller, signals, mechanics);
     let out =

@@ -50,8 +50,11 @@ pub struct Mover {
     mechanics: Mechanics,
     path: Path,
     rest: Axes,
-    /// Axes without a trusted encoder: they get the holding torque of the path alone.
+    /// Axes without a trusted encoder: they get the holding torque of the path, and the push, alone.
     pub blind: [bool; AXES],
+    pub push: Axes,
+    /// Largest torque of each axis [N m].
+    pub most: Axes,
     cycle: u32,
     e_last: Option<Axes>,
     e_sum: Axes,
@@ -71,6 +74,8 @@ impl Mover {
             path,
             rest,
             blind,
+            push: [0.0; AXES],
+            most: [mechanics.torque; AXES],
             cycle: 0,
             e_last: None,
             e_sum: [0.0; AXES],
@@ -105,11 +110,12 @@ impl Mover {
             self.e_rate[k] =
                 ((2.0 * g.t_f - h) * self.e_rate[k] + 2.0 * (e[k] - last[k])) / (2.0 * g.t_f + h);
             let wanted = hold[k] + g.kp[k] * (e[k] + sum / g.t_i + g.t_d * self.e_rate[k]);
-            let most = self.mechanics.torque;
+            let most = self.most[k];
             // anti-windup: at the limit the sum may only lead away from it
             let held = wanted.abs() > most && (sum - self.e_sum[k]) * wanted > 0.0;
             self.e_sum[k] = if held { self.e_sum[k] } else { sum };
-            self.tau[k] = if self.blind[k] { hold[k] } else { wanted.clamp(-most, most) };
+            let open = (hold[k] + self.push[k]).clamp(-most, most);
+            self.tau[k] = if self.blind[k] { open } else { wanted.clamp(-most, most) };
         }
         (self.e, self.e_last) = (e, Some(e));
         self.cycle += 1;

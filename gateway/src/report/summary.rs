@@ -5,12 +5,14 @@ use serde_json::{json, Value};
 use super::terminal::Reporter;
 use crate::cycle::{Histogram, Outcome};
 use crate::record::Written;
+use crate::tasks::Task;
 
 pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
-    for (k, stood) in out.stood.iter().enumerate() {
+    let stood = if let Task::Poses(poses) = &out.task { poses.stood.as_slice() } else { &[] };
+    for (k, stood) in stood.iter().enumerate() {
         let shown = |values: &[f64], digits: usize| {
             let words: Vec<_> = values.iter().map(|v| format!("{v:9.digits$}")).collect();
             words.join(" ")

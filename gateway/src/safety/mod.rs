@@ -3,6 +3,7 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod angles;
 mod bounds;
 mod history;
 mod level;
@@ -190,29 +191,6 @@ impl Safety {
             }
         }
         None
-    }
-
-    fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
-        let limit = if m.theta[k] < low { low } else { high };
-        let beyond = !(low..=high).contains(&m.theta[k]);
-        beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
-    }
-
-    /// Constant encoder counts over many cycles while the reference moved, or over very many: counts as
-    /// fine as these never stand still under control.
-    fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let s = &self.rules.config.safety;
-        let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
-        let moved = (m.r[k] - self.reference_at_change[k]).abs();
-        let still = self.still[k] + 1;
-        let (moving, always) = (s.frozen_cycles, s.frozen_still_cycles);
-        let frozen = self.rules.bounds.powered
-            && self.complete(m)
-            && same
-            && (still >= moving && moved > s.frozen_motion_rad || always > 0 && still >= always);
-        frozen
-            .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
     fn controller(&self, m: &Measured) -> Option<Trip> {
