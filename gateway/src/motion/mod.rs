@@ -86,8 +86,15 @@ impl Mover {
         }
     }
 
-    /// Goes on along another path, which begins at the end of this one: nothing that was learned is lost.
+    /// Goes on along another path: nothing that was learned is lost, and where it begins elsewhere, that is no
+    /// rate of the error.
     pub fn follow(&mut self, path: Path) {
+        let from = path.at(0);
+        if let Some(last) = &mut self.e_last {
+            for (k, last) in last.iter_mut().enumerate() {
+                *last += from[k] - self.r[k];
+            }
+        }
         (self.path, self.cycle) = (path, 0);
     }
 
