@@ -35,7 +35,7 @@ pub struct Calibrate {
 
 #[derive(Subcommand)]
 enum What {
-    /// Push each axis at rest, without feedback, until it moves 2 mrad: its encoder must follow its torque.
+    /// Push each axis at rest, without feedback, until it moves 3 mrad, and back: its encoder must follow.
     Signs(Signs),
     /// Hold the neutral pose without and with a known mass, and compare with the model of the machine.
     Torque(torque_constant::Torque),
@@ -47,7 +47,7 @@ struct Signs {
     config: ConfigArgs,
     #[command(flatten)]
     options: PowerArgs,
-    /// Largest torque of the push in N m.
+    /// Torque of the push in N m.
     #[arg(long, value_name = "N_M", default_value_t = 0.5)]
     torque: f64,
     /// Write what was found to this file.
@@ -60,14 +60,14 @@ struct Signs {
 struct Record {
     date: String,
     config_hash: String,
+    #[serde(rename = "torque_N_m")]
+    torque: f64,
     axis: Vec<Pushed>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Pushed {
     serial: u32,
-    #[serde(rename = "torque_N_m")]
-    torque: f64,
     moved_rad: f64,
     fault: String,
 }
@@ -82,9 +82,15 @@ pub fn calibrate(args: &Calibrate) -> Exit {
 
 fn signs(args: &Signs) -> Exit {
     let make = |config: &Config, system: &System| {
-        let most = config.landing.torque;
+        let step = (0..AXES).map(|k| config.limits(k).torque_step).filter(|step| *step > 0.0);
+        // it is reversed at once
+        let most = step.fold(config.landing.torque, |most, step| most.min(0.5 * step));
         if !(args.torque > 0.0 && args.torque <= most) {
-            let why = format!("--torque {}: allowed above 0 and at most {most} N m (landing.torque_N_m)", args.torque);
+            let why = format!(
+                "--torque {}: allowed above 0 and at most {most} N m (landing.torque_N_m, half of \
+                 limits.torque_step_N_m)",
+                args.torque
+            );
             return Err((Exit::Usage, why));
         }
         Ok(Task::Nudges(Nudges::new(args.torque, system.base_step())))
@@ -99,17 +105,18 @@ fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Res
     let Task::Nudges(nudges) = &out.task else { return Ok(()) };
     let mut axis = Vec::with_capacity(AXES);
     for (k, nudge) in nudges.done.iter().enumerate() {
-        let (torque, moved_rad) = (nudge.torque, nudge.moved);
+        let (torque, moved_rad) = (args.torque, nudge.moved);
         let fault = nudge.fault().unwrap_or_default();
-        let text = format!("axis {}: {torque:.3} N m moved it by {moved_rad:+.5} rad", k + 1);
+        let text = format!("axis {}: {torque} N m moved it by {moved_rad:+.5} rad", k + 1);
         let sound = fault.is_empty();
         reporter.mark(sound, &if sound { text } else { format!("{text}: {fault}") });
-        axis.push(Pushed { serial: out.serials[k], torque, moved_rad, fault });
+        axis.push(Pushed { serial: out.serials[k], moved_rad, fault });
     }
     let wrong = axis.iter().any(|axis| !axis.fault.is_empty());
     reporter.event("signs", json!({ "axis": axis }));
     if let Some(path) = &args.write {
-        let record = Record { date: now(), config_hash: format!("{:016x}", config.hash), axis };
+        let config_hash = format!("{:016x}", config.hash);
+        let record = Record { date: now(), config_hash, torque: args.torque, axis };
         let head = "Signs of the axes, written by `flexhex-gateway calibrate signs`.";
         write(path, head, &record).map_err(|why| (Exit::Failed, why))?;
     }

@@ -9,17 +9,18 @@ import numpy as np
 import pytest
 
 from tests.gateway.bench import Bench, never_enabled
+from tests.gateway.test_calibrate import QUIET_S
 from tests.gateway.test_homing import COUNTS, NAMED, OFFSETS
 from tests.gateway.weight import STROKE, Fallen, free
 
 FAST = ("--set", "homing.speed_rad_per_s=0.3")
-HOME = ("home", "--stops", "--enable", "--lockstep", *FAST)
+HOME = ("home", "--stops", "--enable", "--lockstep")
 STEP = 2 * np.pi / 2**32
 
 
 def homed(bench: Bench, *more: object, options: str = OFFSETS) -> Fallen:
     """A referencing run of a machine that nothing holds."""
-    return free(bench, options, command=(*HOME, *more))
+    return free(bench, options, resting=QUIET_S, command=(*HOME, *more))
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +29,7 @@ def referenced(
 ) -> tuple[Bench, Fallen]:
     """A referencing run of drives whose encoders count from anywhere."""
     bench = Bench(hexapod_ssp, tmp_path_factory.mktemp("stops"))
-    return bench, homed(bench, "--write", bench.folder / "homing.toml")
+    return bench, homed(bench, *FAST, "--write", bench.folder / "homing.toml")
 
 
 def test_offsets_are_found_at_the_stops(referenced: tuple[Bench, Fallen]) -> None:
@@ -49,7 +50,10 @@ def test_machine_is_pressed_with_little_torque_only_and_ends_where_it_rested(
     referenced: tuple[Bench, Fallen],
 ) -> None:
     fallen = referenced[1]
-    assert np.abs(fallen.tau).max() <= 1.01, "homing.torque_N_m"
+    pressing = fallen.theta < -STROKE + 1e-5
+    # the way back begins there, too
+    assert -0.6 <= fallen.tau[pressing].min() < -0.59, "homing.torque_N_m"
+    assert np.abs(fallen.tau).max() < 2.0
     assert fallen.theta.min() >= -STROKE
     # each axis meets its stop twice
     for axis in range(6):
@@ -73,15 +77,15 @@ def test_run_with_these_offsets_tracks_as_with_the_right_ones(
     ("change", "why"),
     [
         ("homing.within_rad=0.1", "axis 1: no end stop within 0.1 rad of the rest pose"),
-        ("landing.rest_rad=[-0.1,-0.35,-0.34,-0.37,-0.35,-0.37]",
-         "axis 1: by its stop it rested at -0.34"),
+        ("landing.rest_rad=[0.1,-0.35,-0.34,-0.37,-0.35,-0.37]",
+         "axis 1: by its stop it rested at -"),
     ],
 )  # fmt: skip
 def test_what_is_no_stop_is_refused_and_lands(
     change: str, why: str, hexapod_ssp: Path, tmp_path: Path
 ) -> None:
     fallen = homed(
-        Bench(hexapod_ssp, tmp_path), "--set", change, "--write", tmp_path / "homing.toml"
+        Bench(hexapod_ssp, tmp_path), *FAST, "--set", change, "--write", tmp_path / "homing.toml"
     )
     assert fallen.ran.code == 1
     assert why in fallen.ran.one("refused")["message"]
@@ -89,12 +93,14 @@ def test_what_is_no_stop_is_refused_and_lands(
     fallen.ends_at_rest(0)
 
 
-def test_jammed_axis_is_no_stop(hexapod_ssp: Path, tmp_path: Path) -> None:
-    """An axis that somebody holds where its encoder stands still does not come away from there."""
-    fault = '[[fault]]\ncycle = 2000\nkind = "encoder_frozen"\nposition = 0\n'
+@pytest.mark.parametrize("cycle", [1000, 2000, 3200, 9000])
+def test_frozen_encoder_is_no_stop(cycle: int, hexapod_ssp: Path, tmp_path: Path) -> None:
+    """On the way from rest, in the pause before the search, at its begin, and in its middle; at full speed."""
+    fault = f'[[fault]]\ncycle = {cycle}\nkind = "encoder_frozen"\nposition = 0\n'
     fallen = homed(Bench(hexapod_ssp, tmp_path), options=OFFSETS + fault)
-    trip = fallen.ran.one("trip")
-    assert (trip["reason"], trip["axis"]) == ("following_error", 1)
+    assert fallen.ran.code == 1
+    said = fallen.ran.words
+    assert "axis 1: encoder counts constant" in said or "axis 1: its encoder stands still" in said
     fallen.ends_at_rest(0)
 
 

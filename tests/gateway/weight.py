@@ -78,12 +78,13 @@ def free(
     options: str = "",
     *,
     braking: float = BRAKING,
+    resting: float = REST_S,
     changes: Sequence[tuple[str, str]] = (),
     **more: Any,
 ) -> Fallen:
-    """A run against a machine that nothing holds."""
+    """A run against a machine that nothing holds; resting: time before the first frame [s]."""
     log = bench.folder / "drives.csv"
-    text = f'log = "{log}"\nplant = {{ resting_s = {REST_S} }}\ndrives.braking = {braking}\n'
+    text = f'log = "{log}"\nplant.resting_s = {resting}\ndrives.braking = {braking}\n'
     ran = bench.run(options=text + options, changes=changes, **more)
     table = columns(log) if Path(log).stat().st_size > 1000 else {}
     none = np.empty((0, 6))

@@ -27,7 +27,7 @@ pub struct Homing {
 
 impl Default for Homing {
     fn default() -> Self {
-        Homing { file: None, torque: 1.0, speed: 0.05, within: 0.6, stop: None }
+        Homing { file: None, torque: 0.6, speed: 0.05, within: 0.6, stop: None }
     }
 }
 

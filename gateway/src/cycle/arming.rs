@@ -92,7 +92,9 @@ impl<L: Link> ControlLoop<'_, L> {
         let rates = self.safety.history().rates();
         (0..AXES).find_map(|k| {
             let (l, theta) = (self.config.limits(k), reply.theta[k]);
-            let (low, high) = (l.position_min, l.position_max);
+            // it may rest on its end stop, which lies beyond the limits
+            let (low, high) =
+                (l.position_min - l.following_error, l.position_max + l.following_error);
             if !(theta >= low && theta <= high) {
                 return Some(format!(
                     "axis {}: theta = {theta} rad, allowed {low} to {high} rad: move it by hand, or \

@@ -17,7 +17,7 @@ impl<L: Link> ControlLoop<'_, L> {
         if let Some((axis, _)) = leg.seeks {
             bounds.following_error[axis] = self.config.limits(axis).following_error;
         }
-        bounds.may_stand = !self.task.is_homed();
+        bounds.may_stand = leg.seeks.is_some();
         bounds
     }
 

@@ -42,8 +42,7 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         let path = Path::new(theta, rate, self.rest, self.mechanics.pace);
         let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
-        let may_stand = !self.task.is_homed();
-        self.safety.enter(Bounds { blind, may_stand, ..bounds });
+        self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
         // without a fault the sums of the errors still hold: no step of the torque
         if let (Phase::Lifting(before), Ending::Done | Ending::StopRequested) =

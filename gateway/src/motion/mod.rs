@@ -90,9 +90,10 @@ impl Mover {
     /// rate of the error.
     pub fn follow(&mut self, path: Path) {
         let from = path.at(0);
-        if let Some(last) = &mut self.e_last {
-            for (k, last) in last.iter_mut().enumerate() {
-                *last += from[k] - self.r[k];
+        for k in (0..AXES).filter(|k| from[*k] != self.r[*k]) {
+            self.e_rate[k] = 0.0;
+            if let Some(last) = &mut self.e_last {
+                last[k] += from[k] - self.r[k];
             }
         }
         (self.path, self.cycle) = (path, 0);

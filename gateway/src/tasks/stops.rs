@@ -5,12 +5,15 @@ use crate::config::AXES;
 
 /// It stands at its stop when the torque has been at its limit for this time [s] without more motion than this
 /// [rad].
-const STILL_S: f64 = 0.1;
+const STILL_S: f64 = 0.03;
 const STILL: f64 = 5e-4;
 /// Way from the rest pose before it is sought [rad]: an axis that does not move is not taken for one at its stop.
 const AWAY: f64 = 0.03;
 /// Largest difference of the two passes [rad].
 const REPEATS: f64 = 1e-3;
+/// Before it has come this far [rad], constant counts for this time [s] are those of a dead encoder, not of a stop.
+const CLEAR: f64 = 1e-3;
+const DEAD_S: f64 = 0.025;
 /// Share of the limit from which on the torque counts as limited.
 const LIMITED: f64 = 0.999;
 
@@ -42,6 +45,10 @@ pub struct Stops {
     /// Cycles for which the torque has been limited, and the angle when that began.
     limited: u32,
     began: f64,
+    /// Angle where the search began, the newest one, and cycles for which that has not changed.
+    first: Option<f64>,
+    newest: f64,
+    constant: u32,
     /// Angles of the stops by pass [rad].
     found: [Axes; 2],
 }
@@ -56,6 +63,9 @@ impl Stops {
             part: Part::Away,
             limited: 0,
             began: 0.0,
+            first: None,
+            newest: 0.0,
+            constant: 0,
             found: [[0.0; AXES]; 2],
         }
     }
@@ -81,6 +91,7 @@ impl Stops {
             _ if seen.left > 0 => Step::Stay,
             Part::Away => {
                 (self.part, self.limited) = (Part::Seek, 0);
+                (self.first, self.constant) = (None, 0);
                 let from = self.shifted(-self.search.side * AWAY);
                 let to = self.shifted(self.search.side * self.search.within);
                 let (speed, seeks) = (Some(self.search.speed), Some((self.axis, self.search.torque)));
@@ -98,6 +109,9 @@ impl Stops {
         let (k, s) = (self.axis, self.search);
         if !seen.complete {
             return Step::Stay;
+        }
+        if let Some(why) = self.dead(seen.theta[k]) {
+            return Step::Fail(why);
         }
         let limited = seen.tau[k] * s.side >= LIMITED * s.torque;
         if !limited || self.limited == 0 || (seen.theta[k] - self.began).abs() > STILL {
@@ -117,6 +131,18 @@ impl Stops {
             ));
         }
         Step::Stay
+    }
+
+    /// Why the encoder is not believed.
+    fn dead(&mut self, theta: f64) -> Option<String> {
+        let first = *self.first.get_or_insert(theta);
+        self.constant = if theta == self.newest { self.constant + 1 } else { 0 };
+        self.newest = theta;
+        let still = f64::from(self.constant) * self.search.base_step >= DEAD_S;
+        let clear = (theta - first).abs() > CLEAR;
+        (still && !clear).then(|| {
+            format!("axis {}: its encoder stands still while it should move", self.axis + 1)
+        })
     }
 
     /// The axis stands at its stop.
