@@ -60,7 +60,8 @@ def test_machine_is_pressed_with_little_torque_only_and_ends_where_it_rested(
         at = np.abs(fallen.theta[:, axis] + STROKE) < 1e-3
         assert np.count_nonzero(np.diff(at.astype(int)) == 1) == 2, axis
     fallen.ends_at_rest(0)
-    assert np.abs(fallen.theta[-1] - fallen.theta[0]).max() < 0.02
+    # friction holds it within a band
+    assert np.abs(fallen.theta[-1] - fallen.theta[0]).max() < 0.06
     assert fallen.speed.max() < 1.0
 
 

@@ -86,6 +86,8 @@ pub struct ControlLoop<'a, L: Link> {
     sent: [f64; AXES],
     unanswered: u32,
     inputs: inputs::Inputs,
+    /// Values of the signals with limits of the pose.
+    pose: Vec<f64>,
     /// Inputs of the controller in the cycle before.
     previous: inputs::Values,
     skipped_before: u64,
@@ -126,6 +128,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
             sent: [0.0; AXES],
             unanswered: 0,
             inputs: inputs::Inputs::default(),
+            pose: vec![0.0; signals.pose.len()],
             previous: inputs::Values::default(),
             skipped_before: 0,
             mechanics,

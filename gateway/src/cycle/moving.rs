@@ -89,6 +89,7 @@ impl<L: Link> ControlLoop<'_, L> {
             tau_meas: &reply.tau,
             tau: &mover.tau,
             feedback: None,
+            pose: &[],
             r: &mover.r,
             e: &mover.e,
             statusword: &reply.statusword,

@@ -1,10 +1,19 @@
-//! Angles outside their limits, and encoders that stand still.
+//! Angles and poses outside their limits, and encoders that stand still.
 
 use super::measured::Measured;
 use super::Safety;
 use crate::rules::{Reason, Trip};
 
 impl Safety {
+    /// Poses of the platform outside their limits.
+    pub(super) fn pose(&self, m: &Measured) -> Option<Trip> {
+        let mut all = self.rules.config.pose.iter().zip(m.pose);
+        all.find(|(limit, value)| !limit.allows(**value)).map(|(limit, value)| {
+            let bound = if *value < limit.min { limit.min } else { limit.max };
+            Trip::of(Reason::Pose, None, *value, bound, m.cycle)
+        })
+    }
+
     pub(super) fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
         let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
         let limit = if m.theta[k] < low { low } else { high };

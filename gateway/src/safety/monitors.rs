@@ -33,6 +33,8 @@ pub struct Monitors {
     sent: [Option<Axes>; 2],
     feedback: Mean,
     measured: Mean,
+    /// Of the square of the measured torque.
+    square: Mean,
 }
 
 impl Monitors {
@@ -42,6 +44,7 @@ impl Monitors {
             sent: [None; 2],
             feedback: Mean::new(s.feedback_s, base_step),
             measured: Mean::new(s.measured_s, base_step),
+            square: Mean::new(s.thermal_s, base_step),
         }
     }
 
@@ -56,6 +59,7 @@ impl Monitors {
             sent: [None; 2],
             feedback: Mean { value: [0.0; AXES], ..self.feedback.clone() },
             measured: self.measured.clone(),
+            square: self.square.clone(),
         };
     }
 
@@ -87,6 +91,11 @@ impl Monitors {
             if let (Some(before), true, 0) = (before, complete, m.skipped) {
                 let off = self.measured.note(k, m.tau_meas[k] - before[k]);
                 over(Reason::MeasuredTorque, off, l.measured_torque);
+            }
+            // without a reply nothing was measured
+            if complete {
+                let square = self.square.note(k, m.tau_meas[k] * m.tau_meas[k]);
+                over(Reason::Thermal, square.sqrt(), l.rated_torque);
             }
             if let Some(feedback) = m.feedback {
                 let carried = self.feedback.note(k, feedback[k]);
