@@ -1,4 +1,4 @@
-"""The table of docs/gateway.md: fault, rule, reaction, time. Tests make its rows."""
+"""The tables of docs/gateway-faults.md: fault, rule, reaction. Tests make their rows."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from tests.conftest import ROOT
 
-FILE = ROOT / "docs" / "gateway.md"
+FILE = ROOT / "docs" / "gateway-faults.md"
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,9 @@ FALLS = Place(
     "<!-- falls: written by tests/gateway -->",
     "<!-- end of falls -->",
     (
-        "| fault | rule | stop | fastest axis [rad/s] | largest angle [rad] | not confirmed |",
-        "|---|---|---|---|---|---|",
+        "| fault | rule | stop | cycles to the trip | fastest axis [rad/s] | largest angle [rad] "
+        "| drives at the end | not confirmed |",
+        "|---|---|---|---|---|---|---|---|",
     ),
 )
 
@@ -59,18 +60,22 @@ class Row:
 
 @dataclass(frozen=True)
 class Fall:
-    """One line. speed, angle: largest of any axis from the fault until all rest."""
+    """One line. cycles: from the fault to the trip; speed, angle: largest of any axis after it."""
 
     fault: str
     rule: str
     stop: str
+    cycles: int | None
     speed: float
     angle: float
+    drives: str
     unknown: tuple[int, ...]
 
     def __str__(self) -> str:
         axes = ", ".join(map(str, self.unknown)) or "–"
-        cells = (self.fault, self.rule, self.stop, f"{self.speed:.2f}", f"{self.angle:.2f}", axes)
+        cycles = "–" if self.cycles is None else str(self.cycles)
+        motion = f"{self.speed:.2f}", f"{self.angle:.2f}"
+        cells = (self.fault, self.rule, self.stop, cycles, *motion, self.drives, axes)
         return "| " + " | ".join(cells) + " |"
 
 

@@ -75,9 +75,7 @@ def held(bench: Bench, constant: float, mass: float, *more: object) -> Ran:
     """Holding torques of a machine with another torque constant, and a mass."""
     payload = {"count": 1, "time[1]": 0, "mass[1]": mass}
     parameters = ", ".join(f'"reference.payload_{k}" = {v}' for k, v in payload.items())
-    options = (
-        f"drives.torque_constant = {constant}\nplant.parameters = {{ {parameters} }}\n"
-    )
+    options = f"drives.torque_constant = {constant}\nplant.parameters = {{ {parameters} }}\n"
     return free(bench, options, command=(*TORQUE, *POWER, *more)).ran
 
 

@@ -188,6 +188,7 @@ def test_drives_are_enabled_together_or_not_for_long(hexapod_ssp: Path, tmp_path
     assert "axis 6: switched on, but others have been enabled" in ran.one("refused")["message"]
     # landing.enable_ms = 20 and the frames that disable
     assert enabled_for(ran) in range(80, 90)
+    assert ran.one("summary")["not_disabled"] == []
     good = free(Bench(hexapod_ssp, tmp_path), seconds=0.01).ran
     assert len({e["frame"] for e in good.happened("drive") if e["to"] == "operation enabled"}) == 1
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.gateway.bench import Bench, never_enabled
+from tests.gateway.fault_table import Table
 from tests.gateway.test_calibrate import QUIET_S
 from tests.gateway.test_homing import COUNTS, NAMED, OFFSETS
 from tests.gateway.weight import STROKE, Fallen, free
@@ -24,9 +25,7 @@ def homed(bench: Bench, *more: object, options: str = OFFSETS) -> Fallen:
 
 
 @pytest.fixture(scope="module")
-def referenced(
-    hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Bench, Fallen]:
+def referenced(hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Bench, Fallen]:
     """A referencing run of drives whose encoders count from anywhere."""
     bench = Bench(hexapod_ssp, tmp_path_factory.mktemp("stops"))
     return bench, homed(bench, *FAST, "--write", bench.folder / "homing.toml")
@@ -95,7 +94,9 @@ def test_what_is_no_stop_is_refused_and_lands(
 
 
 @pytest.mark.parametrize("cycle", [1000, 2000, 3200, 9000])
-def test_frozen_encoder_is_no_stop(cycle: int, hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_frozen_encoder_is_no_stop(
+    cycle: int, hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
     """On the way from rest, in the pause before the search, at its begin, and in its middle; at full speed."""
     fault = f'[[fault]]\ncycle = {cycle}\nkind = "encoder_frozen"\nposition = 0\n'
     fallen = homed(Bench(hexapod_ssp, tmp_path), options=OFFSETS + fault)
@@ -103,6 +104,10 @@ def test_frozen_encoder_is_no_stop(cycle: int, hexapod_ssp: Path, tmp_path: Path
     said = fallen.ran.words
     assert "axis 1: encoder counts constant" in said or "axis 1: its encoder stands still" in said
     fallen.ends_at_rest(0)
+    if cycle == 9000:
+        name = "encoder frozen while its end stop is sought"
+        assert fallen.ran.one("summary")["not_disabled"] == []
+        falls.add(fallen.row(name, "frozen_encoder", "damp", cycle))
 
 
 @pytest.mark.parametrize(

@@ -56,15 +56,44 @@ class Fallen:
 
     def fall(self, fault: str, since: int) -> Fall:
         """The row of this run; the fault was at the cycle `since`."""
-        trip, summary = (
-            [e for e in self.ran.events if e["event"] == "trip"],
-            self.ran.one("summary"),
-        )
+        summary = self.ran.one("summary")
+        rule, stop, cycles = "none", "–", None
+        if summary["landing_trip"]:
+            rule = "told at the end"
+        for trip in (e for e in self.ran.events if e["event"] == "trip"):
+            rule, stop = trip["reason"], trip["reaction"]
+            cycles = self._index(trip["cycle"]) - since
+        unknown = tuple(summary["not_disabled"])
+        return self.row(fault, rule, stop, since, cycles=cycles, unknown=unknown)
+
+    def row(
+        self,
+        fault: str,
+        rule: str,
+        stop: str,
+        since: int,
+        *,
+        cycles: int | None = None,
+        unknown: tuple[int, ...] = (),
+    ) -> Fall:
+        """The row with what the machine did from the cycle `since` on, and where its drives are."""
         speed, angle = self.speed[since:].max(), np.abs(self.theta[since:]).max()
-        none = "told at the end" if summary["landing_trip"] else "none"
-        rule = trip[0]["reason"] if trip else none
-        stop = trip[0]["reaction"] if trip else "–"
-        return Fall(fault, rule, stop, speed, angle, tuple(summary["not_disabled"]))
+        return Fall(fault, rule, stop, cycles, speed, angle, self.drives(), unknown)
+
+    def _index(self, cycle: int) -> int:
+        """Cycles since the drives were enabled in a cycle of the controller."""
+        table = self.ran.table if self.ran.recording.is_file() else self.ran.kept
+        return int(np.flatnonzero(table["cycle"] == cycle)[0])
+
+    def drives(self) -> str:
+        """States in which the drives ended, with their axes where they differ."""
+        last = {e["position"] + 1: e["to"] for e in self.ran.happened("drive")}
+        axes: dict[str, list[str]] = {}
+        for axis in sorted(last):
+            axes.setdefault(last[axis], []).append(str(axis))
+        if len(axes) == 1:
+            return next(iter(axes))
+        return ", ".join(f"{state}: {' '.join(k)}" for state, k in axes.items())
 
     def disabled(self) -> list[int]:
         """Positions whose drive ended without power."""
