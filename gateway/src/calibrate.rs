@@ -123,7 +123,10 @@ fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Res
     match wrong {
         true => Err((Exit::Failed, "not every axis follows its torque: do not run".to_owned())),
         false => {
-            reporter.line("next", "watch that each arm goes up: if not, change drive.direction of its axis");
+            reporter.line(
+                "next",
+                "watch that each arm goes up: if not, change drive.direction of its axis",
+            );
             Ok(())
         }
     }

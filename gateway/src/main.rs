@@ -7,6 +7,7 @@ mod calibrate;
 mod check;
 mod config;
 mod cycle;
+mod esi;
 mod estimate;
 mod exit;
 mod home;
@@ -31,6 +32,7 @@ mod session;
 mod status;
 mod tasks;
 mod torque_constant;
+mod unknown_drive;
 mod watch;
 mod wire;
 
@@ -85,6 +87,9 @@ enum Verb {
     /// Find the offsets of the encoders: in a known pose without power, or at the end stops.
     #[command(after_help = home::EXAMPLES)]
     Home(home::Home),
+    /// Print the profile of a drive from the ESI file of its maker.
+    #[command(after_help = unknown_drive::EXAMPLES)]
+    Esi(unknown_drive::Esi),
     /// Take the drives out of operation from any state; the torque ends at once.
     #[command(after_help = off::EXAMPLES)]
     Off(off::Off),
@@ -103,6 +108,7 @@ fn main() -> ExitCode {
         Verb::Jog(args) => jog::jog(args),
         Verb::Calibrate(args) => calibrate::calibrate(args),
         Verb::Home(args) => home::home(args),
+        Verb::Esi(args) => unknown_drive::esi(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };

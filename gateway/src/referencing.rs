@@ -27,7 +27,10 @@ pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -
         let Task::Stops(found) = &out.task else { return Ok(()) };
         let homed = offsets(config, &stops(config, system)?, found, out);
         for (k, spread) in found.spread().iter().enumerate() {
-            reporter.line(&format!("axis {}", k + 1), &format!("the two passes differ by {spread:.6} rad"));
+            reporter.line(
+                &format!("axis {}", k + 1),
+                &format!("the two passes differ by {spread:.6} rad"),
+            );
         }
         rest_pose(config, &homed)?;
         tell(reporter, config, &homed, write).map_err(|why| (Exit::Failed, why))
@@ -42,7 +45,8 @@ fn stops(config: &Config, system: &System) -> Result<[f64; AXES], Refusal> {
     }
     let host = system.component(&config.system.host);
     let stroke = host.and_then(|host: &Component| host.parameter("stroke"));
-    let why = "homing.stop_rad: the system description knows no stroke: set the angles of the end stops";
+    let why =
+        "homing.stop_rad: the system description knows no stroke: set the angles of the end stops";
     stroke.map(|stroke| [-stroke; AXES]).ok_or_else(|| (Exit::BadInput, why.to_owned()))
 }
 

@@ -76,7 +76,8 @@ fn usage(args: &Torque) -> Result<(), String> {
         return Err(format!("--mass {}: allowed 0 to 50 kg", args.mass));
     }
     if (args.mass > 0.0) != args.against.is_some() {
-        return Err("--mass and --against belong together: first a run without both, with --write".to_owned());
+        return Err("--mass and --against belong together: first a run without both, with --write"
+            .to_owned());
     }
     args.against.as_deref().map_or(Ok(()), |file| read(file).map(|_| ()))
 }
@@ -121,19 +122,32 @@ fn told(
         let mean = found.iter().sum::<f64>() / AXES as f64;
         let spread = found.iter().fold(0.0, |far: f64, c| far.max((c / mean - 1.0).abs()));
         reporter.line("by axis", &format!("{found:.4?}"));
-        reporter.line("mean", &format!("{name} = {mean:.4} (configuration: {scale}), axes within {:.1} %", 100.0 * spread));
-        reporter.event("torque_constant", json!({"found": found, "mean": mean, "spread": spread, "added": added}));
+        reporter.line(
+            "mean",
+            &format!(
+                "{name} = {mean:.4} (configuration: {scale}), axes within {:.1} %",
+                100.0 * spread
+            ),
+        );
+        reporter.event(
+            "torque_constant",
+            json!({"found": found, "mean": mean, "spread": spread, "added": added}),
+        );
         record.found = Some(found);
     }
     let Some(path) = &args.write else { return Ok(()) };
-    let head = "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
+    let head =
+        "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
     write(path, head, &record).map_err(|why| (Exit::Failed, why))
 }
 
 /// Torque constant of each axis: the mass adds `added`, the drives measured the difference of the records.
 fn compare(loaded: &Record, empty: &Record, added: &[f64; AXES]) -> Result<[f64; AXES], String> {
     if (loaded.serial, loaded.scale) != (empty.serial, empty.scale) {
-        return Err("the run without the mass was made with other drives or another scale: repeat it".to_owned());
+        return Err(
+            "the run without the mass was made with other drives or another scale: repeat it"
+                .to_owned(),
+        );
     }
     let mut found = [0.0; AXES];
     for k in 0..AXES {

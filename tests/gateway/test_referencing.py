@@ -107,7 +107,7 @@ def test_frozen_encoder_is_no_stop(
     if cycle == 9000:
         name = "encoder frozen while its end stop is sought"
         assert fallen.ran.one("summary")["not_disabled"] == []
-        falls.add(fallen.row(name, "frozen_encoder", "damp", cycle))
+        falls.add(fallen.fall(name, cycle))
 
 
 @pytest.mark.parametrize(

@@ -82,8 +82,9 @@ class Fallen:
 
     def _index(self, cycle: int) -> int:
         """Cycles since the drives were enabled in a cycle of the controller."""
-        table = self.ran.table if self.ran.recording.is_file() else self.ran.kept
-        return int(np.flatnonzero(table["cycle"] == cycle)[0])
+        lifted = int(self.ran.one("summary")["lifted"])
+        # cycles of a lift-off count down to the controller's first
+        return lifted + cycle if cycle >= 0 else lifted - 1
 
     def drives(self) -> str:
         """States in which the drives ended, with their axes where they differ."""

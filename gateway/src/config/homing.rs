@@ -36,7 +36,13 @@ impl Homing {
         for (key, value, low, high, mend) in [
             ("torque_N_m", self.torque, 1e-3, most, "at most landing.torque_N_m"),
             ("speed_rad_per_s", self.speed, 1e-3, 1.0, "speed towards an end stop"),
-            ("within_rad", self.within, 1e-2, 10.0, "farthest way from the rest pose to an end stop"),
+            (
+                "within_rad",
+                self.within,
+                1e-2,
+                10.0,
+                "farthest way from the rest pose to an end stop",
+            ),
         ] {
             mistakes.check_range(&format!("homing.{key}"), value, low..=high, mend);
         }
@@ -86,7 +92,12 @@ impl Homed {
 pub(super) fn homed() -> Homed {
     let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
     let method = "pose".to_owned();
-    Homed { date: "today".to_owned(), method, pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
+    Homed {
+        date: "today".to_owned(),
+        method,
+        pose_rad: [0.1; AXES],
+        axis: (1..=6).map(axis).collect(),
+    }
 }
 
 #[cfg(test)]

@@ -161,6 +161,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.frozen = self.controller.frozen();
+        self.out.shares = self.shares();
         self.out.overflowed = self.sink.overflowed();
         let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.read_back(&left.statusword);

@@ -78,6 +78,7 @@ impl<L: Link> ControlLoop<'_, L> {
         self.previous = values;
         mover.step(&values.theta, skipped);
         self.moved += 1;
+        self.out.lifted += u64::from(lifting);
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
         self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {

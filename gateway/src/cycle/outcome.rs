@@ -33,8 +33,9 @@ pub struct Timing {
 /// Ending and figures of a run.
 pub struct Outcome {
     pub ending: Ending,
-    /// Cycles of the controller.
+    /// Cycles of the controller, and of the lift-off or another task before it.
     pub cycles: i64,
+    pub lifted: u64,
     /// Cycles from the trip, or the end, to the first frame without torque, and to disabled drives.
     pub to_zero: u32,
     pub to_disabled: Option<u32>,
@@ -52,6 +53,8 @@ pub struct Outcome {
     pub late_threads: u64,
     /// Components that left the bounds of their estimates, and by what.
     pub frozen: Vec<String>,
+    /// Largest share of its limit of each rule, the nearest first, and of the bounds of the estimate.
+    pub shares: Vec<(&'static str, f64)>,
     pub counts: Counts,
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
@@ -72,6 +75,7 @@ impl Outcome {
         Outcome {
             ending: Ending::Done,
             cycles: 0,
+            lifted: 0,
             to_zero: 0,
             to_disabled: None,
             reaction: ReactionKind::Zero,
@@ -89,6 +93,7 @@ impl Outcome {
             short: 0,
             late_threads: 0,
             frozen: Vec::new(),
+            shares: Vec::new(),
             counts: Counts::default(),
             overflowed: 0,
             states: Vec::new(),

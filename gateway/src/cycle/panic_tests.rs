@@ -69,12 +69,8 @@ fn a_panic_in_a_cycle_lands_the_machine() {
     let options = BringUpOptions { cycle, lockstep: true, reset_faults: false, cyclic: true };
     let bus = bring_up(&config, link, options, &mut |_| ()).unwrap();
     let board = Board::new(columns.len());
-    let options = RunOptions {
-        cycles: 1_000_000,
-        dry_run: false,
-        lockstep: true,
-        reset_faults: false,
-    };
+    let options =
+        RunOptions { cycles: 1_000_000, dry_run: false, lockstep: true, reset_faults: false };
     let options = (options, Task::Control);
     let sinks = (sink, Preallocated::new(columns.len()));
     let parts = (controller, signals, mechanics);

@@ -143,6 +143,13 @@ impl<L: Link> ControlLoop<'_, L> {
         std::array::from_fn(|k| tau[k] - model[k])
     }
 
+    /// How near the run came to its limits.
+    pub(super) fn shares(&self) -> Vec<(&'static str, f64)> {
+        let rules = self.safety.shares().into_iter().map(|(reason, share)| (reason.key(), share));
+        let [range, innovation] = self.controller.nearest();
+        rules.chain([("estimate.range", range), ("estimate.innovation", innovation)]).collect()
+    }
+
     fn note_errors(&mut self, e: &[f64; AXES]) {
         for (most, e) in self.out.most_error.iter_mut().zip(e) {
             *most = most.max(e.abs());

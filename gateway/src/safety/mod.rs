@@ -11,6 +11,7 @@ mod measured;
 mod mode;
 mod monitors;
 mod reaction;
+mod shares;
 #[cfg(test)]
 mod tests;
 
@@ -24,6 +25,7 @@ use level::Failures;
 pub use measured::Measured;
 use monitors::Monitors;
 pub use reaction::{disabled, in_landing, of_motion, Disabling, InLanding};
+use shares::Shares;
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
@@ -35,6 +37,7 @@ pub struct Safety {
     last: Option<[f64; AXES]>,
     history: History,
     monitors: Monitors,
+    shares: Shares,
     still: [u32; AXES],
     reference_at_change: [f64; AXES],
 }
@@ -58,6 +61,7 @@ impl Safety {
             last: None,
             history: History::new(config.safety.speed_cycles, base_step),
             monitors: Monitors::new(config, base_step),
+            shares: Shares::default(),
             still: [0; AXES],
             reference_at_change: [0.0; AXES],
         }
@@ -89,6 +93,11 @@ impl Safety {
         &self.history
     }
 
+    /// How near the machine came to the limits of each rule, the nearest first.
+    pub fn shares(&self) -> Vec<(Reason, f64)> {
+        self.shares.list()
+    }
+
     /// Cycle time [s].
     pub fn base_step(&self) -> f64 {
         self.rules.base_step
@@ -102,7 +111,7 @@ impl Safety {
             self.history.skip(m.skipped);
         }
         let shown = (self.rules.bounds.powered, self.complete(m));
-        let torques = self.monitors.judge(m, &self.rules.config, shown);
+        let torques = self.monitors.judge(m, &self.rules.config, shown, &self.shares);
         let found = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
@@ -160,6 +169,7 @@ impl Safety {
         for k in 0..AXES {
             let l = self.rules.config.limits(k);
             let over = |reason, value: f64, limit: f64| {
+                self.shares.note(reason, value, limit);
                 let beyond = value.is_nan() || value.abs() > limit;
                 beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
             };

@@ -2,6 +2,7 @@
 //! they were sent, and what the feedback has to add to the model.
 
 use super::measured::Measured;
+use super::shares::Shares;
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
 
@@ -69,6 +70,7 @@ impl Monitors {
         m: &Measured,
         config: &Config,
         (powered, complete): (bool, bool),
+        shares: &Shares,
     ) -> Option<Trip> {
         if !powered {
             return None;
@@ -78,6 +80,7 @@ impl Monitors {
         for k in 0..AXES {
             let l = config.limits(k);
             let mut over = |reason, value: f64, limit: f64| {
+                shares.note(reason, value, limit);
                 if limit > 0.0 && (value.is_nan() || value.abs() > limit) {
                     found = found.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
                 }

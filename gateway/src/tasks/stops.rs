@@ -94,7 +94,8 @@ impl Stops {
                 (self.first, self.constant) = (None, 0);
                 let from = self.shifted(-self.search.side * AWAY);
                 let to = self.shifted(self.search.side * self.search.within);
-                let (speed, seeks) = (Some(self.search.speed), Some((self.axis, self.search.torque)));
+                let (speed, seeks) =
+                    (Some(self.search.speed), Some((self.axis, self.search.torque)));
                 Step::Go(Leg { speed, seeks, ..Leg::new(from, to) })
             }
             Part::Return if self.axis + 1 == AXES => Step::Over,

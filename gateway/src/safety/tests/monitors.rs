@@ -166,9 +166,7 @@ fn a_lift_off_allows_less_error_than_a_run() {
 #[test]
 fn a_motor_bears_its_rated_torque_for_ever_and_more_for_a_while() {
     // the mean square of a step is 1 - exp(-t / T) of its end, T = 10 s; drives measure what they were sent
-    let held = |tau: f64| {
-        first(400_000, move |_, c| (c.tau[1], c.tau_meas[1]) = (tau, tau))
-    };
+    let held = |tau: f64| first(400_000, move |_, c| (c.tau[1], c.tau_meas[1]) = (tau, tau));
     assert_eq!(told(held(9.0)), None);
     let trip = held(12.0).unwrap();
     assert_eq!((trip.reason, trip.axis, trip.limit), (Reason::Thermal, Some(1), 9.0));
