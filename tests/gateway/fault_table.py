@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from tests.conftest import ROOT
 
 FILE = ROOT / "docs" / "gateway-faults.md"
+GUIDE = ROOT / "docs" / "gateway.md"
 
 
 @dataclass(frozen=True)
@@ -16,10 +18,11 @@ class Place:
     begin: str
     end: str
     head: tuple[str, str]
+    file: Path = FILE
 
     def written(self) -> list[str]:
         """Rows that stand there."""
-        inside = FILE.read_text(encoding="utf-8").split(self.begin)[1].split(self.end)[0]
+        inside = self.file.read_text(encoding="utf-8").split(self.begin)[1].split(self.end)[0]
         return [line for line in inside.splitlines() if line.startswith("| ")][1:]
 
 
@@ -39,6 +42,12 @@ FALLS = Place(
         "| drives at the end | not confirmed |",
         "|---|---|---|---|---|---|---|---|",
     ),
+)
+MARGINS = Place(
+    "<!-- margins: written by tests/gateway -->",
+    "<!-- end of margins -->",
+    ("| rule | limit | adaptive | fixed | feedback only |", "|---|---|---|---|---|"),
+    GUIDE,
 )
 
 
@@ -79,29 +88,44 @@ class Fall:
         return "| " + " | ".join(cells) + " |"
 
 
+@dataclass(frozen=True)
+class Margin:
+    """One line. shares: of the limit, the largest of every run of a kind [%]; None: not judged."""
+
+    fault: str
+    limit: str
+    shares: tuple[int | None, ...]
+
+    def __str__(self) -> str:
+        shown = ("–" if share is None else f"{share} %" for share in self.shares)
+        return "| " + " | ".join([f"`{self.fault}`", self.limit, *shown]) + " |"
+
+
 @dataclass
 class Table:
     """Rows of this session; `update` writes them, otherwise each must stand in the file."""
 
     update: bool
     place: Place = FAULTS
-    rows: dict[str, Row | Fall] = field(default_factory=dict)
+    rows: dict[str, Row | Fall | Margin] = field(default_factory=dict)
 
-    def add(self, row: Row | Fall) -> None:
+    def add(self, row: Row | Fall | Margin) -> None:
         """Keep a row, and compare it with the file."""
         self.rows[row.fault] = row
         if not self.update:
             found = str(row) in self.place.written()
-            assert found, f"{FILE} does not say: {row}; pytest --update writes it"
+            file = self.place.file
+            assert found, f"{file} does not say: {row}; pytest --update writes it"
 
     def write(self) -> None:
         """Put the rows of this session into the file, in the place of those with their names."""
         if not (self.update and self.rows):
             return
-        place, text = self.place, FILE.read_text(encoding="utf-8")
+        place = self.place
+        text = place.file.read_text(encoding="utf-8")
         before, rest = text.split(place.begin)
         _, after = rest.split(place.end)
         rows = {line.split(" | ")[0][2:]: line for line in place.written()}
-        rows |= {name: str(row) for name, row in self.rows.items()}
+        rows |= {str(row).split(" | ")[0][2:]: str(row) for row in self.rows.values()}
         lines = [before + place.begin, *place.head, *rows.values(), place.end + after]
-        FILE.write_text("\n".join(lines), encoding="utf-8")
+        place.file.write_text("\n".join(lines), encoding="utf-8")
