@@ -22,7 +22,7 @@ use crate::rights;
 use crate::session::{self, PowerArgs};
 use crate::tasks::Task;
 use crate::watch;
-use crate::wire::Socket;
+use crate::wire::{Cable, Replay, Socket};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -57,6 +57,10 @@ pub struct Run {
     /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     meta: Vec<String>,
+    /// Take the replies from a capture (pcap) of an earlier run, in the place of the drives: what would these limits,
+    /// or this version, have done? Give the options that it had.
+    #[arg(long, value_name = "FILE")]
+    replay: Option<PathBuf>,
     /// The offsets of the encoders need not be known, and `homing.file` need not fit.
     #[arg(skip)]
     unhomed: bool,
@@ -83,6 +87,7 @@ pub fn instead(
         record: None,
         resume: None,
         meta: Vec::new(),
+        replay: None,
         unhomed,
     };
     guided(&args, make, tell)
@@ -126,6 +131,7 @@ fn prepare_and_run(
     make: impl Fn(&Config, &System) -> Result<Task, Refusal>,
 ) -> Result<(Config, System, Outcome), Refusal> {
     check_arguments(args)?;
+    let lockstep = args.options.lockstep || args.replay.is_some();
     let bad = |why| (Exit::BadInput, why);
     let failed = |why| (Exit::Failed, why);
     let read = if args.unhomed { args.config.read_unhomed() } else { args.config.read() };
@@ -137,7 +143,7 @@ fn prepare_and_run(
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter).map_err(bad)?;
     let resume = learned::resumed(&config).map_err(bad)?;
-    let controller = signals::open(&config, &system, args.options.lockstep, resume).map_err(bad)?;
+    let controller = signals::open(&config, &system, lockstep, resume).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
     let mut mechanics = session::mechanics(&config, &system).map_err(bad)?;
     let task = make(&config, &system)?;
@@ -151,7 +157,7 @@ fn prepare_and_run(
     let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()));
     let plan = plan.map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
-    let socket = open_socket(args, &config)?;
+    let socket = open_cable(args, &config)?;
     realtime::stop::listen();
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
@@ -161,27 +167,25 @@ fn prepare_and_run(
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
     let (computing, closer) = (controller.watch(), writer.closer());
-    let patience = watch::patience(args.options.lockstep, &config);
+    let patience = watch::patience(lockstep, &config);
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
     let out = attend(
         watched,
         || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
-            for note in
-                rights::request_real_time(&config, args.options.lockstep, args.options.enable)?
-            {
+            for note in rights::request_real_time(&config, lockstep, args.options.enable)? {
                 reporter.line("note", &note);
             }
             let buffers = Preallocated::new(width);
-            let bring_up = bring_up_options(args, base_step);
+            let bring_up = bring_up_options(args, lockstep, base_step);
             let mut serials = [0; AXES];
             let bus = bus::bring_up(&config, socket, bring_up, &mut |devices| {
                 reporter.devices(devices);
                 serials = bus::serials(&config, devices);
             })?;
             let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
-            let options = (run_options(args, base_step), task);
+            let options = (run_options(args, lockstep, base_step), task);
             let control =
                 ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step));
             Ok(Outcome { serials, ..control.run() })
@@ -202,7 +206,12 @@ fn prepare_and_run(
     Ok((config, system, out))
 }
 
-fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
+fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {
+    if let Some(file) = &args.replay {
+        let bad = |why: String| (Exit::BadInput, format!("{}: {why}", file.display()));
+        let capture = std::fs::read(file).map_err(|why| bad(why.to_string()))?;
+        return Replay::of(&capture).map(Cable::Replayed).map_err(bad);
+    }
     let name = &config.bus.interface;
     if args.options.lockstep && Socket::is_hardware(name) {
         let why = format!(
@@ -211,23 +220,24 @@ fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
         );
         return Err((Exit::Usage, why));
     }
-    Socket::open(name).map_err(|why| (Exit::Failed, why))
+    Socket::open(name).map(Cable::Live).map_err(|why| (Exit::Failed, why))
 }
 
-fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
+fn bring_up_options(args: &Run, lockstep: bool, base_step: f64) -> BringUpOptions {
     BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
-        lockstep: args.options.lockstep,
+        lockstep,
         reset_faults: args.options.reset_faults,
+        replayed: args.replay.is_some(),
         cyclic: true,
     }
 }
 
-fn run_options(args: &Run, base_step: f64) -> RunOptions {
+fn run_options(args: &Run, lockstep: bool, base_step: f64) -> RunOptions {
     RunOptions {
         cycles: (args.duration / base_step).round() as i64,
         dry_run: args.dry_run,
-        lockstep: args.options.lockstep,
+        lockstep,
         reset_faults: args.options.reset_faults,
     }
 }

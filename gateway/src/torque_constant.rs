@@ -196,7 +196,7 @@ fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Stri
         mover.step(&theta, 0);
         plant.step(&mover.tau).map_err(|why| why.to_string())?;
         let (tau_meas, left) = (&tau, mover.left());
-        let seen = Seen { complete: true, theta: &theta, tau_meas, tau: &mover.tau, left };
+        let seen = Seen { complete: true, theta: &theta, tau_meas, r: &mover.r, left };
         match poses.step(&seen) {
             Step::Go(leg) => mover.follow(leg.path(mechanics.pace)),
             Step::Over => return Ok(holding(&poses)),

@@ -34,14 +34,14 @@ def asked(file: Path, *more: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([program, "esi", file, *more], capture_output=True, text=True)
 
 
-def test_unknown_drive_runs_with_the_profile_of_its_file(
-    hexapod_ssp: Path, tmp_path: Path
-) -> None:
+def test_unknown_drive_runs_with_the_profile_of_its_file(hexapod_ssp: Path, tmp_path: Path) -> None:
     file = tmp_path / "drive.xml"
     file.write_text(esi())
     told = asked(file)
     assert told.returncode == 0, told.stderr
-    known = told.stdout.replace("counts_per_revolution = 0.0", "counts_per_revolution = 4294967296.0")
+    known = told.stdout.replace(
+        "counts_per_revolution = 0.0", "counts_per_revolution = 4294967296.0"
+    )
     known = known.replace("rated_torque_N_m = 0.0 }", "rated_torque_N_m = 9.0 }")
     text = (GATEWAY / "machines" / "cia402.toml").read_text()
     old = text[text.index("[profile]") : text.index("[limits]")]

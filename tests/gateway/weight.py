@@ -54,15 +54,15 @@ class Fallen:
         after = round(REST_S / TS) + int(self.ran.one("summary")["cycles_to_disabled"])
         return len(self.theta) - after
 
-    def fall(self, fault: str, since: int) -> Fall:
-        """The row of this run; the fault was at the cycle `since`."""
+    def fall(self, fault: str, since: int, step: int | None = None) -> Fall:
+        """The row of this run; the fault was at the cycle `since`, or at this one of the controller."""
         summary = self.ran.one("summary")
         rule, stop, cycles = "none", "–", None
         if summary["landing_trip"]:
             rule = "told at the end"
         for trip in (e for e in self.ran.events if e["event"] == "trip"):
             rule, stop = trip["reason"], trip["reaction"]
-            cycles = self._index(trip["cycle"]) - since
+            cycles = self._index(trip["cycle"]) - since if step is None else trip["cycle"] - step
         unknown = tuple(summary["not_disabled"])
         return self.row(fault, rule, stop, since, cycles=cycles, unknown=unknown)
 
@@ -84,7 +84,7 @@ class Fallen:
         """Cycles since the drives were enabled in a cycle of the controller."""
         lifted = int(self.ran.one("summary")["lifted"])
         # cycles of a lift-off count down to the controller's first
-        return lifted + cycle if cycle >= 0 else lifted - 1
+        return lifted + 1 + cycle if cycle >= 0 else lifted
 
     def drives(self) -> str:
         """States in which the drives ended, with their axes where they differ."""

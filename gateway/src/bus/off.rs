@@ -25,6 +25,7 @@ pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, String>
         cycle: Duration::from_millis(1),
         lockstep: true,
         reset_faults: false,
+        replayed: false,
         cyclic: false,
     };
     let (mut wire, main) = master(config, link, options)?;

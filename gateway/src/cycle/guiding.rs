@@ -24,9 +24,9 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Asks the task what comes next, and does it.
     pub(super) fn guide(&mut self, reply: &Reply, complete: bool) {
         let Phase::Lifting(mover) = &mut self.phase else { return };
-        let (tau, left) = (mover.tau, mover.left());
+        let (r, left) = (mover.r, mover.left());
         let (theta, tau_meas) = (&reply.theta, &reply.tau);
-        let step = self.task.step(&Seen { complete, theta, tau_meas, tau: &tau, left });
+        let step = self.task.step(&Seen { complete, theta, tau_meas, r: &r, left });
         match step {
             Step::Stay => {}
             Step::Push(axis, torque) => mover.push[axis] = torque,

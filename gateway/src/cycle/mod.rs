@@ -6,11 +6,11 @@ mod guiding;
 mod inputs;
 mod moving;
 mod outcome;
-#[cfg(test)]
-mod panic_tests;
 mod row;
 mod running;
 pub mod signals;
+#[cfg(test)]
+mod tests;
 mod timing;
 
 use flexhex_system::Controller;

@@ -63,17 +63,25 @@ pub fn template(device: &Device, roles: &Roles) -> Result<String, String> {
     Ok(out)
 }
 
-/// The fewest PDOs, assigned ones first, that have all these objects.
+/// A PDO that has all these objects, assigned ones first; else several that have no object twice.
 fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, String> {
     let has = |map: &PdoMap, object: u16| map.entries.iter().any(|e| e.object == object);
+    let mut sorted: Vec<&PdoMap> = maps.iter().collect();
+    sorted.sort_by_key(|map| !map.assigned);
+    if let Some(map) = sorted.iter().find(|map| needed.iter().all(|object| has(map, *object))) {
+        return Ok(vec![*map]);
+    }
     let mut found: Vec<&PdoMap> = Vec::new();
     let mut missing = Vec::new();
     for object in needed {
         if found.iter().any(|map| has(map, *object)) {
             continue;
         }
-        let with = || maps.iter().filter(|map| has(map, *object));
-        match with().find(|map| map.assigned).or_else(|| with().next()) {
+        let repeats = |map: &PdoMap| {
+            let own = map.entries.iter().filter(|e| e.object != 0);
+            own.into_iter().any(|e| found.iter().any(|taken| has(taken, e.object)))
+        };
+        match sorted.iter().find(|map| has(map, *object) && !repeats(map)) {
             Some(map) => found.push(map),
             None => missing.push(format!("{object:#06x}")),
         }
@@ -85,8 +93,8 @@ fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, Str
     let free: Vec<_> =
         maps.iter().filter(|map| !map.fixed).map(|map| format!("{:#06x}", map.index)).collect();
     Err(format!(
-        "no PDO of the file has {}: name the drive's own objects (--target-torque, --actual-torque, \
-         --position), or write the entries of a PDO that may be changed ({}) by hand",
+        "no PDO of the file has {} beside the others: name the drive's own objects (--target-torque, \
+         --actual-torque, --position), or write the entries of a PDO that may be changed ({}) by hand",
         missing.join(", "),
         if free.is_empty() { "there is none".to_owned() } else { free.join(", ") }
     ))

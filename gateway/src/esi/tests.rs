@@ -48,12 +48,9 @@ fn a_profile_of_the_file_is_one_of_a_configuration() {
         .replace("counts_per_revolution = 0.0", "counts_per_revolution = 1048576.0")
         .replace("rated_torque_N_m = 0.0 }", "rated_torque_N_m = 9.0 }");
     let profile = parse(&known).unwrap().profile;
-    // the assigned PDO lacks the torque: the other is taken too, both ways
+    // the assigned PDO to the drive lacks the torque; from it, two share the objects
     let indices = |maps: &[crate::config::Pdo]| maps.iter().map(|p| p.index).collect::<Vec<_>>();
-    assert_eq!(
-        (indices(&profile.rx), indices(&profile.tx)),
-        (vec![0x1600, 0x1601], vec![0x1A00, 0x1A01])
-    );
+    assert_eq!((indices(&profile.rx), indices(&profile.tx)), (vec![0x1601], vec![0x1A00, 0x1A01]));
 }
 
 #[test]

@@ -57,7 +57,7 @@ mod tests {
         let (sender, orders) = sync_channel(ORDERS);
         let zero = [0.0; AXES];
         let mut jog = Jog::new(zero, orders);
-        let seen = |left| Seen { complete: true, theta: &zero, tau_meas: &zero, tau: &zero, left };
+        let seen = |left| Seen { complete: true, theta: &zero, tau_meas: &zero, r: &zero, left };
         assert_eq!(jog.begin(&[-0.3; AXES]), Leg::new([-0.3; AXES], zero));
         sender.send(Order::To([0.1; AXES])).unwrap();
         sender.send(Order::To([0.2; AXES])).unwrap();

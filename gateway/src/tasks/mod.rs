@@ -31,8 +31,8 @@ pub struct Seen<'a> {
     pub complete: bool,
     pub theta: &'a Axes,
     pub tau_meas: &'a Axes,
-    /// Torque of the next frame [N m].
-    pub tau: &'a Axes,
+    /// Wanted angles [rad].
+    pub r: &'a Axes,
     /// Cycles left of the leg.
     pub left: u32,
 }

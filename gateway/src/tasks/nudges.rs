@@ -148,7 +148,7 @@ mod tests {
                 rate[j] += H * (pushed - 2.0 * theta[j]) / 0.1;
                 theta[j] += H * rate[j];
             }
-            let seen = Seen { complete: true, theta: &theta, tau_meas: &tau, tau: &tau, left: 0 };
+            let seen = Seen { complete: true, theta: &theta, tau_meas: &tau, r: &theta, left: 0 };
             match nudges.step(&seen) {
                 Step::Push(k, torque) => tau[k] = torque,
                 Step::Over => return nudges.done,

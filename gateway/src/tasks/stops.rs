@@ -3,19 +3,17 @@
 use super::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
-/// It stands at its stop when the torque has been at its limit for this time [s] without more motion than this
-/// [rad].
-const STILL_S: f64 = 0.03;
-const STILL: f64 = 5e-4;
+/// An axis stands when it comes less than this share of the way of its reference, in a window of at least this time [s]
+/// and this way [rad].
+const WINDOW_S: f64 = 0.03;
+const FOLLOWS: f64 = 0.05;
+const WAY: f64 = 5e-4;
 /// Way from the rest pose before it is sought [rad]: an axis that does not move is not taken for one at its stop.
 const AWAY: f64 = 0.03;
 /// Largest difference of the two passes [rad].
 const REPEATS: f64 = 1e-3;
-/// Before it has come this far [rad], constant counts for this time [s] are those of a dead encoder, not of a stop.
+/// An axis that stands before it has come this far [rad] is blocked, or its encoder is dead.
 const CLEAR: f64 = 1e-3;
-const DEAD_S: f64 = 0.025;
-/// Share of the limit from which on the torque counts as limited.
-const LIMITED: f64 = 0.999;
 
 /// How the stops are sought.
 #[derive(Clone, Copy, Debug)]
@@ -42,13 +40,11 @@ pub struct Stops {
     axis: usize,
     pass: usize,
     part: Part,
-    /// Cycles for which the torque has been limited, and the angle when that began.
-    limited: u32,
-    began: f64,
-    /// Angle where the search began, the newest one, and cycles for which that has not changed.
-    first: Option<f64>,
-    newest: f64,
-    constant: u32,
+    /// Angle where the search began.
+    first: f64,
+    /// Cycles of the search, and angle and reference at the begin of this window.
+    cycle: u32,
+    window: (f64, f64),
     /// Angles of the stops by pass [rad].
     found: [Axes; 2],
 }
@@ -61,11 +57,9 @@ impl Stops {
             axis: 0,
             pass: 0,
             part: Part::Away,
-            limited: 0,
-            began: 0.0,
-            first: None,
-            newest: 0.0,
-            constant: 0,
+            first: 0.0,
+            cycle: 0,
+            window: (0.0, 0.0),
             found: [[0.0; AXES]; 2],
         }
     }
@@ -90,8 +84,7 @@ impl Stops {
             Part::Seek => self.seek(seen),
             _ if seen.left > 0 => Step::Stay,
             Part::Away => {
-                (self.part, self.limited) = (Part::Seek, 0);
-                (self.first, self.constant) = (None, 0);
+                (self.part, self.cycle) = (Part::Seek, 0);
                 let from = self.shifted(-self.search.side * AWAY);
                 let to = self.shifted(self.search.side * self.search.within);
                 let (speed, seeks) =
@@ -111,17 +104,17 @@ impl Stops {
         if !seen.complete {
             return Step::Stay;
         }
-        if let Some(why) = self.dead(seen.theta[k]) {
-            return Step::Fail(why);
+        let now = (seen.theta[k], seen.r[k]);
+        if self.cycle == 0 {
+            (self.first, self.window) = (now.0, now);
         }
-        let limited = seen.tau[k] * s.side >= LIMITED * s.torque;
-        if !limited || self.limited == 0 || (seen.theta[k] - self.began).abs() > STILL {
-            (self.limited, self.began) = (u32::from(limited), seen.theta[k]);
-        } else {
-            self.limited += 1;
-        }
-        if f64::from(self.limited) * s.base_step >= STILL_S {
-            return self.stands(seen.theta);
+        self.cycle += 1;
+        let (came, went) = ((now.0 - self.window.0).abs(), (now.1 - self.window.1).abs());
+        if f64::from(self.cycle) * s.base_step >= WINDOW_S && went >= WAY {
+            if came < FOLLOWS * went {
+                return self.stands(seen.theta);
+            }
+            (self.cycle, self.window) = (1, now);
         }
         if seen.left == 0 {
             return Step::Fail(format!(
@@ -134,21 +127,15 @@ impl Stops {
         Step::Stay
     }
 
-    /// Why the encoder is not believed.
-    fn dead(&mut self, theta: f64) -> Option<String> {
-        let first = *self.first.get_or_insert(theta);
-        self.constant = if theta == self.newest { self.constant + 1 } else { 0 };
-        self.newest = theta;
-        let still = f64::from(self.constant) * self.search.base_step >= DEAD_S;
-        let clear = (theta - first).abs() > CLEAR;
-        (still && !clear).then(|| {
-            format!("axis {}: its encoder stands still while it should move", self.axis + 1)
-        })
-    }
-
-    /// The axis stands at its stop.
+    /// The axis stands.
     fn stands(&mut self, theta: &Axes) -> Step {
         let k = self.axis;
+        if (theta[k] - self.first).abs() < CLEAR {
+            let axis = k + 1;
+            return Step::Fail(format!(
+                "axis {axis}: its encoder stands still while it should move: it is blocked, or its encoder is dead"
+            ));
+        }
         self.found[self.pass][k] = theta[k];
         let mut from = self.rest;
         from[k] = theta[k];
