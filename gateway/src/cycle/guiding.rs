@@ -1,5 +1,6 @@
 //! What a task wants, done: the next leg, a push, the controller, the end.
 
+use super::refusal::Refusal;
 use super::{ControlLoop, Ending, Phase};
 use crate::bus::Reply;
 use crate::config::AXES;
@@ -37,7 +38,7 @@ impl<L: Link> ControlLoop<'_, L> {
                 self.phase = Phase::Running;
             }
             Step::Over => self.end(Ending::Done, Reason::Stopped),
-            Step::Fail(why) => self.end(Ending::Refused(why), Reason::Stopped),
+            Step::Fail(why) => self.end(Ending::Refused(Refusal::Task(why)), Reason::Stopped),
         }
     }
 

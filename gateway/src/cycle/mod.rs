@@ -6,6 +6,7 @@ mod guiding;
 mod inputs;
 mod moving;
 mod outcome;
+mod refusal;
 mod row;
 mod running;
 pub mod signals;

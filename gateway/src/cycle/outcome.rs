@@ -1,5 +1,6 @@
 //! How a run ended, and its figures.
 
+use super::refusal::Refusal;
 use super::timing::Histogram;
 use crate::bus::{al, cia402, Ask};
 use crate::config::AXES;
@@ -14,8 +15,8 @@ pub enum Ending {
     Done,
     /// Ctrl-C or SIGTERM.
     StopRequested,
-    /// The drives were not all enabled, with the reason.
-    Refused(String),
+    /// The drives were not all enabled, or a task was not done.
+    Refused(Refusal),
     /// A rule was violated; the text is the message of the component, if any.
     Tripped(Trip, String),
 }

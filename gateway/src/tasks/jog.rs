@@ -2,7 +2,7 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError};
 
-use super::{Axes, Leg, Seen, Step};
+use super::step::{Axes, Leg, Seen, Step};
 
 /// Orders that may wait while the machine moves.
 pub const ORDERS: usize = 16;

@@ -4,16 +4,15 @@
 mod jog;
 mod nudges;
 mod poses;
+mod step;
 mod stops;
 
-use crate::config::AXES;
-use crate::motion::{Pace, Path};
 pub use jog::{Jog, Order, ORDERS};
 pub use nudges::Nudges;
 pub use poses::Poses;
+use step::Axes;
+pub use step::{Leg, Seen, Step};
 pub use stops::{Search, Stops};
-
-type Axes = [f64; AXES];
 
 /// What a run does after the drives are enabled.
 pub enum Task {
@@ -23,60 +22,6 @@ pub enum Task {
     Jog(Jog),
     Stops(Stops),
     Nudges(Nudges),
-}
-
-/// A cycle as a task sees it.
-pub struct Seen<'a> {
-    /// The reply is complete.
-    pub complete: bool,
-    pub theta: &'a Axes,
-    pub tau_meas: &'a Axes,
-    /// Wanted angles [rad].
-    pub r: &'a Axes,
-    /// Cycles left of the leg.
-    pub left: u32,
-}
-
-/// A way from pose to pose [rad].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
-    pub from: Axes,
-    pub to: Axes,
-    /// Highest speed [rad/s]; None: that of a landing.
-    pub speed: Option<f64>,
-    /// Time to wait there [s]; None: that of a landing.
-    pub hold: Option<f64>,
-    /// An axis that may meet its end stop on the way, and its largest torque [N m].
-    pub seeks: Option<(usize, f64)>,
-}
-
-impl Leg {
-    pub fn new(from: Axes, to: Axes) -> Leg {
-        Leg { from, to, speed: None, hold: None, seeks: None }
-    }
-
-    pub fn held(self, time: f64) -> Leg {
-        Leg { hold: Some(time), ..self }
-    }
-
-    /// The path, with its own times or those of `pace`.
-    pub fn path(&self, pace: Pace) -> Path {
-        let (speed, pause) = (self.speed.unwrap_or(pace.speed), self.hold.unwrap_or(pace.pause));
-        Path::new(self.from, [0.0; AXES], self.to, Pace { speed, pause, ..pace })
-    }
-}
-
-/// What a task wants.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Step {
-    Stay,
-    Go(Leg),
-    /// Torque of this axis without feedback [N m].
-    Push(usize, f64),
-    /// The FMUs take over.
-    Begin,
-    Over,
-    Fail(String),
 }
 
 impl Task {

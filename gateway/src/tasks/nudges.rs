@@ -1,6 +1,6 @@
 //! Pushes each axis to and fro, without any feedback, and sees which way its encoder goes.
 
-use super::{Axes, Leg, Seen, Step};
+use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
 /// A push ends at this motion of an axis [rad], or after this time [s].

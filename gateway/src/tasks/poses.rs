@@ -1,6 +1,6 @@
 //! From pose to pose; each is held, and what it takes is measured.
 
-use super::{Axes, Leg, Seen, Step};
+use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
 /// What was measured while a pose was held: means over the second half of that time.

@@ -1,6 +1,6 @@
 //! A referencing run: each axis is led to its end stop at low torque, twice, while the others are held.
 
-use super::{Axes, Leg, Seen, Step};
+use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
 /// An axis stands when it comes less than this share of the way of its reference, in a window of at least this time [s]
