@@ -14,6 +14,8 @@ const AWAY: f64 = 0.03;
 const REPEATS: f64 = 1e-3;
 /// An axis that stands before it has come this far [rad] is blocked, or its encoder is dead.
 const CLEAR: f64 = 1e-3;
+/// So is one whose counts are constant for this time [s] before it has come so far.
+const DEAD_S: f64 = 0.025;
 
 /// How the stops are sought.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +47,9 @@ pub struct Stops {
     /// Cycles of the search, and angle and reference at the begin of this window.
     cycle: u32,
     window: (f64, f64),
+    /// The newest angle, and cycles for which it has not changed.
+    newest: f64,
+    constant: u32,
     /// Angles of the stops by pass [rad].
     found: [Axes; 2],
 }
@@ -60,6 +65,8 @@ impl Stops {
             first: 0.0,
             cycle: 0,
             window: (0.0, 0.0),
+            newest: 0.0,
+            constant: 0,
             found: [[0.0; AXES]; 2],
         }
     }
@@ -106,7 +113,13 @@ impl Stops {
         }
         let now = (seen.theta[k], seen.r[k]);
         if self.cycle == 0 {
-            (self.first, self.window) = (now.0, now);
+            (self.first, self.window, self.constant) = (now.0, now, 0);
+        }
+        self.constant = if now.0 == self.newest { self.constant + 1 } else { 0 };
+        self.newest = now.0;
+        let clear = (now.0 - self.first).abs() >= CLEAR;
+        if !clear && f64::from(self.constant) * s.base_step >= DEAD_S {
+            return Step::Fail(dead(k));
         }
         self.cycle += 1;
         let (came, went) = ((now.0 - self.window.0).abs(), (now.1 - self.window.1).abs());
@@ -131,10 +144,7 @@ impl Stops {
     fn stands(&mut self, theta: &Axes) -> Step {
         let k = self.axis;
         if (theta[k] - self.first).abs() < CLEAR {
-            let axis = k + 1;
-            return Step::Fail(format!(
-                "axis {axis}: its encoder stands still while it should move: it is blocked, or its encoder is dead"
-            ));
+            return Step::Fail(dead(k));
         }
         self.found[self.pass][k] = theta[k];
         let mut from = self.rest;
@@ -167,6 +177,11 @@ impl Stops {
         pose[self.axis] += by;
         pose
     }
+}
+
+fn dead(axis: usize) -> String {
+    let axis = axis + 1;
+    format!("axis {axis}: its encoder stands still while it should move: it is blocked, or its encoder is dead")
 }
 
 #[cfg(test)]
