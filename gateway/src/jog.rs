@@ -84,7 +84,8 @@ fn order(line: &str, pose: &[f64; AXES], config: &Config, largest: f64) -> Resul
             let axis = axis.parse().ok().filter(|k| (1..=AXES).contains(k)).ok_or_else(unknown)?;
             let by: f64 = by.parse().map_err(|_| unknown())?;
             // also of what is no number
-            if !(by.abs() <= largest) {
+            let small = by.abs() <= largest;
+            if !small {
                 return Err(format!("{by} rad: allowed at most {largest} rad (--largest)"));
             }
             let mut next = *pose;

@@ -1,4 +1,4 @@
-"""`home --stops`: each axis finds its end stop at low torque, whatever its encoder showed before."""
+"""`home --stops`: each axis finds its end stop at low torque, whatever its encoder shows."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_what_is_no_stop_is_refused_and_lands(
 def test_frozen_encoder_is_no_stop(
     cycle: int, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    """On the way from rest, in the pause before the search, at its begin, and in its middle; at full speed."""
+    """On the way from rest, in the pause before the search, at its begin, in its middle."""
     fault = f'[[fault]]\ncycle = {cycle}\nkind = "encoder_frozen"\nposition = 0\n'
     fallen = homed(Bench(hexapod_ssp, tmp_path), options=OFFSETS + fault)
     assert fallen.ran.code == 1

@@ -55,7 +55,7 @@ class Fallen:
         return len(self.theta) - after
 
     def fall(self, fault: str, since: int, step: int | None = None) -> Fall:
-        """The row of this run; the fault was at the cycle `since`, or at this one of the controller."""
+        """The row of this run; the fault was at cycle `since`, or at `step` of the controller."""
         summary = self.ran.one("summary")
         rule, stop, cycles = "none", "–", None
         if summary["landing_trip"]:

@@ -72,7 +72,8 @@ fn check(config: &Config) -> Result<(), String> {
     interface(config, &mut mistakes);
     for (k, limit) in config.pose.iter().enumerate() {
         // also of what is no number
-        if !(limit.min < limit.max) {
+        let ascending = limit.min < limit.max;
+        if !ascending {
             let (min, max) = (limit.min, limit.max);
             mistakes.add(format!("pose[{k}].min = {min} is not below max = {max}: swap them"));
         }

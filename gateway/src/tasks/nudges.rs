@@ -87,7 +87,7 @@ impl Nudges {
         let k = self.axis;
         if self.cycle <= self.wait {
             let left = self.wait - self.cycle;
-            if left % self.window == 0 && left <= 2 * self.window {
+            if left.is_multiple_of(self.window) && left <= 2 * self.window {
                 self.before[2 - (left / self.window) as usize] = *seen.theta;
             }
             return if left == 0 { Step::Push(k, self.torque) } else { Step::Stay };
