@@ -1,4 +1,4 @@
-"""`esi`: the profile of a drive that nobody has configured, from its maker's file to a check on the bus."""
+"""`esi`: the profile of an unknown drive, from its maker's file to a run."""
 
 from __future__ import annotations
 

@@ -36,9 +36,12 @@ NEVER = {"K.t_start": 1e6}
 
 def estimates(ssp: Path) -> list[str]:
     """Names of the first values of the estimator."""
-    with zipfile.ZipFile(ssp) as archive, archive.open("resources/estimator.fmu") as inner:
-        with zipfile.ZipFile(inner) as fmu:
-            root = ElementTree.fromstring(fmu.read("modelDescription.xml"))
+    with (
+        zipfile.ZipFile(ssp) as archive,
+        archive.open("resources/estimator.fmu") as inner,
+        zipfile.ZipFile(inner) as fmu,
+    ):
+        root = ElementTree.fromstring(fmu.read("modelDescription.xml"))
     names = (v.attrib["name"] for v in root.iter("ScalarVariable"))
     return [name for name in names if name.startswith("p0.")]
 
