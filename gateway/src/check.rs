@@ -74,6 +74,7 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
             cycle: Duration::from_secs_f64(system.base_step()),
             lockstep: true,
             reset_faults: false,
+            replayed: false,
             cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };

@@ -1,15 +1,16 @@
 //! `home`: offsets of absolute encoders from a pose in which the machine is held.
 
 use clap::Args;
-use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, Encoder};
 use crate::config::{Config, Homed, HomedAxis, AXES};
 use crate::exit::Exit;
 use crate::record::now;
+use crate::referencing;
 use crate::report::Reporter;
+use crate::session::PowerArgs;
 use crate::wire::Socket;
 
 /// Readings of each encoder, and their largest spread [rad].
@@ -21,13 +22,20 @@ Examples:
   flexhex-gateway home gateway/machines/akd.toml --write akd-homing.toml
   flexhex-gateway home gateway/machines/akd.toml --at 0.1,0.1,0.1,0.1,0.1,0.1 --write h.toml
 
-Hold the machine in a known pose first, in a jig or on its stops. Then name the file in the
+  flexhex-gateway home gateway/machines/akd.toml --stops --enable --write h.toml
+
+With --stops the machine rests free, and the drives are enabled. Otherwise hold the machine in a known pose first, in a jig or on its stops. Then name the file in the
 configuration: [homing] file = \"akd-homing.toml\". An old file is kept beside it, as akd-homing-old-1.toml.";
 
 #[derive(Args)]
 pub struct Home {
     #[command(flatten)]
     config: ConfigArgs,
+    #[command(flatten)]
+    options: PowerArgs,
+    /// Lead each axis to its end stop at low torque (homing.torque_N_m), twice, and take its angle from there.
+    #[arg(long, requires = "enable", conflicts_with = "at")]
+    stops: bool,
     /// Angles of the pose in which the machine is held, six numbers in rad.
     #[arg(
         long,
@@ -42,8 +50,11 @@ pub struct Home {
     write: Option<PathBuf>,
 }
 
-/// Read the encoders and tell, or write, their offsets; the exit code of the command.
+/// Find the offsets of the encoders and tell, or write, them; the exit code of the command.
 pub fn home(args: &Home) -> Exit {
+    if args.stops {
+        return referencing::at_stops(&args.config, args.options, args.write.as_deref());
+    }
     let reporter = args.config.reporter();
     match offsets(args, reporter) {
         Ok(()) => Exit::Good,
@@ -68,19 +79,7 @@ fn offsets(args: &Home, reporter: Reporter) -> Result<(), (Exit, String)> {
         bus::positions(&config, socket, READINGS, &mut |devices| reporter.devices(devices))
             .map_err(failed)?;
     let homed = find(&config, &encoders, pose, now()).map_err(failed)?;
-    for (k, axis) in homed.axis.iter().enumerate() {
-        let (old, new) = (config.drive[k].offset_counts, axis.offset_counts);
-        reporter.line(
-            &format!("axis {}", k + 1),
-            &format!("serial {:<10} offset_counts = {new} (configuration: {old})", axis.serial),
-        );
-    }
-    reporter.event("homed", json!(homed));
-    if let Some(path) = &args.write {
-        write(path, &homed).map_err(failed)?;
-        reporter.mark(true, &format!("{}: name it in [homing] file", path.display()));
-    }
-    Ok(())
+    referencing::tell(reporter, &config, &homed, args.write.as_deref()).map_err(failed)
 }
 
 /// The offsets with which encoders that stand still show this pose.
@@ -112,21 +111,7 @@ fn find(
         let shift = (mean - wanted).round() as i64 as i32;
         axes.push(HomedAxis { serial: encoder.serial, offset_counts: first.wrapping_add(shift) });
     }
-    Ok(Homed { date, pose_rad: pose, axis: axes })
-}
-
-/// Writes the file; an older one is kept under a name with its time of change.
-fn write(path: &Path, homed: &Homed) -> Result<(), String> {
-    let failed = |why: std::io::Error| format!("{}: {why}: check the folder", path.display());
-    let text = toml::to_string(homed).map_err(|why| why.to_string())?;
-    if path.exists() {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let old = |n: u32| path.with_file_name(format!("{stem}-old-{n}.toml"));
-        let free = (1..).map(old).find(|name| !name.exists()).unwrap_or_else(|| old(0));
-        std::fs::rename(path, free).map_err(failed)?;
-    }
-    let head = "# Offsets of the encoders, written by `flexhex-gateway home`.\n";
-    std::fs::write(path, format!("{head}{text}")).map_err(failed)
+    Ok(Homed { date, method: "pose".to_owned(), pose_rad: pose, axis: axes })
 }
 
 #[cfg(test)]

@@ -3,21 +3,26 @@
 mod arguments;
 mod attend;
 mod bus;
+mod calibrate;
 mod check;
 mod config;
 mod cycle;
+mod esi;
 mod estimate;
 mod exit;
 mod home;
+mod jog;
 mod learned;
 mod limits;
 mod live;
 mod motion;
 mod moves;
 mod off;
+mod plan;
 mod poses;
 mod realtime;
 mod record;
+mod referencing;
 mod report;
 mod rights;
 mod rules;
@@ -25,6 +30,9 @@ mod run;
 mod safety;
 mod session;
 mod status;
+mod tasks;
+mod torque_constant;
+mod unknown_drive;
 mod watch;
 mod wire;
 
@@ -39,6 +47,8 @@ Examples:
   flexhex-gateway run gateway/machines/akd.toml --dry-run --duration 60
   flexhex-gateway run gateway/machines/akd.toml --enable --record a.csv
   flexhex-gateway move gateway/machines/akd.toml --enable --axis 3 --by 0.02
+  flexhex-gateway jog gateway/machines/akd.toml --enable
+  flexhex-gateway calibrate signs gateway/machines/akd.toml --enable
   flexhex-gateway status gateway/machines/akd.toml
   flexhex-gateway off gateway/machines/akd.toml
   flexhex-gateway emulate --interface veth0 --system out/hexapod.ssp
@@ -68,9 +78,18 @@ enum Verb {
     /// Move through poses by feedback alone, and land; nudge an axis.
     #[command(after_help = poses::EXAMPLES)]
     Move(moves::Move),
-    /// Find the offsets of the encoders in a known pose; nothing is enabled.
+    /// Move by the keyboard, by feedback alone, and land.
+    #[command(after_help = jog::EXAMPLES)]
+    Jog(jog::Jog),
+    /// Find the signs of the axes by a nudge, or the torque constant by a known weight.
+    #[command(after_help = calibrate::EXAMPLES)]
+    Calibrate(calibrate::Calibrate),
+    /// Find the offsets of the encoders: in a known pose without power, or at the end stops.
     #[command(after_help = home::EXAMPLES)]
     Home(home::Home),
+    /// Print the profile of a drive from the ESI file of its maker.
+    #[command(after_help = unknown_drive::EXAMPLES)]
+    Esi(unknown_drive::Esi),
     /// Take the drives out of operation from any state; the torque ends at once.
     #[command(after_help = off::EXAMPLES)]
     Off(off::Off),
@@ -86,7 +105,10 @@ fn main() -> ExitCode {
         Verb::Run(args) => run::run(args),
         Verb::Status(args) => status::status(args),
         Verb::Move(args) => moves::through(args),
+        Verb::Jog(args) => jog::jog(args),
+        Verb::Calibrate(args) => calibrate::calibrate(args),
         Verb::Home(args) => home::home(args),
+        Verb::Esi(args) => unknown_drive::esi(args),
         Verb::Off(args) => off::off(args),
         Verb::Emulate(args) => emulate(args),
     };

@@ -1,11 +1,13 @@
 //! The command `move`.
 
 use clap::Args;
+use flexhex_system::System;
 
 use crate::arguments::ConfigArgs;
+use crate::config::Config;
 use crate::exit::Exit;
 use crate::poses::Poses;
-use crate::run::{self, Run};
+use crate::run;
 use crate::session::PowerArgs;
 
 #[derive(Args)]
@@ -20,5 +22,8 @@ pub struct Move {
 
 /// Move through the poses and land; the exit code of the command.
 pub fn through(args: &Move) -> Exit {
-    run::run(&Run::through(args.config.clone(), args.poses.clone(), args.options))
+    let make = |config: &Config, system: &System| {
+        args.poses.task(config, system.base_step()).map_err(|why| (Exit::Usage, why))
+    };
+    run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }

@@ -6,7 +6,7 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 
 use crate::arguments::ConfigArgs;
-use crate::bus::{self, cia402};
+use crate::bus::{self, cia402, OffError};
 use crate::config::Config;
 use crate::exit::Exit;
 use crate::report::Reporter;
@@ -49,14 +49,14 @@ pub fn off(args: &Off) -> Exit {
         Ok(()) if args.after_hang => Exit::Failed,
         Ok(()) => Exit::Good,
         Err(why) => {
-            reporter.refused(&why);
+            reporter.refused(&why.to_string());
             Exit::Failed
         }
     }
 }
 
-fn without_power(config: &Config, reporter: Reporter) -> Result<(), String> {
-    let socket = Socket::open(&config.bus.interface)?;
+fn without_power(config: &Config, reporter: Reporter) -> Result<(), OffError> {
+    let socket = Socket::open(&config.bus.interface).map_err(OffError::Bus)?;
     let devices = bus::off(config, socket)?;
     reporter.devices(&devices);
     for d in devices.iter().filter(|d| d.statusword & cia402::FAULT_BIT != 0) {

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use crate::config::{Config, AXES};
+use crate::tasks::{self, Task};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -33,8 +34,12 @@ pub struct Poses {
 }
 
 impl Poses {
-    /// The poses in their order, or why they cannot be taken.
-    pub fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, String> {
+    /// The task, or why a pose cannot be taken.
+    pub fn task(&self, config: &Config, base_step: f64) -> Result<Task, String> {
+        Ok(Task::Poses(tasks::Poses::new(self.list(config)?, self.hold, base_step)))
+    }
+
+    fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, String> {
         if !(self.hold >= 0.1 && self.hold <= 3600.0) {
             return Err(format!("--hold {}: allowed 0.1 to 3600 s", self.hold));
         }
@@ -50,27 +55,32 @@ impl Poses {
             nudged[axis - 1] += by;
             poses.extend([nudged, last]);
         }
-        for pose in &poses {
-            for (k, angle) in pose.iter().enumerate() {
-                let l = config.limits(k);
-                let (low, high) = (l.position_min, l.position_max);
-                if !(low..=high).contains(angle) {
-                    return Err(format!(
-                        "axis {}: {angle} rad, allowed {low} to {high} rad (limits.position_min_rad, \
-                         position_max_rad)",
-                        k + 1
-                    ));
-                }
-            }
-        }
+        poses.iter().try_for_each(|pose| within(pose, config))?;
         Ok(poses)
     }
 }
 
-fn angles(text: &str) -> Result<[f64; AXES], String> {
+/// Whether the position limits allow a pose.
+pub fn within(pose: &[f64; AXES], config: &Config) -> Result<(), String> {
+    for (k, angle) in pose.iter().enumerate() {
+        let l = config.limits(k);
+        let (low, high) = (l.position_min, l.position_max);
+        if !(low..=high).contains(angle) {
+            return Err(format!(
+                "axis {}: {angle} rad, allowed {low} to {high} rad (limits.position_min_rad, \
+                 position_max_rad)",
+                k + 1
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The angles of a pose in a text.
+pub fn angles(text: &str) -> Result<[f64; AXES], String> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers = numbers.collect::<Result<Vec<_>, _>>().unwrap_or_default();
-    numbers.try_into().map_err(|_| format!("--to {text}: write {AXES} angles in rad, with commas"))
+    numbers.try_into().map_err(|_| format!("{text}: write {AXES} angles in rad, with commas"))
 }
 
 #[cfg(test)]

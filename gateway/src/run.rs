@@ -10,18 +10,19 @@ use crate::arguments::ConfigArgs;
 use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
-use crate::cycle::{signals, ControlLoop, Ending, Preallocated, RunOptions, Signals};
+use crate::cycle::{signals, ControlLoop, Ending, Outcome, Preallocated, RunOptions, Signals};
 use crate::exit::Exit;
 use crate::learned;
 use crate::live::Board;
-use crate::poses::Poses;
+use crate::plan::plan;
 use crate::realtime;
-use crate::record::{provenance, ring, Columns, Plan, Writer, Written};
+use crate::record::{ring, Columns, Writer, Written};
 use crate::report::Reporter;
 use crate::rights;
 use crate::session::{self, PowerArgs};
+use crate::tasks::Task;
 use crate::watch;
-use crate::wire::Socket;
+use crate::wire::{Cable, Replay, Socket};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -56,40 +57,61 @@ pub struct Run {
     /// be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     meta: Vec<String>,
-    /// Poses in place of the controller, from `move`.
+    /// Take the replies from a capture (pcap) of an earlier run, in the place of the drives: what would these limits,
+    /// or this version, have done? Give the options that it had.
+    #[arg(long, value_name = "FILE")]
+    replay: Option<PathBuf>,
+    /// The offsets of the encoders need not be known, and `homing.file` need not fit.
     #[arg(skip)]
-    poses: Option<Poses>,
-}
-
-impl Run {
-    /// A run that moves through poses.
-    pub fn through(config: ConfigArgs, poses: Poses, options: PowerArgs) -> Run {
-        Run {
-            config,
-            options,
-            dry_run: false,
-            duration: 1.0,
-            record: None,
-            resume: None,
-            meta: Vec::new(),
-            poses: Some(poses),
-        }
-    }
+    unhomed: bool,
 }
 
 /// Prepare, run, report; the exit code of the command.
 pub fn run(args: &Run) -> Exit {
-    let reporter = args.config.reporter();
-    match prepare_and_run(args, reporter) {
-        Ok(exit) => exit,
-        Err((exit, why)) => {
-            reporter.refused(&why);
-            exit
-        }
-    }
+    guided(args, |_, _| Ok(Task::Control), |_, _, _, _| Ok(()))
 }
 
-type Refusal = (Exit, String);
+/// A task in the place of the controller, as `make` makes it of configuration and system; `tell` gets what it found,
+/// if it ended as wanted.
+pub fn instead(
+    (config, options): (&ConfigArgs, PowerArgs),
+    unhomed: bool,
+    make: impl Fn(&Config, &System) -> Result<Task, Refusal>,
+    tell: impl Fn(Reporter, &Config, &System, &Outcome) -> Result<(), Refusal>,
+) -> Exit {
+    let args = Run {
+        config: config.clone(),
+        options,
+        dry_run: false,
+        duration: 1.0,
+        record: None,
+        resume: None,
+        meta: Vec::new(),
+        replay: None,
+        unhomed,
+    };
+    guided(&args, make, tell)
+}
+
+fn guided(
+    args: &Run,
+    make: impl Fn(&Config, &System) -> Result<Task, Refusal>,
+    tell: impl Fn(Reporter, &Config, &System, &Outcome) -> Result<(), Refusal>,
+) -> Exit {
+    let reporter = args.config.reporter();
+    let done = prepare_and_run(args, reporter, make).and_then(|(config, system, out)| {
+        if out.good() {
+            tell(reporter, &config, &system, &out)?;
+        }
+        Ok(if out.good() { Exit::Good } else { Exit::Failed })
+    });
+    done.unwrap_or_else(|(exit, why)| {
+        reporter.refused(&why);
+        exit
+    })
+}
+
+pub type Refusal = (Exit, String);
 
 fn check_arguments(args: &Run) -> Result<(), Refusal> {
     if !args.options.enable && !args.dry_run {
@@ -103,29 +125,39 @@ fn check_arguments(args: &Run) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
+fn prepare_and_run(
+    args: &Run,
+    reporter: Reporter,
+    make: impl Fn(&Config, &System) -> Result<Task, Refusal>,
+) -> Result<(Config, System, Outcome), Refusal> {
     check_arguments(args)?;
+    let lockstep = args.options.lockstep || args.replay.is_some();
     let bad = |why| (Exit::BadInput, why);
     let failed = |why| (Exit::Failed, why);
-    let mut config = args.config.read().map_err(bad)?;
+    let read = if args.unhomed { args.config.read_unhomed() } else { args.config.read() };
+    let mut config = read.map_err(bad)?;
     if args.resume.is_some() {
         config.estimate.resume.clone_from(&args.resume);
     }
     let config = config;
-    let poses = args.poses.as_ref().map(|poses| poses.list(&config));
-    let poses = poses.transpose().map_err(|why| (Exit::Usage, why))?.unwrap_or_default();
     reporter.title("flexhex-gateway");
     let system = session::open_system(&config, reporter).map_err(bad)?;
     let resume = learned::resumed(&config).map_err(bad)?;
-    let controller = signals::open(&config, &system, args.options.lockstep, resume).map_err(bad)?;
+    let controller = signals::open(&config, &system, lockstep, resume).map_err(bad)?;
     let signals = Signals::find(&config, &controller).map_err(bad)?;
-    let mechanics = session::mechanics(&config, &system).map_err(bad)?;
+    let mut mechanics = session::mechanics(&config, &system).map_err(bad)?;
+    let task = make(&config, &system)?;
+    if !task.is_homed() {
+        // the line of the holding torque is through known poses
+        mechanics.weight = [0.0; AXES];
+    }
     let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
-    let plan = plan(args, &config, &system, columns.clone()).map_err(bad)?;
+    let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()));
+    let plan = plan.map_err(bad)?;
     let writer = Writer::start(plan, source).map_err(bad)?;
-    let socket = open_socket(args, &config)?;
+    let socket = open_cable(args, &config)?;
     realtime::stop::listen();
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
@@ -135,25 +167,28 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
     let (computing, closer) = (controller.watch(), writer.closer());
-    let patience = watch::patience(args.options.lockstep, &config);
+    let patience = watch::patience(lockstep, &config);
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
     let out = attend(
         watched,
         || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
-            for note in
-                rights::request_real_time(&config, args.options.lockstep, args.options.enable)?
-            {
+            for note in rights::request_real_time(&config, lockstep, args.options.enable)? {
                 reporter.line("note", &note);
             }
             let buffers = Preallocated::new(width);
-            let bring_up = bring_up_options(args, base_step);
-            let bus =
-                bus::bring_up(&config, socket, bring_up, &mut |devices| reporter.devices(devices))?;
+            let bring_up = bring_up_options(args, lockstep, base_step);
+            let mut serials = [0; AXES];
+            let bus = bus::bring_up(&config, socket, bring_up, &mut |devices| {
+                reporter.devices(devices);
+                serials = bus::serials(&config, devices);
+            })?;
             let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
-            let options = run_options(args, poses, base_step);
-            Ok(ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step)).run())
+            let options = (run_options(args, lockstep, base_step), task);
+            let control =
+                ControlLoop::new(&config, options, bus, parts, sinks, (&board, base_step));
+            Ok(Outcome { serials, ..control.run() })
         },
     );
     let out = out.map_err(failed)?;
@@ -168,10 +203,15 @@ fn prepare_and_run(args: &Run, reporter: Reporter) -> Result<Exit, Refusal> {
     if let (Some(recording), false) = (&args.record, args.dry_run) {
         learned::save(reporter, &out, recording, &config).map_err(failed)?;
     }
-    Ok(if out.good() { Exit::Good } else { Exit::Failed })
+    Ok((config, system, out))
 }
 
-fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
+fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {
+    if let Some(file) = &args.replay {
+        let bad = |why: String| (Exit::BadInput, format!("{}: {why}", file.display()));
+        let capture = std::fs::read(file).map_err(|why| bad(why.to_string()))?;
+        return Replay::of(&capture).map(Cable::Replayed).map_err(bad);
+    }
     let name = &config.bus.interface;
     if args.options.lockstep && Socket::is_hardware(name) {
         let why = format!(
@@ -180,59 +220,24 @@ fn open_socket(args: &Run, config: &Config) -> Result<Socket, Refusal> {
         );
         return Err((Exit::Usage, why));
     }
-    Socket::open(name).map_err(|why| (Exit::Failed, why))
+    Socket::open(name).map(Cable::Live).map_err(|why| (Exit::Failed, why))
 }
 
-fn bring_up_options(args: &Run, base_step: f64) -> BringUpOptions {
+fn bring_up_options(args: &Run, lockstep: bool, base_step: f64) -> BringUpOptions {
     BringUpOptions {
         cycle: Duration::from_secs_f64(base_step),
-        lockstep: args.options.lockstep,
+        lockstep,
         reset_faults: args.options.reset_faults,
+        replayed: args.replay.is_some(),
         cyclic: true,
     }
 }
 
-fn run_options(args: &Run, poses: Vec<[f64; AXES]>, base_step: f64) -> RunOptions {
+fn run_options(args: &Run, lockstep: bool, base_step: f64) -> RunOptions {
     RunOptions {
         cycles: (args.duration / base_step).round() as i64,
         dry_run: args.dry_run,
-        lockstep: args.options.lockstep,
+        lockstep,
         reset_faults: args.options.reset_faults,
-        poses,
-        hold: args.poses.as_ref().map_or(0.0, |poses| poses.hold),
     }
-}
-
-fn plan(args: &Run, config: &Config, system: &System, columns: Columns) -> Result<Plan, String> {
-    let mut meta = vec![
-        ("run".to_owned(), "gateway".to_owned()),
-        ("system".to_owned(), config.system.ssp.display().to_string()),
-        ("drives".to_owned(), config.profile.name.clone()),
-        ("base_step_s".to_owned(), system.base_step().to_string()),
-        ("signals".to_owned(), session::channel_map(config, system)),
-    ];
-    if let Some(file) = &config.estimate.resume {
-        meta.push(("resumed".to_owned(), file.display().to_string()));
-    }
-    meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
-    meta.extend(provenance(config.hash));
-    for pair in &args.meta {
-        let (key, value) =
-            pair.split_once('=').ok_or_else(|| format!("--meta {pair}: write it as KEY=VALUE"))?;
-        meta.retain(|(k, _)| k != key);
-        meta.push((key.to_owned(), value.to_owned()));
-    }
-    let folder = args.record.as_deref().and_then(|f| f.parent()).unwrap_or(&config.recorder.folder);
-    let stem = args.record.as_deref().and_then(|f| f.file_stem()).map_or_else(
-        || format!("run-{}", std::process::id()),
-        |stem| stem.to_string_lossy().into_owned(),
-    );
-    Ok(Plan {
-        columns,
-        meta,
-        recording: args.record.clone(),
-        before_trip: folder.join(format!("{stem}-trip.csv")),
-        keep: (config.recorder.keep_s / system.base_step()).round() as usize,
-        reaction: session::longest_landing(config, system) + 400,
-    })
 }

@@ -90,6 +90,7 @@ class Bench:
         wrapper: Sequence[object] = (),
         record: Path | None = None,
         capture: Path | None = None,
+        typing: bool = False,
     ) -> Ran:
         """Run the gateway against drives with these options (TOML) and a changed configuration.
 
@@ -100,9 +101,11 @@ class Bench:
         wrapper: a command that the gateway is run by.
         record: where the recording goes.
         capture: where all frames go.
+        typing: `during` writes to the gateway's standard input.
         """
         program = built("flexhex-gateway") / "flexhex-gateway"
         verb, *rest = command
+        verbs = [verb, rest.pop(0)] if verb == "calibrate" else [verb]
         recording = record or self.folder / "run.csv"
         if recording.is_file():
             recording.unlink()
@@ -114,10 +117,11 @@ class Bench:
                 ends, program, [*lockstep, "--system", plant or self.ssp], options
             )
             try:
-                words = [*wrapper, program, verb, self._config(changes), "--json", *rest]
+                words = [*wrapper, program, *verbs, self._config(changes), "--json", *rest]
                 words += ["--interface", "bus1", "--ssp", self.ssp]
                 gateway = subprocess.Popen(
                     ends.at(ends.gateway, words),
+                    stdin=subprocess.PIPE if typing else None,
                     stdout=subprocess.PIPE,
                     stderr=subprocess.PIPE,
                     text=True,

@@ -1,12 +1,14 @@
-"""The table of docs/gateway.md: fault, rule, reaction, time. Tests make its rows."""
+"""The tables of docs/gateway-faults.md: fault, rule, reaction. Tests make their rows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from tests.conftest import ROOT
 
-FILE = ROOT / "docs" / "gateway.md"
+FILE = ROOT / "docs" / "gateway-faults.md"
+GUIDE = ROOT / "docs" / "gateway.md"
 
 
 @dataclass(frozen=True)
@@ -16,10 +18,11 @@ class Place:
     begin: str
     end: str
     head: tuple[str, str]
+    file: Path = FILE
 
     def written(self) -> list[str]:
         """Rows that stand there."""
-        inside = FILE.read_text(encoding="utf-8").split(self.begin)[1].split(self.end)[0]
+        inside = self.file.read_text(encoding="utf-8").split(self.begin)[1].split(self.end)[0]
         return [line for line in inside.splitlines() if line.startswith("| ")][1:]
 
 
@@ -35,9 +38,16 @@ FALLS = Place(
     "<!-- falls: written by tests/gateway -->",
     "<!-- end of falls -->",
     (
-        "| fault | rule | stop | fastest axis [rad/s] | largest angle [rad] | not confirmed |",
-        "|---|---|---|---|---|---|",
+        "| fault | rule | stop | cycles to the trip | fastest axis [rad/s] | largest angle [rad] "
+        "| drives at the end | not confirmed |",
+        "|---|---|---|---|---|---|---|---|",
     ),
+)
+MARGINS = Place(
+    "<!-- margins: written by tests/gateway -->",
+    "<!-- end of margins -->",
+    ("| rule | limit | adaptive | fixed | feedback only |", "|---|---|---|---|---|"),
+    GUIDE,
 )
 
 
@@ -59,19 +69,36 @@ class Row:
 
 @dataclass(frozen=True)
 class Fall:
-    """One line. speed, angle: largest of any axis from the fault until all rest."""
+    """One line. cycles: from the fault to the trip; speed, angle: largest of any axis after it."""
 
     fault: str
     rule: str
     stop: str
+    cycles: int | None
     speed: float
     angle: float
+    drives: str
     unknown: tuple[int, ...]
 
     def __str__(self) -> str:
         axes = ", ".join(map(str, self.unknown)) or "–"
-        cells = (self.fault, self.rule, self.stop, f"{self.speed:.2f}", f"{self.angle:.2f}", axes)
+        cycles = "–" if self.cycles is None else str(self.cycles)
+        motion = f"{self.speed:.2f}", f"{self.angle:.2f}"
+        cells = (self.fault, self.rule, self.stop, cycles, *motion, self.drives, axes)
         return "| " + " | ".join(cells) + " |"
+
+
+@dataclass(frozen=True)
+class Margin:
+    """One line. shares: of the limit, the largest of every run of a kind [%]; None: not judged."""
+
+    fault: str
+    limit: str
+    shares: tuple[int | None, ...]
+
+    def __str__(self) -> str:
+        shown = ("–" if share is None else f"{share} %" for share in self.shares)
+        return "| " + " | ".join([f"`{self.fault}`", self.limit, *shown]) + " |"
 
 
 @dataclass
@@ -80,23 +107,25 @@ class Table:
 
     update: bool
     place: Place = FAULTS
-    rows: dict[str, Row | Fall] = field(default_factory=dict)
+    rows: dict[str, Row | Fall | Margin] = field(default_factory=dict)
 
-    def add(self, row: Row | Fall) -> None:
+    def add(self, row: Row | Fall | Margin) -> None:
         """Keep a row, and compare it with the file."""
         self.rows[row.fault] = row
         if not self.update:
             found = str(row) in self.place.written()
-            assert found, f"{FILE} does not say: {row}; pytest --update writes it"
+            file = self.place.file
+            assert found, f"{file} does not say: {row}; pytest --update writes it"
 
     def write(self) -> None:
         """Put the rows of this session into the file, in the place of those with their names."""
         if not (self.update and self.rows):
             return
-        place, text = self.place, FILE.read_text(encoding="utf-8")
+        place = self.place
+        text = place.file.read_text(encoding="utf-8")
         before, rest = text.split(place.begin)
         _, after = rest.split(place.end)
         rows = {line.split(" | ")[0][2:]: line for line in place.written()}
-        rows |= {name: str(row) for name, row in self.rows.items()}
+        rows |= {str(row).split(" | ")[0][2:]: str(row) for row in self.rows.values()}
         lines = [before + place.begin, *place.head, *rows.values(), place.end + after]
-        FILE.write_text("\n".join(lines), encoding="utf-8")
+        place.file.write_text("\n".join(lines), encoding="utf-8")

@@ -68,6 +68,9 @@ LATE = 28_000
 FROZEN = "encoder frozen while the reference stands still"
 UNLIKE = "torque of a drive does not follow any more"
 REVERSED = "encoder counts the wrong way from the start"
+POSE = ("# [[pose]]", '[[pose]]\nsignal = "N_F.x.x_E.z"\nmin = 0.28\nmax = 0.315\n# [[pose]]')
+WEAK = ("rated_torque_N_m = 9.0", "rated_torque_N_m = 0.7")
+QUICK = ("thermal_s = 10.0", "thermal_s = 1.0")
 CASES = (
     Case("drive drops to SAFE-OP without an error flag", fault("safe_op", position=4, code=0),
          "al_state", "zero", 5),
@@ -99,6 +102,9 @@ CASES = (
          since=0),
     Case("statusword frozen", fault("status_frozen", position=1), unknown=(2,)),
     Case("drive does not obey disabling", fault("control_ignored", position=1), unknown=(2,)),
+    Case("platform would leave its limits", "", "pose", "land", since=0, changes=(POSE,)),
+    Case("motors above their rated torque", "", "thermal", "land", 6, since=0,
+         changes=(WEAK, QUICK)),
     Case("cable cut before the first drive in the landing", fault("cable_cut", LATE, position=0),
          unknown=ALL, since=LATE),
 )  # fmt: skip

@@ -116,7 +116,7 @@ def test_fault_of_the_controller_lands_the_machine_without_it(
     assert fallen.ran.one("summary")["landing_trip"] is None
     # nobody pulls it down: power is taken where the machine rests anyway
     assert np.ptp(fallen.theta[-20_000:], axis=0).max() < 0.05
-    falls.add(fallen.fall(f"{BROKEN[reason].instance}: {reason}", AT))
+    falls.add(fallen.fall(f"{BROKEN[reason].instance}: {reason}", AT, STEP))
 
 
 @pytest.mark.parametrize(

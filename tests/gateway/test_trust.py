@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.gateway.bench import Bench, drive
+from tests.gateway.bench import Bench, drive, never_enabled
+from tests.gateway.test_falls import POSE
 from tests.gateway.test_readback import CHECK, PATIENT, RUN, SHORT, refusal
 
 
@@ -120,3 +121,17 @@ def head(recording: Path) -> dict[str, str]:
     """The lines `# key: value` of a recording."""
     lines = [line[2:] for line in recording.read_text().splitlines() if line.startswith("# ")]
     return {key: value for key, _, value in (line.partition(": ") for line in lines)}
+
+
+def test_pose_outside_its_limits_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """The start of the run lies outside, or nothing has that name."""
+    for old, new, why in (
+        ("max = 0.315", "max = 0.29", "N_F.x.x_E.z starts at 0.3, allowed 0.28 to 0.29"),
+        ("x_E.z", "x_E.w", 'pose[0].signal: the system has no signal "N_F.x.x_E.w"'),
+        ("min = 0.28", "min = 0.4", "pose[0].min = 0.4 is not below max = 0.315"),
+    ):
+        pose = (POSE[0], POSE[1].replace(old, new))
+        ran = Bench(hexapod_ssp, tmp_path).run(changes=(pose,), seconds=0.01)
+        assert ran.code == 3, ran.words
+        assert why in ran.one("refused")["message"]
+        never_enabled(ran)

@@ -54,17 +54,47 @@ class Fallen:
         after = round(REST_S / TS) + int(self.ran.one("summary")["cycles_to_disabled"])
         return len(self.theta) - after
 
-    def fall(self, fault: str, since: int) -> Fall:
-        """The row of this run; the fault was at the cycle `since`."""
-        trip, summary = (
-            [e for e in self.ran.events if e["event"] == "trip"],
-            self.ran.one("summary"),
-        )
+    def fall(self, fault: str, since: int, step: int | None = None) -> Fall:
+        """The row of this run; the fault was at cycle `since`, or at `step` of the controller."""
+        summary = self.ran.one("summary")
+        rule, stop, cycles = "none", "–", None
+        if summary["landing_trip"]:
+            rule = "told at the end"
+        for trip in (e for e in self.ran.events if e["event"] == "trip"):
+            rule, stop = trip["reason"], trip["reaction"]
+            cycles = self._index(trip["cycle"]) - since if step is None else trip["cycle"] - step
+        unknown = tuple(summary["not_disabled"])
+        return self.row(fault, rule, stop, since, cycles=cycles, unknown=unknown)
+
+    def row(
+        self,
+        fault: str,
+        rule: str,
+        stop: str,
+        since: int,
+        *,
+        cycles: int | None = None,
+        unknown: tuple[int, ...] = (),
+    ) -> Fall:
+        """The row with what the machine did from the cycle `since` on, and where its drives are."""
         speed, angle = self.speed[since:].max(), np.abs(self.theta[since:]).max()
-        none = "told at the end" if summary["landing_trip"] else "none"
-        rule = trip[0]["reason"] if trip else none
-        stop = trip[0]["reaction"] if trip else "–"
-        return Fall(fault, rule, stop, speed, angle, tuple(summary["not_disabled"]))
+        return Fall(fault, rule, stop, cycles, speed, angle, self.drives(), unknown)
+
+    def _index(self, cycle: int) -> int:
+        """Cycles since the drives were enabled in a cycle of the controller."""
+        lifted = int(self.ran.one("summary")["lifted"])
+        # cycles of a lift-off count down to the controller's first
+        return lifted + 1 + cycle if cycle >= 0 else lifted
+
+    def drives(self) -> str:
+        """States in which the drives ended, with their axes where they differ."""
+        last = {e["position"] + 1: e["to"] for e in self.ran.happened("drive")}
+        axes: dict[str, list[str]] = {}
+        for axis in sorted(last):
+            axes.setdefault(last[axis], []).append(str(axis))
+        if len(axes) == 1:
+            return next(iter(axes))
+        return ", ".join(f"{state}: {' '.join(k)}" for state, k in axes.items())
 
     def disabled(self) -> list[int]:
         """Positions whose drive ended without power."""
@@ -78,12 +108,13 @@ def free(
     options: str = "",
     *,
     braking: float = BRAKING,
+    resting: float = REST_S,
     changes: Sequence[tuple[str, str]] = (),
     **more: Any,
 ) -> Fallen:
-    """A run against a machine that nothing holds."""
+    """A run against a machine that nothing holds; resting: time before the first frame [s]."""
     log = bench.folder / "drives.csv"
-    text = f'log = "{log}"\nplant = {{ resting_s = {REST_S} }}\ndrives.braking = {braking}\n'
+    text = f'log = "{log}"\nplant.resting_s = {resting}\ndrives.braking = {braking}\n'
     ran = bench.run(options=text + options, changes=changes, **more)
     table = columns(log) if Path(log).stat().st_size > 1000 else {}
     none = np.empty((0, 6))

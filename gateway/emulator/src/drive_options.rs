@@ -50,6 +50,9 @@ pub struct DriveOptions {
     /// It stays switched on when it is to be enabled.
     #[serde(default)]
     pub never_enabled: bool,
+    /// It changes its state in every frame of so many.
+    #[serde(default)]
+    pub slow: u32,
     /// Its encoder counts against its axis.
     #[serde(default)]
     pub encoder_reversed: bool,

@@ -3,6 +3,7 @@ use crate::assembly::assemble;
 use crate::error::Error;
 use crate::machine::Machine;
 use crate::options::Options;
+use crate::plant::AXES;
 
 /// Six drives in lockstep: each frame of process data is a cycle of the plant.
 pub struct Loopback {
@@ -13,6 +14,21 @@ impl Loopback {
     pub fn open(options: &Options) -> Result<Loopback, Error> {
         let options = Options { lockstep: true, ..options.clone() };
         Ok(Loopback { machine: assemble(&options)?.0 })
+    }
+
+    /// A cycle of the plant without a frame.
+    pub fn wait(&mut self) -> Result<(), Error> {
+        self.machine.advance(0)
+    }
+
+    /// True angles of the axes [rad].
+    pub fn angles(&self) -> [f64; AXES] {
+        self.machine.angles()
+    }
+
+    /// Some drive gives torque.
+    pub fn has_torque(&self) -> bool {
+        self.machine.has_torque()
     }
 
     /// The replies to a frame; none where it is malformed or lost.

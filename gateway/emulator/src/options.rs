@@ -191,7 +191,7 @@ impl Options {
             period_checked: false,
         };
         let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
-        let (mut never_enabled, mut reversed) = (false, false);
+        let (mut never_enabled, mut reversed, mut slow) = (false, false, 0);
         for special in self.drive.iter().filter(|special| special.position == position) {
             let identity = &mut settings.identity;
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
@@ -207,6 +207,7 @@ impl Options {
             objects.extend(&special.objects);
             never_enabled |= special.never_enabled;
             reversed |= special.encoder_reversed;
+            slow = slow.max(special.slow);
             settings.maps_fixed |= special.maps_fixed;
             settings.extra_input_bytes += special.extra_input_bytes;
             settings.output_control = special.output_control.unwrap_or(settings.output_control);
@@ -228,6 +229,7 @@ impl Options {
         drive.forced_mode = forced_mode;
         drive.machine.never_enabled = never_enabled;
         drive.encoder.reversed = reversed;
+        drive.slow = slow;
         SubDevice::new(drive, settings, clock)
     }
 }

@@ -82,6 +82,14 @@ impl Drives {
         a.direction * f64::from(counts.wrapping_sub(a.offset)) * self.theta_step
     }
 
+    /// Shows this angle [rad] as 0 from now on; the new offset in counts.
+    pub fn zero(&mut self, axis: usize, angle: f64) -> i32 {
+        let a = &mut self.axes[axis];
+        let counts = (a.direction * angle / self.theta_step).round() as i64;
+        a.offset = a.offset.wrapping_add(counts as i32);
+        a.offset
+    }
+
     /// Write the outputs of an axis.
     pub fn write(&self, axis: usize, controlword: u16, tau: f64, out: &mut [u8]) {
         for (role, place) in &self.rx.places {

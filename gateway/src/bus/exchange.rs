@@ -90,6 +90,12 @@ impl<L: Link> Bus<L> {
         &self.reply
     }
 
+    /// Shows the angles of the newest reply as 0 from the next one on; the new offsets in counts.
+    pub fn zero(&mut self) -> [i32; AXES] {
+        let theta = self.reply.theta;
+        std::array::from_fn(|axis| self.drives.zero(axis, theta[axis]))
+    }
+
     /// Torque [N m] and controlword of each axis in the next frame.
     pub fn write(&mut self, tau: &[f64; AXES], controlword: &[u16; AXES]) {
         for axis in 0..AXES {

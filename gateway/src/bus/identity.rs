@@ -54,6 +54,12 @@ pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<De
     devices
 }
 
+/// Serial number of the drive of each axis; 0 where there is none.
+pub fn serials(config: &Config, devices: &[DeviceInfo]) -> [u32; AXES] {
+    let at = |axis: usize| devices.get(usize::from(config.drive[axis].position));
+    std::array::from_fn(|axis| at(axis).map_or(0, |device| device.serial))
+}
+
 /// Err with every difference between bus and configuration, one a line.
 pub fn compare(config: &Config, devices: &[DeviceInfo]) -> Result<(), String> {
     let mut wrong = Vec::new();

@@ -1,6 +1,7 @@
 //! Takes every drive on the bus out of operation, whatever its state.
 
 use ethercrab::{Command, MainDevice};
+use std::fmt;
 use std::time::Duration;
 
 use super::cia402::{self, State};
@@ -18,16 +19,58 @@ const REPLY_NS: u64 = 100_000_000;
 const POLL_NS: u64 = 5_000_000;
 const TIMEOUT_NS: u64 = 60_000_000_000;
 
+/// Why it is not known that no drive has power.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OffError {
+    NoReply,
+    /// A device stays above this AL state.
+    Above(u8),
+    /// The drives stopped replying on the way.
+    Silent,
+    /// Positions of drives that do not obey controlword 0.
+    Energised(Vec<usize>),
+    /// The bus could not be opened, or its devices not be initialised.
+    Bus(String),
+}
+
+impl fmt::Display for OffError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            OffError::NoReply => {
+                f.write_str("no device replies: check the cable and that the drives are on")
+            }
+            OffError::Above(state) => write!(
+                f,
+                "a drive does not leave its state for {}: press the emergency stop",
+                al::name(*state)
+            ),
+            OffError::Silent => f.write_str(
+                "the drives stopped replying: press the emergency stop, check the cable",
+            ),
+            OffError::Energised(positions) => {
+                let named: Vec<_> = positions.iter().map(|p| format!("position {p}")).collect();
+                write!(
+                    f,
+                    "still energised: {}: press the emergency stop; a drive does not obey controlword 0",
+                    named.join(", ")
+                )
+            }
+            OffError::Bus(why) => f.write_str(why),
+        }
+    }
+}
+
 /// Take all devices out of OP, then disable each drive that is still energised. Returns what was
 /// found afterwards; Err if nothing replies or a drive stays energised.
-pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, String> {
+pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, OffError> {
     let options = BringUpOptions {
         cycle: Duration::from_millis(1),
         lockstep: true,
         reset_faults: false,
+        replayed: false,
         cyclic: false,
     };
-    let (mut wire, main) = master(config, link, options)?;
+    let (mut wire, main) = master(config, link, options).map_err(OffError::Bus)?;
     let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
     let mut before = None;
     for state in [al::SAFE_OP, al::INIT] {
@@ -43,33 +86,20 @@ pub fn off<L: Link>(config: &Config, link: L) -> Result<Vec<DeviceInfo>, String>
                 break;
             }
             if now_ns() > until {
-                return Err(match before {
-                    None => {
-                        "no device replies: check the cable and that the drives are on".to_owned()
-                    }
-                    Some(_) => format!(
-                        "a drive does not leave its state for {}: press the emergency stop",
-                        al::name(state)
-                    ),
-                });
+                return Err(before.map_or(OffError::NoReply, |_| OffError::Above(state)));
             }
             sleep_until(now_ns() + POLL_NS, Duration::ZERO);
         }
     }
     let work = disable(config, main);
-    let devices = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| {
-        Err("the drives stopped replying: press the emergency stop, check the cable".to_owned())
-    })?;
+    let devices = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or(Err(OffError::Silent))?;
     let request = Command::bwr(al::CONTROL).ignore_wkc();
     wire.drive(request.send(main, u16::from(al::INIT)), now_ns() + REPLY_NS);
     let still = devices.iter().filter(|d| cia402::state(d.statusword).is_energised());
-    let still: Vec<_> = still.map(|d| format!("position {}", d.position)).collect();
+    let still: Vec<_> = still.map(|d| d.position).collect();
     match still.is_empty() {
         true => Ok(devices),
-        false => Err(format!(
-            "still energised: {}: press the emergency stop; a drive does not obey controlword 0",
-            still.join(", ")
-        )),
+        false => Err(OffError::Energised(still)),
     }
 }
 
@@ -91,8 +121,8 @@ async fn status(main: &'static MainDevice<'static>) -> Option<u16> {
 async fn disable(
     config: &Config,
     main: &'static MainDevice<'static>,
-) -> Result<Vec<DeviceInfo>, String> {
-    let groups = find_any(config, main).await?;
+) -> Result<Vec<DeviceInfo>, OffError> {
+    let groups = find_any(config, main).await.map_err(OffError::Bus)?;
     let until = now_ns() + u64::from(config.bus.state_timeout_ms) * 1_000_000;
     for device in groups.drives.iter(main).chain(groups.others.iter(main)) {
         // a device without a statusword is no drive

@@ -9,6 +9,8 @@ use crate::config::Config;
 pub struct BringUpOptions {
     pub cycle: Duration,
     pub lockstep: bool,
+    /// The replies come from a capture.
+    pub replayed: bool,
     pub reset_faults: bool,
     /// Process data is exchanged, not only read from the drives once.
     pub cyclic: bool,
@@ -17,6 +19,6 @@ pub struct BringUpOptions {
 impl BringUpOptions {
     /// SYNC0 of distributed clocks is used.
     pub(super) fn synced(self, config: &Config) -> bool {
-        config.bus.distributed_clocks && !self.lockstep
+        config.bus.distributed_clocks && (!self.lockstep || self.replayed)
     }
 }

@@ -30,7 +30,13 @@ pub fn positions<L: Link>(
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
 ) -> Result<[Encoder; AXES], String> {
     let cycle = Duration::from_millis(1);
-    let options = BringUpOptions { cycle, lockstep: true, reset_faults: true, cyclic: false };
+    let options = BringUpOptions {
+        cycle,
+        lockstep: true,
+        reset_faults: true,
+        replayed: false,
+        cyclic: false,
+    };
     let (mut wire, main) = master(config, link, options)?;
     let entries = config.profile.tx.iter().flat_map(|pdo| &pdo.entries);
     let entry = entries.clone().find(|entry| entry.role == Role::Position);

@@ -20,7 +20,7 @@ use crate::realtime::now_ns;
 use crate::wire::{Link, Wire};
 
 const FRAMES: usize = 8;
-static STORAGE: PduStorage<FRAMES, { PduStorage::element_size(1100) }> = PduStorage::new();
+type Storage = PduStorage<FRAMES, { PduStorage::element_size(1100) }>;
 
 /// Longest time of the bring-up until the drives are in SAFE-OP.
 const TIMEOUT_NS: u64 = 60_000_000_000;
@@ -29,14 +29,15 @@ const REPEAT: Duration = Duration::from_millis(400);
 const STATIC_SYNC_FRAMES: u32 = 5000;
 const SYNC_START: Duration = Duration::from_millis(50);
 
-/// The MainDevice on a link; only one exists in a process.
+/// The MainDevice on a link. Its storage stays for the rest of the process, which opens one.
 pub(super) fn master<L: Link>(
     config: &Config,
     link: L,
     options: BringUpOptions,
 ) -> Result<(Wire<L>, &'static MainDevice<'static>), String> {
+    let storage: &'static Storage = Box::leak(Box::new(Storage::new()));
     let (tx, rx, pdu_loop) =
-        STORAGE.try_split().map_err(|()| "the bus is already open in this process".to_owned())?;
+        storage.try_split().map_err(|()| "the bus is already open in this process".to_owned())?;
     let synced = options.synced(config);
     let longest_cycle = Duration::from_millis(config.bus.lockstep_timeout_ms.max(200).into());
     let timeouts = Timeouts {

@@ -70,8 +70,17 @@ fn check(config: &Config) -> Result<(), String> {
         mistakes.check_range("real_time.cpu", cpu as f64, 0.0..=1023.0, mend);
     }
     interface(config, &mut mistakes);
+    for (k, limit) in config.pose.iter().enumerate() {
+        // also of what is no number
+        let ascending = limit.min < limit.max;
+        if !ascending {
+            let (min, max) = (limit.min, limit.max);
+            mistakes.add(format!("pose[{k}].min = {min} is not below max = {max}: swap them"));
+        }
+    }
     config.landing.check(&mut mistakes);
     config.estimate.check(&mut mistakes);
+    config.homing.check(config.landing.torque, &mut mistakes);
     check_profile::profile(&config.profile, &mut mistakes);
     check_limits("limits", &config.limits, &mut mistakes);
     for (k, drive) in config.drive.iter().enumerate() {
@@ -101,7 +110,7 @@ type Row<'a> = (&'a str, f64, f64, f64, &'a str);
 
 /// Numbers that occur once in the file.
 #[rustfmt::skip]
-fn numbers(c: &Config) -> [Row<'_>; 19] {
+fn numbers(c: &Config) -> [Row<'_>; 20] {
     let (b, r, s, w) = (&c.bus, &c.real_time, &c.safety, &c.recorder);
     [
         ("bus.reply_timeout_us", b.reply_timeout_us.into(), 20.0, 10_000.0,
@@ -132,6 +141,7 @@ fn numbers(c: &Config) -> [Row<'_>; 19] {
          "cycles with constant encoder counts, whatever the reference does"),
         ("safety.feedback_s", s.feedback_s, 1e-3, 100.0, "time constant of the mean feedback torque"),
         ("safety.measured_s", s.measured_s, 1e-3, 100.0, "time constant of the mean difference of torques"),
+        ("safety.thermal_s", s.thermal_s, 1e-3, 1e4, "time constant of the motor's temperature"),
         ("safety.overrun_us", s.overrun_us.into(), 1.0, 1_000_000.0, "longest delay of the start of a cycle"),
         ("recorder.keep_s", w.keep_s, 0.0, 60.0, "seconds kept before a trip"),
         ("recorder.buffer_cycles", w.buffer_cycles as f64, 64.0, 1e6,
@@ -141,7 +151,7 @@ fn numbers(c: &Config) -> [Row<'_>; 19] {
 
 /// Limits of an axis by key.
 #[rustfmt::skip]
-fn limits(l: &Limits) -> [Row<'_>; 9] {
+fn limits(l: &Limits) -> [Row<'_>; 10] {
     [
         ("torque_N_m", l.torque, 1e-3, 1e4, "largest torque of this axis"),
         ("speed_rad_per_s", l.speed, 1e-3, 1e3, "highest speed"),
@@ -151,6 +161,7 @@ fn limits(l: &Limits) -> [Row<'_>; 9] {
         ("jump_rad", l.jump, 1e-6, 1.0, "largest change of the angle in one cycle"),
         ("torque_step_N_m", l.torque_step, 0.0, 1e4, "largest change of the torque in one cycle"),
         ("measured_torque_N_m", l.measured_torque, 0.0, 1e4, "largest measured less commanded torque"),
+        ("rated_torque_N_m", l.rated_torque, 0.0, 1e4, "torque that the motor bears for ever; 0: not judged"),
         ("feedback_torque_N_m", l.feedback_torque, 0.0, 1e4, "largest torque of the feedback alone"),
     ]
 }

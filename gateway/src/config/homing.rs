@@ -4,11 +4,55 @@ use flexhex_system::AXES;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+use super::mistakes::Mistakes;
+
+/// The file, and how `home --stops` seeks the end stops.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct Homing {
     /// Written by `flexhex-gateway home`; left out: `drive.offset_counts` hold.
     pub file: Option<PathBuf>,
+    /// Largest torque towards a stop.
+    #[serde(rename = "torque_N_m")]
+    pub torque: f64,
+    #[serde(rename = "speed_rad_per_s")]
+    pub speed: f64,
+    /// Farthest way of an axis from its rest pose to its stop.
+    #[serde(rename = "within_rad")]
+    pub within: f64,
+    /// Angles of the stops that are sought; left out: -stroke of the system description on every axis.
+    #[serde(rename = "stop_rad")]
+    pub stop: Option<[f64; AXES]>,
+}
+
+impl Default for Homing {
+    fn default() -> Self {
+        Homing { file: None, torque: 0.6, speed: 0.05, within: 0.6, stop: None }
+    }
+}
+
+impl Homing {
+    pub(super) fn check(&self, most: f64, mistakes: &mut Mistakes) {
+        for (key, value, low, high, mend) in [
+            ("torque_N_m", self.torque, 1e-3, most, "at most landing.torque_N_m"),
+            ("speed_rad_per_s", self.speed, 1e-3, 1.0, "speed towards an end stop"),
+            (
+                "within_rad",
+                self.within,
+                1e-2,
+                10.0,
+                "farthest way from the rest pose to an end stop",
+            ),
+        ] {
+            mistakes.check_range(&format!("homing.{key}"), value, low..=high, mend);
+        }
+        let Some(stops) = self.stop else { return };
+        for (k, stop) in stops.iter().enumerate() {
+            let mend = "angle of the end stop of this axis; all lower ones, or all upper ones";
+            let (low, high) = if stops[0] < 0.0 { (-10.0, -1e-3) } else { (1e-3, 10.0) };
+            mistakes.check_range(&format!("homing.stop_rad[{k}]"), *stop, low..=high, mend);
+        }
+    }
 }
 
 /// The content of that file.
@@ -16,6 +60,9 @@ pub struct Homing {
 #[serde(deny_unknown_fields)]
 pub struct Homed {
     pub date: String,
+    /// "pose" or "stops".
+    #[serde(default)]
+    pub method: String,
     /// Pose in which the machine was held [rad].
     pub pose_rad: [f64; AXES],
     pub axis: Vec<HomedAxis>,
@@ -44,7 +91,13 @@ impl Homed {
 #[cfg(test)]
 pub(super) fn homed() -> Homed {
     let axis = |k: u32| HomedAxis { serial: 1000 + k, offset_counts: -7 * k as i32 };
-    Homed { date: "today".to_owned(), pose_rad: [0.1; AXES], axis: (1..=6).map(axis).collect() }
+    let method = "pose".to_owned();
+    Homed {
+        date: "today".to_owned(),
+        method,
+        pose_rad: [0.1; AXES],
+        axis: (1..=6).map(axis).collect(),
+    }
 }
 
 #[cfg(test)]

@@ -27,6 +27,25 @@ pub struct Limits {
     /// Largest mean torque that the feedback adds to the model.
     #[serde(rename = "feedback_torque_N_m", default = "feedback_torque")]
     pub feedback_torque: f64,
+    /// Largest root mean square of the measured torque over `safety.thermal_s`: that which the motor bears for
+    /// ever.
+    #[serde(rename = "rated_torque_N_m", default)]
+    pub rated_torque: f64,
+}
+
+/// Limits of a signal of the system, judged in the run: of the platform's pose as `kinematics` publishes it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoseLimit {
+    pub signal: String,
+    pub min: f64,
+    pub max: f64,
+}
+
+impl PoseLimit {
+    pub fn allows(&self, value: f64) -> bool {
+        (self.min..=self.max).contains(&value)
+    }
 }
 
 fn torque_step() -> f64 {

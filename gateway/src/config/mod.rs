@@ -25,7 +25,7 @@ pub use estimate::Estimate;
 pub use flexhex_system::AXES;
 pub use homing::{Homed, HomedAxis, Homing};
 pub use landing::Landing;
-pub use limits::Limits;
+pub use limits::{Limits, PoseLimit};
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
 
@@ -37,6 +37,8 @@ pub struct Config {
     pub real_time: RealTime,
     pub profile: Profile,
     pub limits: Limits,
+    #[serde(default)]
+    pub pose: Vec<PoseLimit>,
     pub safety: Safety,
     pub landing: Landing,
     #[serde(default)]
@@ -130,6 +132,10 @@ fn feedback_s() -> f64 {
     1.0
 }
 
+fn thermal_s() -> f64 {
+    10.0
+}
+
 fn measured_s() -> f64 {
     0.01
 }
@@ -154,6 +160,9 @@ pub struct Safety {
     pub feedback_s: f64,
     #[serde(default = "measured_s")]
     pub measured_s: f64,
+    /// Time constant of the mean square in the rule `thermal`.
+    #[serde(default = "thermal_s")]
+    pub thermal_s: f64,
     /// Trip when a cycle starts later than this (wall clock).
     pub overrun_us: u32,
     /// Values of the output `fault` that are reported but do not trip, by component:

@@ -28,7 +28,9 @@ impl<L: Link> ControlLoop<'_, L> {
     pub(super) fn end(&mut self, ending: Ending, reason: Reason) {
         let powered = match self.phase {
             Phase::Running => !self.options.dry_run,
-            Phase::Lifting(_) | Phase::Landing(_) => true,
+            // without feedback there is nothing that could land it, and it rests
+            Phase::Lifting(_) => self.task.feeds_back(),
+            Phase::Landing(_) => true,
             _ => false,
         };
         let mut kind = if powered { self.config.reactions.to(reason) } else { ReactionKind::Zero };

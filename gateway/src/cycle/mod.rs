@@ -2,22 +2,23 @@
 
 mod arming;
 mod ending;
+mod guiding;
 mod inputs;
 mod moving;
 mod outcome;
-#[cfg(test)]
-mod panic_tests;
-mod posing;
+mod refusal;
 mod row;
 mod running;
 pub mod signals;
+#[cfg(test)]
+mod tests;
 mod timing;
 
 use flexhex_system::Controller;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-pub use outcome::{Ending, Outcome, Stood};
+pub use outcome::{Ending, Outcome};
 pub use signals::Signals;
 pub use timing::{Clock, Histogram};
 
@@ -29,6 +30,7 @@ use crate::motion::{Mechanics, Mover};
 use crate::realtime::now_ns;
 use crate::record::Sink;
 use crate::safety::{Disabling, Safety};
+use crate::tasks::Task;
 use crate::wire::Link;
 
 /// Cycles without any reply after which a reaction ends: the watchdog of the drives has acted before.
@@ -38,16 +40,12 @@ const NANOSECONDS: f64 = 1e9;
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Options of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct RunOptions {
     pub cycles: i64,
     pub dry_run: bool,
     pub lockstep: bool,
     pub reset_faults: bool,
-    /// Poses to move to and to hold, in place of a run of the controller [rad].
-    pub poses: Vec<[f64; AXES]>,
-    /// Time for which each is held [s].
-    pub hold: f64,
 }
 
 /// Lifting, landing and everything between are judged by the same rules (`safety`).
@@ -89,14 +87,17 @@ pub struct ControlLoop<'a, L: Link> {
     sent: [f64; AXES],
     unanswered: u32,
     inputs: inputs::Inputs,
+    /// Values of the signals with limits of the pose.
+    pose: Vec<f64>,
     /// Inputs of the controller in the cycle before.
     previous: inputs::Values,
     skipped_before: u64,
     mechanics: Mechanics,
     /// Where the machine rested before it was enabled [rad].
     rest: [f64; AXES],
-    /// Pose that is moved to or held.
-    pose: usize,
+    task: Task,
+    /// Encoders that are not homed show 0 where the machine rests.
+    zeroed: bool,
     /// Cycles of lift-off and landing so far.
     moved: u64,
     /// Cycles since cycle 0 that the clock skipped and the controller did not compute afterwards.
@@ -110,7 +111,7 @@ pub struct ControlLoop<'a, L: Link> {
 impl<'a, L: Link> ControlLoop<'a, L> {
     pub fn new(
         config: &'a Config,
-        options: RunOptions,
+        (options, task): (RunOptions, Task),
         bus: Bus<L>,
         (controller, signals, mechanics): (Controller, Signals, Mechanics),
         (sink, out): (Sink, Preallocated),
@@ -119,22 +120,22 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         let cycle = Duration::from_nanos((base_step * NANOSECONDS).round() as u64);
         let spin = Duration::from_micros(config.real_time.spin_us.into());
         let powered = !options.dry_run;
-        let mut outcome = out.outcome;
-        outcome.stood.reserve(options.poses.len());
         ControlLoop {
             safety: Safety::new(config, base_step, bus.complete(), powered),
             clock: Clock::new(cycle, spin, options.lockstep),
             phase: if powered { Phase::Arming(0) } else { Phase::Running },
             row: out.row,
-            out: outcome,
+            out: out.outcome,
             sent: [0.0; AXES],
             unanswered: 0,
             inputs: inputs::Inputs::default(),
+            pose: vec![0.0; signals.pose.len()],
             previous: inputs::Values::default(),
             skipped_before: 0,
             mechanics,
             rest: [0.0; AXES],
-            pose: 0,
+            zeroed: task.is_homed(),
+            task,
             moved: 0,
             missed: 0,
             partly_enabled: 0,
@@ -161,12 +162,14 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.skipped = self.clock.skipped;
         self.out.late_threads = self.controller.late();
         self.out.frozen = self.controller.frozen();
+        self.out.shares = self.shares();
         self.out.overflowed = self.sink.overflowed();
         let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
         self.out.read_back(&left.statusword);
         self.out.counts = left.counts;
         self.out.answer(left.error_code, left.al_code);
         self.out.states = self.controller.save(FAREWELL);
+        self.out.task = self.task;
         self.out
     }
 

@@ -9,6 +9,7 @@ use crate::motion::{Mover, Path};
 use crate::realtime::stop;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::safety::{in_landing, Bounds, Disabling, InLanding, Measured};
+use crate::tasks::Leg;
 use crate::wire::Link;
 
 /// Distance [rad] within which the machine stands at a pose already.
@@ -18,14 +19,18 @@ impl<L: Link> ControlLoop<'_, L> {
     /// All drives are enabled: lift off to where the reference starts. True where it is there already.
     pub(super) fn lift_off(&mut self, theta: &[f64; AXES]) -> bool {
         self.rest = *theta;
-        let pose = self.first_pose();
-        let start = pose.unwrap_or_else(|| self.pick(self.signals.r));
-        if pose.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
+        let first = self.task.begin(theta);
+        let start = self.pick(self.signals.r);
+        if first.is_none() && (0..AXES).all(|k| (start[k] - theta[k]).abs() <= NEAR) {
             self.safety.begin(Bounds::of(self.config, true), self.sent);
             return true;
         }
-        let path = Path::new(*theta, [0.0; AXES], start, self.pace());
-        self.move_along(path, [false; AXES], &[0.0; AXES]);
+        let leg = first.unwrap_or(Leg::new(*theta, start));
+        let (path, blind) = (leg.path(self.mechanics.pace), [!self.task.feeds_back(); AXES]);
+        self.safety.enter(self.leg_bounds(&leg));
+        let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
+        mover.step(&self.previous.theta, 0);
+        self.phase = Phase::Lifting(mover);
         false
     }
 
@@ -36,13 +41,7 @@ impl<L: Link> ControlLoop<'_, L> {
             rate[k] = 0.0;
         }
         let path = Path::new(theta, rate, self.rest, self.mechanics.pace);
-        self.move_along(path, blind, &rate);
-    }
-
-    fn move_along(&mut self, path: Path, blind: [bool; AXES], rate: &[f64; AXES]) {
-        let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], rate);
-        let lifts = matches!(self.phase, Phase::Arming(_));
-        let bounds = if lifts { self.lifting_bounds(bounds) } else { bounds };
+        let bounds = self.moving_bounds(&[path.at(0), path.stop(), path.end()], &rate);
         self.safety.enter(Bounds { blind, ..bounds });
         let mut mover = Mover::new(self.mechanics, path, self.rest, blind);
         // without a fault the sums of the errors still hold: no step of the torque
@@ -51,12 +50,10 @@ impl<L: Link> ControlLoop<'_, L> {
         {
             mover = *before;
             mover.follow(path);
+            mover.most = [self.mechanics.torque; AXES];
         }
         mover.step(&self.previous.theta, 0);
-        self.phase = match self.phase {
-            Phase::Arming(_) => Phase::Lifting(mover),
-            _ => Phase::Landing(mover),
-        };
+        self.phase = Phase::Landing(mover);
     }
 
     /// Limits of a motion through these poses that begins at this rate.
@@ -65,11 +62,6 @@ impl<L: Link> ControlLoop<'_, L> {
         let bounds = Bounds::of(self.config, true).slower(self.config.landing.speed_limit);
         // braking may begin above the limit of a landing: it must not become faster than it was by half
         bounds.wider(&rate.map(|rate| 1.5 * rate), poses, margin)
-    }
-
-    /// A lift-off begins at rest: nothing but a fault leads away from its path.
-    pub(super) fn lifting_bounds(&self, bounds: Bounds) -> Bounds {
-        bounds.closer(self.config.landing.following_error)
     }
 
     /// A cycle of lift-off or landing: judge, then the torque of the next frame.
@@ -86,9 +78,7 @@ impl<L: Link> ControlLoop<'_, L> {
         self.previous = values;
         mover.step(&values.theta, skipped);
         self.moved += 1;
-        if lifting && complete {
-            self.note_stood(mover.left(), &reply.theta, &reply.tau);
-        }
+        self.out.lifted += u64::from(lifting);
         let n = if lifting { -i64::from(mover.left()) } else { self.after_end() };
         self.fill(n, reply, late_ns, round_trip_ns);
         let trip = self.safety.judge(&Measured {
@@ -100,6 +90,7 @@ impl<L: Link> ControlLoop<'_, L> {
             tau_meas: &reply.tau,
             tau: &mover.tau,
             feedback: None,
+            pose: &[],
             r: &mover.r,
             e: &mover.e,
             statusword: &reply.statusword,
@@ -122,13 +113,11 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         if lifting && stop::requested() {
             self.end(Ending::StopRequested, Reason::Stopped);
-        } else if lifting && over && !self.next_pose() {
-            self.safety.begin(Bounds::of(self.config, true), self.sent);
-            self.inputs = super::inputs::Inputs::default();
-            self.phase = Phase::Running;
+        } else if lifting {
+            self.guide(reply, complete);
         } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {
             self.take_power(ReactionKind::Zero);
-        } else if matches!(self.phase, Phase::Landing(_)) && over && !lifting {
+        } else if matches!(self.phase, Phase::Landing(_)) && over {
             self.take_power(ReactionKind::Land);
         }
     }

@@ -1,9 +1,11 @@
 //! How a run ended, and its figures.
 
+use super::refusal::Refusal;
 use super::timing::Histogram;
 use crate::bus::{al, cia402, Ask};
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
+use crate::tasks::Task;
 use crate::wire::Counts;
 use flexhex_system::{Error, State};
 
@@ -13,8 +15,8 @@ pub enum Ending {
     Done,
     /// Ctrl-C or SIGTERM.
     StopRequested,
-    /// The drives were not all enabled, with the reason.
-    Refused(String),
+    /// The drives were not all enabled, or a task was not done.
+    Refused(Refusal),
     /// A rule was violated; the text is the message of the component, if any.
     Tripped(Trip, String),
 }
@@ -29,20 +31,12 @@ pub struct Timing {
     pub after_reply: Histogram,
 }
 
-/// What was measured while a pose was held: means over the second half of that time.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Stood {
-    pub pose: [f64; AXES],
-    pub theta: [f64; AXES],
-    pub tau_meas: [f64; AXES],
-    pub cycles: u32,
-}
-
 /// Ending and figures of a run.
 pub struct Outcome {
     pub ending: Ending,
-    /// Cycles of the controller.
+    /// Cycles of the controller, and of the lift-off or another task before it.
     pub cycles: i64,
+    pub lifted: u64,
     /// Cycles from the trip, or the end, to the first frame without torque, and to disabled drives.
     pub to_zero: u32,
     pub to_disabled: Option<u32>,
@@ -60,12 +54,18 @@ pub struct Outcome {
     pub late_threads: u64,
     /// Components that left the bounds of their estimates, and by what.
     pub frozen: Vec<String>,
+    /// Largest share of its limit of each rule, the nearest first, and of the bounds of the estimate.
+    pub shares: Vec<(&'static str, f64)>,
     pub counts: Counts,
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
     pub states: Vec<Result<State, Error>>,
-    /// Poses that were held.
-    pub stood: Vec<Stood>,
+    /// What was done, with what was found.
+    pub task: Task,
+    /// Offsets of the encoders, in counts, under which the angles of the run were measured.
+    pub offsets: [i32; AXES],
+    /// Serial numbers of the drives.
+    pub serials: [u32; AXES],
     /// Largest following error of each axis [rad].
     pub most_error: Vec<f64>,
 }
@@ -76,6 +76,7 @@ impl Outcome {
         Outcome {
             ending: Ending::Done,
             cycles: 0,
+            lifted: 0,
             to_zero: 0,
             to_disabled: None,
             reaction: ReactionKind::Zero,
@@ -93,10 +94,13 @@ impl Outcome {
             short: 0,
             late_threads: 0,
             frozen: Vec::new(),
+            shares: Vec::new(),
             counts: Counts::default(),
             overflowed: 0,
             states: Vec::new(),
-            stood: Vec::new(),
+            task: Task::Control,
+            offsets: [0; AXES],
+            serials: [0; AXES],
             most_error: vec![0.0; crate::config::AXES],
         }
     }

@@ -39,6 +39,9 @@ impl<L: Link> ControlLoop<'_, L> {
         };
         self.count(reply);
         let feedback = self.feedback();
+        for (value, slot) in self.pose.iter_mut().zip(&self.signals.pose) {
+            *value = self.controller.bus()[*slot];
+        }
         let trip = self.safety.judge(&Measured {
             cycle: n,
             skipped,
@@ -48,6 +51,7 @@ impl<L: Link> ControlLoop<'_, L> {
             tau_meas: &reply.tau,
             tau: self.controller.command(),
             feedback: Some(&feedback),
+            pose: &self.pose,
             r: &r,
             e: &e,
             statusword: &reply.statusword,
@@ -95,8 +99,13 @@ impl<L: Link> ControlLoop<'_, L> {
         (!self.options.dry_run).then_some(first)
     }
 
-    /// Which component reports which fault, where that is the reason of the trip.
+    /// Which component reports which fault, or which signal left its limits, where that is the reason of the trip.
     fn fault_text(&self, reason: Reason) -> String {
+        if reason == Reason::Pose {
+            let mut limits = self.config.pose.iter().zip(&self.pose);
+            let first = limits.find(|(limit, value)| !limit.allows(**value));
+            return first.map(|(limit, _)| limit.signal.clone()).unwrap_or_default();
+        }
         let first = self.trip_fault().filter(|_| reason == Reason::FmuFault);
         first.map(|(component, fault)| component.fault_text(fault)).unwrap_or_default()
     }
@@ -132,6 +141,13 @@ impl<L: Link> ControlLoop<'_, L> {
     fn feedback(&self) -> [f64; AXES] {
         let (tau, model) = (self.controller.command(), self.pick(self.signals.tau_ff));
         std::array::from_fn(|k| tau[k] - model[k])
+    }
+
+    /// How near the run came to its limits.
+    pub(super) fn shares(&self) -> Vec<(&'static str, f64)> {
+        let rules = self.safety.shares().into_iter().map(|(reason, share)| (reason.key(), share));
+        let [range, innovation] = self.controller.nearest();
+        rules.chain([("estimate.range", range), ("estimate.innovation", innovation)]).collect()
     }
 
     fn note_errors(&mut self, e: &[f64; AXES]) {

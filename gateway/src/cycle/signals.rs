@@ -5,7 +5,7 @@ use flexhex_system::{
 };
 use std::time::Duration;
 
-use crate::config::{self, Config, AXES};
+use crate::config::{self, Config, PoseLimit, AXES};
 use crate::rules::Reason;
 
 /// Longest wait for a thread and longest FMU step in lockstep: no clock applies there, but a
@@ -17,6 +17,8 @@ pub struct Signals {
     pub r: [usize; AXES],
     pub e: [usize; AXES],
     pub tau_ff: [usize; AXES],
+    /// Of the limits of the pose.
+    pub pose: Vec<usize>,
     pub more: Vec<usize>,
 }
 
@@ -36,6 +38,7 @@ impl Signals {
             r: by_axis("system.reference", &s.reference)?,
             e: by_axis("system.following_error", &s.following_error)?,
             tau_ff: by_axis("system.feedforward", &s.feedforward)?,
+            pose: poses(config, controller)?,
             more: config
                 .recorder
                 .signals
@@ -44,6 +47,23 @@ impl Signals {
                 .collect::<Result<_, _>>()?,
         })
     }
+}
+
+/// Slots of the signals in `config.pose`; refused where the machine would start outside.
+fn poses(config: &Config, controller: &Controller) -> Result<Vec<usize>, String> {
+    let place = |(k, limit): (usize, &PoseLimit)| {
+        let key = format!("pose[{k}].signal");
+        let slot = slot(controller, &key, &limit.signal)?;
+        let value = controller.bus()[slot];
+        match limit.allows(value) {
+            true => Ok(slot),
+            false => Err(format!(
+                "{key}: {} starts at {value}, allowed {} to {}: correct the limits, or the start of the motion",
+                limit.signal, limit.min, limit.max
+            )),
+        }
+    };
+    config.pose.iter().enumerate().map(place).collect()
 }
 
 fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {

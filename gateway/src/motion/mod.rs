@@ -50,8 +50,11 @@ pub struct Mover {
     mechanics: Mechanics,
     path: Path,
     rest: Axes,
-    /// Axes without a trusted encoder: they get the holding torque of the path alone.
+    /// Axes without a trusted encoder: they get the holding torque of the path, and the push, alone.
     pub blind: [bool; AXES],
+    pub push: Axes,
+    /// Largest torque of each axis [N m].
+    pub most: Axes,
     cycle: u32,
     e_last: Option<Axes>,
     e_sum: Axes,
@@ -71,6 +74,8 @@ impl Mover {
             path,
             rest,
             blind,
+            push: [0.0; AXES],
+            most: [mechanics.torque; AXES],
             cycle: 0,
             e_last: None,
             e_sum: [0.0; AXES],
@@ -81,8 +86,16 @@ impl Mover {
         }
     }
 
-    /// Goes on along another path, which begins at the end of this one: nothing that was learned is lost.
+    /// Goes on along another path: nothing that was learned is lost, and where it begins elsewhere, that is no
+    /// rate of the error.
     pub fn follow(&mut self, path: Path) {
+        let from = path.at(0);
+        for k in (0..AXES).filter(|k| from[*k] != self.r[*k]) {
+            self.e_rate[k] = 0.0;
+            if let Some(last) = &mut self.e_last {
+                last[k] += from[k] - self.r[k];
+            }
+        }
         (self.path, self.cycle) = (path, 0);
     }
 
@@ -105,11 +118,12 @@ impl Mover {
             self.e_rate[k] =
                 ((2.0 * g.t_f - h) * self.e_rate[k] + 2.0 * (e[k] - last[k])) / (2.0 * g.t_f + h);
             let wanted = hold[k] + g.kp[k] * (e[k] + sum / g.t_i + g.t_d * self.e_rate[k]);
-            let most = self.mechanics.torque;
+            let most = self.most[k];
             // anti-windup: at the limit the sum may only lead away from it
             let held = wanted.abs() > most && (sum - self.e_sum[k]) * wanted > 0.0;
             self.e_sum[k] = if held { self.e_sum[k] } else { sum };
-            self.tau[k] = if self.blind[k] { hold[k] } else { wanted.clamp(-most, most) };
+            let open = (hold[k] + self.push[k]).clamp(-most, most);
+            self.tau[k] = if self.blind[k] { open } else { wanted.clamp(-most, most) };
         }
         (self.e, self.e_last) = (e, Some(e));
         self.cycle += 1;

@@ -39,7 +39,10 @@ impl Reporter {
             Ending::StopRequested => {
                 self.mark(out.good(), &ended("stopped on request", out));
             }
-            Ending::Refused(why) => self.refused(why),
+            Ending::Refused(why) => {
+                self.mark(false, &why.to_string());
+                self.event("refused", json!({ "message": why.to_string(), "kind": why.key() }));
+            }
             Ending::Tripped(trip, detail) => self.trip(trip, detail, out),
         }
         summary::print(self, out, written);

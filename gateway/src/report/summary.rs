@@ -1,16 +1,19 @@
 //! The figures at the end of a run.
 
 use serde_json::{json, Value};
+use std::collections::BTreeMap;
 
 use super::terminal::Reporter;
 use crate::cycle::{Histogram, Outcome};
 use crate::record::Written;
+use crate::tasks::Task;
 
 pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
-    for (k, stood) in out.stood.iter().enumerate() {
+    let stood = if let Task::Poses(poses) = &out.task { poses.stood.as_slice() } else { &[] };
+    for (k, stood) in stood.iter().enumerate() {
         let shown = |values: &[f64], digits: usize| {
             let words: Vec<_> = values.iter().map(|v| format!("{v:9.digits$}")).collect();
             words.join(" ")
@@ -32,9 +35,10 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     let c = out.counts;
     reporter.event(
         "summary",
-        json!({"cycles": out.cycles, "skipped": out.skipped, "lost": out.lost,
+        json!({"cycles": out.cycles, "lifted": out.lifted, "skipped": out.skipped, "lost": out.lost,
             "short": out.short, "late_threads": out.late_threads,
             "frozen": out.frozen,
+            "share_of_limits": out.shares.iter().copied().collect::<BTreeMap<_, _>>(),
             "sent": c.sent, "answered": c.answered, "duplicated": c.duplicated,
             "late": c.late, "bad": c.bad, "not_recorded": out.overflowed,
             "wake_up_us": quantiles(&out.timing.wake_up),
@@ -76,6 +80,9 @@ fn figures(reporter: &Reporter, out: &Outcome) {
         let text = format!("{} results of components in their own thread late", out.late_threads);
         reporter.line("threads", &text);
     }
+    let nearest = out.shares.iter().take(3);
+    let nearest: Vec<_> = nearest.map(|(rule, s)| format!("{rule} {:.0} %", 100.0 * s)).collect();
+    reporter.line("of limits", &nearest.join(", "));
     for why in &out.frozen {
         reporter.line("frozen", why);
     }

@@ -16,6 +16,8 @@ pub struct Bounds {
     pub following_error: [f64; AXES],
     /// Axes whose encoder is known to be wrong: their motion is not judged.
     pub blind: [bool; AXES],
+    /// An axis may be held by its end stop: constant counts are no fault.
+    pub may_stand: bool,
 }
 
 impl Bounds {
@@ -29,6 +31,7 @@ impl Bounds {
             high: by_axis(|l| l.position_max),
             following_error: by_axis(|l| l.following_error),
             blind: [false; AXES],
+            may_stand: false,
         }
     }
 

@@ -21,6 +21,8 @@ pub struct Measured<'a> {
     pub e: &'a [f64; AXES],
     pub statusword: &'a [u16; AXES],
     pub error_code: &'a [u16; AXES],
+    /// Values of the signals in `config.pose`; empty outside the run.
+    pub pose: &'a [f64],
     /// AL status, 0 where a device did not answer.
     pub al_state: &'a [u8; AXES],
     /// Mode of operation display, where the process data has it.

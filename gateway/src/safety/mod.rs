@@ -3,6 +3,7 @@
 //! `Safety::judge` sees everything that a cycle measured before the next frame is sent and returns
 //! the first violated rule with its values. It uses no sockets, clocks or FMUs.
 
+mod angles;
 mod bounds;
 mod history;
 mod level;
@@ -10,6 +11,7 @@ mod measured;
 mod mode;
 mod monitors;
 mod reaction;
+mod shares;
 #[cfg(test)]
 mod tests;
 
@@ -23,6 +25,7 @@ use level::Failures;
 pub use measured::Measured;
 use monitors::Monitors;
 pub use reaction::{disabled, in_landing, of_motion, Disabling, InLanding};
+use shares::Shares;
 
 /// Limits, and the state of the rules from cycle to cycle.
 pub struct Safety {
@@ -34,6 +37,7 @@ pub struct Safety {
     last: Option<[f64; AXES]>,
     history: History,
     monitors: Monitors,
+    shares: Shares,
     still: [u32; AXES],
     reference_at_change: [f64; AXES],
 }
@@ -57,6 +61,7 @@ impl Safety {
             last: None,
             history: History::new(config.safety.speed_cycles, base_step),
             monitors: Monitors::new(config, base_step),
+            shares: Shares::default(),
             still: [0; AXES],
             reference_at_change: [0.0; AXES],
         }
@@ -88,6 +93,11 @@ impl Safety {
         &self.history
     }
 
+    /// How near the machine came to the limits of each rule, the nearest first.
+    pub fn shares(&self) -> Vec<(Reason, f64)> {
+        self.shares.list()
+    }
+
     /// Cycle time [s].
     pub fn base_step(&self) -> f64 {
         self.rules.base_step
@@ -101,11 +111,12 @@ impl Safety {
             self.history.skip(m.skipped);
         }
         let shown = (self.rules.bounds.powered, self.complete(m));
-        let torques = self.monitors.judge(m, &self.rules.config, shown);
+        let torques = self.monitors.judge(m, &self.rules.config, shown, &self.shares);
         let found = self
             .wire(m)
             .or_else(|| m.answered.then(|| self.drives(m).or_else(|| self.modes(m)))?)
             .or_else(|| self.motion(m))
+            .or_else(|| self.pose(m))
             .or(torques)
             .or_else(|| self.controller(m));
         self.remember(m);
@@ -158,6 +169,7 @@ impl Safety {
         for k in 0..AXES {
             let l = self.rules.config.limits(k);
             let over = |reason, value: f64, limit: f64| {
+                self.shares.note(reason, value, limit);
                 let beyond = value.is_nan() || value.abs() > limit;
                 beyond.then(|| Trip::of(reason, Some(k), value, limit, m.cycle))
             };
@@ -190,29 +202,6 @@ impl Safety {
             }
         }
         None
-    }
-
-    fn position(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let (low, high) = (self.rules.bounds.low[k], self.rules.bounds.high[k]);
-        let limit = if m.theta[k] < low { low } else { high };
-        let beyond = !(low..=high).contains(&m.theta[k]);
-        beyond.then(|| Trip::of(Reason::Position, Some(k), m.theta[k], limit, m.cycle))
-    }
-
-    /// Constant encoder counts over many cycles while the reference moved, or over very many: counts as
-    /// fine as these never stand still under control.
-    fn frozen(&self, k: usize, m: &Measured) -> Option<Trip> {
-        let s = &self.rules.config.safety;
-        let same = self.last.is_some_and(|last| last[k] == m.theta[k]);
-        let moved = (m.r[k] - self.reference_at_change[k]).abs();
-        let still = self.still[k] + 1;
-        let (moving, always) = (s.frozen_cycles, s.frozen_still_cycles);
-        let frozen = self.rules.bounds.powered
-            && self.complete(m)
-            && same
-            && (still >= moving && moved > s.frozen_motion_rad || always > 0 && still >= always);
-        frozen
-            .then(|| Trip::of(Reason::FrozenEncoder, Some(k), moved, s.frozen_motion_rad, m.cycle))
     }
 
     fn controller(&self, m: &Measured) -> Option<Trip> {

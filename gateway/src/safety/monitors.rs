@@ -2,6 +2,7 @@
 //! they were sent, and what the feedback has to add to the model.
 
 use super::measured::Measured;
+use super::shares::Shares;
 use crate::config::{Config, AXES};
 use crate::rules::{Reason, Trip};
 
@@ -33,6 +34,8 @@ pub struct Monitors {
     sent: [Option<Axes>; 2],
     feedback: Mean,
     measured: Mean,
+    /// Of the square of the measured torque.
+    square: Mean,
 }
 
 impl Monitors {
@@ -42,6 +45,7 @@ impl Monitors {
             sent: [None; 2],
             feedback: Mean::new(s.feedback_s, base_step),
             measured: Mean::new(s.measured_s, base_step),
+            square: Mean::new(s.thermal_s, base_step),
         }
     }
 
@@ -56,6 +60,7 @@ impl Monitors {
             sent: [None; 2],
             feedback: Mean { value: [0.0; AXES], ..self.feedback.clone() },
             measured: self.measured.clone(),
+            square: self.square.clone(),
         };
     }
 
@@ -65,6 +70,7 @@ impl Monitors {
         m: &Measured,
         config: &Config,
         (powered, complete): (bool, bool),
+        shares: &Shares,
     ) -> Option<Trip> {
         if !powered {
             return None;
@@ -74,6 +80,7 @@ impl Monitors {
         for k in 0..AXES {
             let l = config.limits(k);
             let mut over = |reason, value: f64, limit: f64| {
+                shares.note(reason, value, limit);
                 if limit > 0.0 && (value.is_nan() || value.abs() > limit) {
                     found = found.or(Some(Trip::of(reason, Some(k), value, limit, m.cycle)));
                 }
@@ -87,6 +94,11 @@ impl Monitors {
             if let (Some(before), true, 0) = (before, complete, m.skipped) {
                 let off = self.measured.note(k, m.tau_meas[k] - before[k]);
                 over(Reason::MeasuredTorque, off, l.measured_torque);
+            }
+            // without a reply nothing was measured
+            if complete {
+                let square = self.square.note(k, m.tau_meas[k] * m.tau_meas[k]);
+                over(Reason::Thermal, square.sqrt(), l.rated_torque);
             }
             if let Some(feedback) = m.feedback {
                 let carried = self.feedback.note(k, feedback[k]);

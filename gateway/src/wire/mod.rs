@@ -11,9 +11,11 @@
 //! In lockstep no clock tells that a reply will not come: the emulator says so, with a frame of its own
 //! (`NO_REPLY`). So a run does not depend on how fast either computer is.
 
+mod cable;
 mod clock;
 #[cfg(test)]
 mod fuzz_tests;
+mod replay;
 mod socket;
 #[cfg(test)]
 mod tests;
@@ -24,6 +26,10 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use crate::realtime::now_ns;
+pub use cable::Cable;
+#[cfg(test)]
+pub use replay::pcap;
+pub use replay::Replay;
 pub use socket::{Link, Socket};
 
 const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1
@@ -35,6 +41,13 @@ const TYPE: usize = 15;
 const NO_REPLY: u8 = 0xF;
 /// The same bytes in the source address of ethercrab.
 const OURS: [u8; 4] = [0x10; 4];
+
+/// A frame that says that none comes.
+fn no_reply(frame: &[u8]) -> Vec<u8> {
+    let mut told = frame[..=INDEX].to_vec();
+    told[TYPE] = NO_REPLY << 4;
+    told
+}
 
 /// Frame counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -201,6 +201,12 @@ impl Controller {
         all.filter_map(|t| Some(t.described(t.frozen.as_ref()?, &self.layout))).collect()
     }
 
+    /// Largest shares of their bounds that the estimates and the innovations took.
+    pub fn nearest(&self) -> [f64; 2] {
+        let most = |k: usize| self.workers.iter().fold(0.0, |most: f64, t| most.max(t.nearest[k]));
+        [most(0), most(1)]
+    }
+
     /// Ticks that threads of their own have left out so far (`Late::Hold`).
     pub fn late(&self) -> u64 {
         self.late

@@ -22,6 +22,8 @@ pub(crate) struct Threaded {
     /// Ticks in a row at which it was late, and at which it gets no inputs.
     pub left_out: u32,
     guard: Guard,
+    /// Largest shares of the bounds so far: of the estimates, and of the innovations.
+    pub nearest: [f64; 2],
     /// It has left its bounds: its last outputs within them stay.
     pub frozen: Option<Frozen>,
 }
@@ -64,7 +66,7 @@ fn open(
     let names = names(component, &layout.names[worker.slots.clone()]);
     let guard = Guard::new(component, &names, bounds);
     let (component, left_out, frozen) = (component.clone(), 0, None);
-    let threaded = Threaded { worker, component, left_out, guard, frozen };
+    let threaded = Threaded { worker, component, left_out, guard, nearest: [0.0; 2], frozen };
     if let Some(state) = state {
         state.check_outputs(&threaded.outputs(layout))?;
     }
@@ -90,7 +92,12 @@ impl Threaded {
     /// New outputs to the bus, unless one has left its bounds: then those on the bus stay for good.
     pub fn take(&mut self, bus: &mut [f64], now: i64) {
         let guard = &self.guard;
-        self.frozen = self.worker.take(bus, |values| guard.outside(values, now));
+        let nearest = &mut self.nearest;
+        self.frozen = self.worker.take(bus, |values| {
+            let shares = guard.shares(values);
+            *nearest = [0, 1].map(|k| nearest[k].max(shares[k]));
+            guard.outside(values, now)
+        });
     }
 
     /// The state, or why there is none. `wait`: longest wait for a step that is not over.

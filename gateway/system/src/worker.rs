@@ -128,7 +128,7 @@ impl Worker {
     }
 
     /// Outputs to the common bus unless `refused` finds a reason; only when finished.
-    pub fn take<T>(&self, bus: &mut [f64], refused: impl Fn(&[f64]) -> Option<T>) -> Option<T> {
+    pub fn take<T>(&self, bus: &mut [f64], refused: impl FnOnce(&[f64]) -> Option<T>) -> Option<T> {
         let state = lock(&self.shared);
         let values = &state.executor.bus()[self.sources.len()..];
         let why = refused(values);

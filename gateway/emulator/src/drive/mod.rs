@@ -34,6 +34,9 @@ pub struct Drive {
     pub forced_mode: Option<i8>,
     /// Controlwords have no effect.
     pub deaf: bool,
+    /// It follows its controlword in every frame of so many; 0: in all.
+    pub slow: u32,
+    frames: u32,
     /// Shown whatever the state is.
     pub status_frozen: Option<u16>,
     /// Used in place of its target.
@@ -60,6 +63,8 @@ impl Drive {
             machine: Machine::new(state, error),
             encoder: Encoder::default(),
             deaf: false,
+            slow: 0,
+            frames: 0,
             status_frozen: None,
             target_frozen: None,
             control: 0,
@@ -80,7 +85,8 @@ impl Drive {
             self.mode_display = self.mode;
         }
         self.mode_display = self.forced_mode.unwrap_or(self.mode_display);
-        if !self.deaf {
+        self.frames = self.frames.wrapping_add(1);
+        if !self.deaf && self.frames.is_multiple_of(self.slow.max(1)) {
             self.machine.control(self.control);
         }
     }

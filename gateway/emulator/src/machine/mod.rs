@@ -218,6 +218,11 @@ impl Machine {
         }
     }
 
+    /// True angles of the axes [rad].
+    pub fn angles(&self) -> [f64; AXES] {
+        self.theta
+    }
+
     /// Some axis had torque in the last step.
     pub fn has_torque(&self) -> bool {
         self.pushed.contains(&true)

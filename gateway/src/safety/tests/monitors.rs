@@ -1,7 +1,7 @@
 //! Rules on the change of torques, on what the drives measure, and on what the feedback adds.
 
 use super::{Cycle, COMPLETE, TS};
-use crate::config::{parse, AXES};
+use crate::config::{parse, PoseLimit, AXES};
 use crate::rules::{Reason, Trip};
 use crate::safety::{Bounds, Safety};
 
@@ -161,4 +161,36 @@ fn a_lift_off_allows_less_error_than_a_run() {
     safety.enter(bounds.closer(0.01));
     let trip = cycle.judged(&mut safety).unwrap();
     assert_eq!((trip.reason, trip.limit), (Reason::FollowingError, 0.01));
+}
+
+#[test]
+fn a_motor_bears_its_rated_torque_for_ever_and_more_for_a_while() {
+    // the mean square of a step is 1 - exp(-t / T) of its end, T = 10 s; drives measure what they were sent
+    let held = |tau: f64| first(400_000, move |_, c| (c.tau[1], c.tau_meas[1]) = (tau, tau));
+    assert_eq!(told(held(9.0)), None);
+    let trip = held(12.0).unwrap();
+    assert_eq!((trip.reason, trip.axis, trip.limit), (Reason::Thermal, Some(1), 9.0));
+    let wanted = -10.0 * (1.0 - (9.0f64 / 12.0).powi(2)).ln() / TS;
+    assert!((trip.cycle as f64 - wanted).abs() < 10.0, "{trip} {wanted}");
+    let unanswered = first(60_000, |n, c| {
+        (c.tau[1], c.tau_meas[1], c.answered) = (12.0, 12.0, n % 5 != 4);
+    });
+    assert!(unanswered.unwrap().cycle > trip.cycle, "what is not measured is not counted");
+}
+
+#[test]
+fn a_pose_trips_on_either_side_of_its_limits_and_only_in_a_run() {
+    let mut config = parse(include_str!("../../../machines/akd.toml")).unwrap();
+    let limit = |min, max| PoseLimit { signal: String::new(), min, max };
+    config.pose = vec![limit(0.25, 0.35), limit(-0.1, 0.1)];
+    let judged = |pose: [f64; 2]| {
+        let mut safety = Safety::new(&config, TS, COMPLETE, true);
+        let trip = Cycle { pose, ..Cycle::rest() }.judged(&mut safety);
+        trip.map(|t| (t.reason, t.value, t.limit))
+    };
+    assert_eq!(judged([0.25, 0.1]), None);
+    assert_eq!(judged([0.35, -0.1]), None);
+    assert_eq!(judged([0.2499, 0.0]), Some((Reason::Pose, 0.2499, 0.25)));
+    assert_eq!(judged([0.3, 0.1001]), Some((Reason::Pose, 0.1001, 0.1)));
+    assert!(judged([0.3, f64::NAN]).is_some_and(|t| t.0 == Reason::Pose));
 }

@@ -1,0 +1,114 @@
+//! Why the drives were not enabled, or a task was not done.
+
+use std::fmt;
+
+use crate::bus::cia402::State;
+use crate::config::AXES;
+
+/// Axes are counted from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Refusal {
+    NoReplies,
+    AlState {
+        axis: usize,
+        al: u8,
+    },
+    DriveFault {
+        axis: usize,
+        code: u16,
+    },
+    /// An angle outside its limits, or not a number.
+    Angle {
+        axis: usize,
+        theta: f64,
+        low: f64,
+        high: f64,
+    },
+    Moving {
+        axis: usize,
+        rate: f64,
+        limit: f64,
+    },
+    NotAtRestPose {
+        axis: usize,
+        theta: f64,
+        wanted: f64,
+        limit: f64,
+    },
+    /// Others have been enabled for longer than `most_ms`; those that are not must not wait, as they carry no weight.
+    LeftBehind {
+        states: [State; AXES],
+        most_ms: u32,
+    },
+    NotEnabled {
+        states: [State; AXES],
+    },
+    Task(String),
+}
+
+impl Refusal {
+    /// Name in JSON.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Refusal::NoReplies => "no_replies",
+            Refusal::AlState { .. } => "al_state",
+            Refusal::DriveFault { .. } => "drive_fault",
+            Refusal::Angle { .. } => "angle",
+            Refusal::Moving { .. } => "moving",
+            Refusal::NotAtRestPose { .. } => "rest_pose",
+            Refusal::LeftBehind { .. } => "left_behind",
+            Refusal::NotEnabled { .. } => "not_enabled",
+            Refusal::Task(_) => "task",
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Refusal::NoReplies => f.write_str(
+                "the drives stopped replying while they were being enabled: check the cable",
+            ),
+            Refusal::AlState { axis, al } => {
+                write!(f, "axis {}: AL status {al:#04x} while enabling, expected OP", axis + 1)
+            }
+            Refusal::DriveFault { axis, code } => {
+                write!(f, "axis {}: drive fault {code:#06x} while enabling", axis + 1)
+            }
+            Refusal::Angle { axis, theta, low, high } => write!(
+                f,
+                "axis {}: theta = {theta} rad, allowed {low} to {high} rad: move it by hand, or check \
+                 drive[{axis}].offset_counts and direction",
+                axis + 1
+            ),
+            Refusal::Moving { axis, rate, limit } => write!(
+                f,
+                "axis {}: it moves with {rate:.3} rad/s, allowed {limit} rad/s: wait until the machine rests",
+                axis + 1
+            ),
+            Refusal::NotAtRestPose { axis, theta, wanted, limit } => write!(
+                f,
+                "axis {}: theta = {theta} rad, landing.rest_rad = {wanted} rad, more than {limit} rad away: \
+                 check drive[{axis}].offset_counts and that nothing blocks the axis",
+                axis + 1
+            ),
+            Refusal::LeftBehind { states, most_ms } => {
+                let behind = states.iter().enumerate();
+                let behind = behind.filter(|(_, state)| **state != State::OperationEnabled);
+                let named: Vec<_> =
+                    behind.map(|(k, state)| format!("axis {}: {}", k + 1, state.name())).collect();
+                write!(
+                    f,
+                    "{}, but others have been enabled for more than landing.enable_ms = {most_ms}: read the \
+                     warnings of this drive, or raise enable_ms if it releases a brake",
+                    named.join(", ")
+                )
+            }
+            Refusal::NotEnabled { states } => {
+                let names = states.map(State::name);
+                write!(f, "not all drives reached operation enabled: {names:?}")
+            }
+            Refusal::Task(why) => f.write_str(why),
+        }
+    }
+}

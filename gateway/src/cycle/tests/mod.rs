@@ -1,0 +1,8 @@
+//! Whole runs in the process of the test.
+
+mod panic;
+mod property;
+mod replay;
+mod rig;
+
+use super::*;

@@ -1,0 +1,125 @@
+//! Whatever single fault strikes, and whenever: the machine ends at rest, within its stroke, and no axis is faster
+//! than 1 rad/s; drives end without power or are named.
+
+use super::rig::{run, Line, COMMAND, LRW};
+use super::*;
+
+const CASES: u64 = 40;
+/// Cycles of the controller: with lift-off and landing a run has some 24 000.
+const CYCLES: i64 = 2000;
+const LAST: u64 = 22_000;
+/// End stops [rad], with the rounding of the encoder.
+const STROKE: f64 = std::f64::consts::FRAC_PI_6 + 1e-6;
+/// Counts of a radian.
+const RAD: f64 = 683_565_275.6;
+
+/// Always the same numbers [Steele et al. 2014, SplitMix64].
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ z >> 31) as f64 / u64::MAX as f64
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        (self.next() * n as f64) as u64
+    }
+}
+
+/// A fault of the emulator drawn at random.
+fn fault(chance: &mut Chance) -> String {
+    let (cycle, position) = (1 + chance.below(LAST), chance.below(6));
+    let sign = if chance.next() < 0.5 { -1.0 } else { 1.0 };
+    let jump = sign * RAD * 10f64.powf(-4.0 + 3.0 * chance.next());
+    let kinds = [
+        "kind = \"drive_fault\"".to_owned(),
+        format!("kind = \"encoder_jump\"\nsize = {jump:.0}"),
+        "kind = \"encoder_frozen\"".to_owned(),
+        format!("kind = \"mode_change\"\nsize = {}", chance.below(11)),
+        "kind = \"control_ignored\"".to_owned(),
+        "kind = \"status_frozen\"".to_owned(),
+        "kind = \"sto\"".to_owned(),
+        format!("kind = \"push\"\nsize = {:.0}\ncount = 40", sign * 6000.0 * chance.next()),
+        "kind = \"torque_frozen\"".to_owned(),
+        format!("kind = \"safe_op\"\ncode = {}", chance.below(64)),
+        format!("kind = \"wkc_short\"\ncount = {}", chance.below(40)),
+        "kind = \"cable_cut\"".to_owned(),
+        format!("kind = \"frame_lost\"\ncount = 0\nprobability = {:.3}", chance.next()),
+        format!("kind = \"frame_lost\"\nacting = \"after\"\ncount = {}", chance.below(40)),
+        format!("kind = \"frame_delayed\"\ncount = 0\nprobability = {:.3}", 0.3 * chance.next()),
+        format!("kind = \"frame_duplicated\"\ncount = 0\nprobability = {:.3}", chance.next()),
+    ];
+    let kind = &kinds[chance.below(kinds.len() as u64) as usize];
+    format!("[[fault]]\ncycle = {cycle}\nposition = {position}\n{kind}\n")
+}
+
+/// What must hold afterwards.
+fn ends_well(what: &str, line: &mut Line, out: &Outcome) {
+    let told = format!("{what}: {:?}", out.unconfirmed());
+    line.leave_alone(3.0);
+    let before = line.line.angles();
+    line.leave_alone(0.5);
+    let after = line.line.angles();
+    let rate = (0..AXES).map(|k| (after[k] - before[k]).abs() / 0.5).fold(0.0, f64::max);
+    assert!(rate < 0.1, "{told}: {rate} rad/s at the end");
+    assert!(!line.line.has_torque(), "{told}: a drive has power at the end");
+    assert!(line.fastest < 1.0, "{told}: {} rad/s", line.fastest);
+    assert!(line.farthest <= STROKE, "{told}: {} rad", line.farthest);
+}
+
+#[test]
+fn any_single_fault_at_any_time_ends_at_rest() {
+    let mut chance = Chance(19);
+    for _ in 0..CASES {
+        let fault = fault(&mut chance);
+        let mut line = Line::open(&fault);
+        let ran = run(&mut line, CYCLES);
+        ends_well(&fault, &mut line, &ran.out);
+    }
+}
+
+/// Bytes of the inputs that are not what the drives said.
+struct Noise<'a> {
+    line: &'a mut Line,
+    chance: Chance,
+    /// Frame of process data from which on, and how many are spoiled.
+    frames: std::ops::Range<u64>,
+}
+
+impl Link for Noise<'_> {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        self.line.send(frame);
+        let spoils = frame[COMMAND] == LRW && self.frames.contains(&self.line.frames);
+        for reply in self.line.arriving.iter_mut().filter(|reply| spoils && reply.len() > 60) {
+            for _ in 0..=self.chance.below(8) {
+                // behind the head of the datagram; counters and states of the drives, too
+                let at = 26 + self.chance.below(reply.len() as u64 - 26) as usize;
+                reply[at] = self.chance.below(256) as u8;
+            }
+        }
+        true
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        self.line.receive(buffer)
+    }
+
+    fn wait(&mut self, _: u64) {}
+}
+
+#[test]
+fn any_bytes_in_the_replies_end_at_rest() {
+    let mut chance = Chance(20);
+    for case in 0..CASES / 2 {
+        let begin = 3 + chance.below(LAST);
+        // one reply, a few, or all from then on
+        let count = [1, 3, 1_000_000][case as usize % 3];
+        let mut line = Line::open("");
+        let noise = Noise { line: &mut line, chance: Chance(case), frames: begin..begin + count };
+        let ran = run(noise, CYCLES);
+        ends_well(&format!("{count} replies from {begin} on"), &mut line, &ran.out);
+    }
+}

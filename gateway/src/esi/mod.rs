@@ -1,0 +1,9 @@
+//! Reads an ESI file (EtherCAT slave information, XML of the maker): identity and process data of a drive.
+
+mod template;
+#[cfg(test)]
+mod tests;
+mod xml;
+
+pub use template::{template, Roles};
+pub use xml::{devices, Device};

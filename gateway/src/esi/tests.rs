@@ -1,0 +1,75 @@
+use super::*;
+use crate::config::parse;
+
+const ROLES: Roles = Roles { target_torque: 0x6071, actual_torque: 0x6077, position: 0x6064 };
+const CIA402: &str = include_str!("../../machines/cia402.toml");
+
+fn entry(index: &str, bits: u8) -> String {
+    format!("<Entry><Index>{index}</Index><SubIndex>0</SubIndex><BitLen>{bits}</BitLen></Entry>")
+}
+
+fn pdo(tag: &str, index: &str, attributes: &str, entries: &[(&str, u8)]) -> String {
+    let entries: String = entries.iter().map(|(index, bits)| entry(index, *bits)).collect();
+    format!("<{tag} {attributes}><Index>{index}</Index><Name>a map</Name>{entries}</{tag}>")
+}
+
+/// A drive with a position map that is assigned and a torque map that is not.
+fn file() -> String {
+    let maps = [
+        pdo("RxPdo", "#x1600", r#"Sm="2" Fixed="1""#, &[("#x6040", 16), ("#x607A", 32)]),
+        pdo("RxPdo", "#x1601", "", &[("#x6040", 16), ("#x6060", 8), ("0", 8), ("#x6071", 16)]),
+        pdo("TxPdo", "#x1A00", r#"Sm="3""#, &[("#x6041", 16), ("#x6064", 32), ("#x6061", 8)]),
+        pdo("TxPdo", "#x1A01", "", &[("0", 8), ("#x6077", 16), ("#x603F", 16)]),
+    ];
+    format!(
+        r##"<?xml version="1.0"?><EtherCATInfo><Vendor><Id>#x00000F1E</Id><Name>V</Name></Vendor>
+        <Descriptions><Devices><Device Physics="YY"><Type ProductCode="#x04020010" RevisionNo="#x00000002">A
+        drive</Type>{}</Device></Devices></Descriptions></EtherCATInfo>"##,
+        maps.join("")
+    )
+}
+
+#[test]
+fn a_profile_of_the_file_is_one_of_a_configuration() {
+    let found = devices(&file()).unwrap();
+    assert_eq!(
+        (found[0].vendor_id, found[0].product_code, found[0].revision),
+        (0xF1E, 0x0402_0010, 2)
+    );
+    let text = template(&found[0], &ROLES).unwrap();
+    let begin = CIA402.find("[profile]").unwrap();
+    let end = CIA402.find("[limits]").unwrap();
+    let whole = [&CIA402[..begin], &text, &CIA402[end..]].join("\n");
+    // what nobody knows yet is refused by name
+    let why = parse(&whole).unwrap_err();
+    assert!(why.contains("profile.counts_per_revolution = 0"), "{why}");
+    assert!(why.contains("rated_torque_N_m = 0") && why.lines().count() == 2, "{why}");
+    let known = whole
+        .replace("counts_per_revolution = 0.0", "counts_per_revolution = 1048576.0")
+        .replace("rated_torque_N_m = 0.0 }", "rated_torque_N_m = 9.0 }");
+    let profile = parse(&known).unwrap().profile;
+    // the assigned PDO to the drive lacks the torque; from it, two share the objects
+    let indices = |maps: &[crate::config::Pdo]| maps.iter().map(|p| p.index).collect::<Vec<_>>();
+    assert_eq!((indices(&profile.rx), indices(&profile.tx)), (vec![0x1601], vec![0x1A00, 0x1A01]));
+}
+
+#[test]
+fn what_no_pdo_has_and_what_is_no_esi_is_told() {
+    let found = devices(&file()).unwrap();
+    let roles = Roles { target_torque: 0x2071, actual_torque: 0x2077, ..ROLES };
+    let why = template(&found[0], &roles).unwrap_err();
+    assert!(why.contains("no PDO of the file has 0x2071"), "{why}");
+    assert!(why.contains("may be changed (0x1601)"), "{why}");
+    assert!(why.contains("has 0x2077") && why.contains("(0x1a00, 0x1a01)"), "{why}");
+    for (from, to, wanted) in [
+        ("EtherCATInfo", "Other", "its root is <Other>"),
+        ("#x00000F1E", "x", "<Id> \"x\" is no number"),
+        ("RevisionNo", "Revision", "<Type> without RevisionNo"),
+        ("<BitLen>16</BitLen>", "", "PDO 0x1600: <Entry> without <BitLen>"),
+        ("#x1600", "#x16000", "index 0x16000 is above 0xffff"),
+        ("</Devices>", "", "no XML"),
+    ] {
+        let why = devices(&file().replace(from, to)).unwrap_err();
+        assert!(why.contains(wanted), "{why}");
+    }
+}

@@ -1,0 +1,124 @@
+//! `jog`: moves by the keyboard, between lift-off and landing.
+
+use clap::Args;
+use flexhex_system::System;
+use std::io::BufRead;
+use std::sync::mpsc::{sync_channel, SyncSender};
+
+use crate::arguments::ConfigArgs;
+use crate::config::{Config, AXES};
+use crate::exit::Exit;
+use crate::poses::{angles, within};
+use crate::report::Reporter;
+use crate::run;
+use crate::session::PowerArgs;
+use crate::tasks::{self, Order, Task, ORDERS};
+
+pub const EXAMPLES: &str = "\
+Examples:
+  flexhex-gateway jog gateway/machines/akd.toml --enable
+  flexhex-gateway jog gateway/machines/akd.toml --enable --largest 0.01 --page 4850
+
+Lines that it takes, each with Enter:
+  3 0.01           axis 3 by 0.01 rad, at most --largest
+  to 0,0,0,0,0,0   to this pose
+  q                land; so does the end of the input, or Ctrl-C
+
+It begins in the neutral pose. Speed, torque and gains are those of [landing], the limits those of a run.";
+
+#[derive(Args)]
+pub struct Jog {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    options: PowerArgs,
+    /// Largest step of an axis in rad.
+    #[arg(long, value_name = "RAD", default_value_t = 0.05)]
+    largest: f64,
+}
+
+/// Lift off, move as the lines of standard input say, land; the exit code of the command.
+pub fn jog(args: &Jog) -> Exit {
+    let (reporter, largest) = (args.config.reporter(), args.largest);
+    let make = move |config: &Config, _: &System| {
+        let (sender, orders) = sync_channel(ORDERS);
+        let config = config.clone();
+        // it ends with the process: a read of the keyboard cannot be cut short
+        std::thread::spawn(move || listen(reporter, &config, largest, &sender));
+        Ok(Task::Jog(tasks::Jog::new([0.0; AXES], orders)))
+    };
+    run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
+}
+
+/// Passes the orders of standard input on until its end.
+fn listen(reporter: Reporter, config: &Config, largest: f64, orders: &SyncSender<Order>) {
+    let mut pose = [0.0; AXES];
+    for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+        if line.trim().is_empty() {
+            continue;
+        }
+        match order(&line, &pose, config, largest) {
+            Ok(order) => {
+                if let Order::To(next) = order {
+                    pose = next;
+                    reporter.line("to", &format!("{next:.4?} rad"));
+                }
+                if orders.send(order).is_err() || order == Order::Land {
+                    return;
+                }
+            }
+            Err(why) => reporter.mark(false, &why),
+        }
+    }
+}
+
+/// The order of a line, from a pose.
+fn order(line: &str, pose: &[f64; AXES], config: &Config, largest: f64) -> Result<Order, String> {
+    let unknown = || format!("{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`");
+    let mut words = line.split_whitespace();
+    let (first, rest) = (words.next().unwrap_or(""), words.collect::<Vec<_>>().join(""));
+    let next = match (first, rest.as_str()) {
+        ("q", "") => return Ok(Order::Land),
+        ("to", text) => angles(text)?,
+        (axis, by) => {
+            let axis = axis.parse().ok().filter(|k| (1..=AXES).contains(k)).ok_or_else(unknown)?;
+            let by: f64 = by.parse().map_err(|_| unknown())?;
+            // also of what is no number
+            let small = by.abs() <= largest;
+            if !small {
+                return Err(format!("{by} rad: allowed at most {largest} rad (--largest)"));
+            }
+            let mut next = *pose;
+            next[axis - 1] += by;
+            next
+        }
+    };
+    within(&next, config).map(|()| Order::To(next))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    #[test]
+    fn lines_are_orders_or_told_why_not() {
+        let config = parse(include_str!("../machines/akd.toml")).unwrap();
+        let pose = [0.0, 0.0, 0.5, 0.0, 0.0, 0.0];
+        let at = |line: &str| order(line, &pose, &config, 0.05);
+        assert_eq!(at(" 3  -0.05 "), Ok(Order::To([0.0, 0.0, 0.45, 0.0, 0.0, 0.0])));
+        assert_eq!(at("to 0,0,0, 0,0,0.1"), Ok(Order::To([0.0, 0.0, 0.0, 0.0, 0.0, 0.1])));
+        assert_eq!(at("q"), Ok(Order::Land));
+        for (line, why) in [
+            ("3 0.06", "allowed at most 0.05 rad"),
+            ("3 NaN", "allowed at most 0.05 rad"),
+            ("3 0.03", "axis 3: 0.53 rad, allowed -0.52 to 0.52 rad"),
+            ("7 0.01", "write `3 0.01`"),
+            ("3", "write `3 0.01`"),
+            ("quit", "write `3 0.01`"),
+            ("to 1,2", "write 6 angles in rad"),
+        ] {
+            assert!(at(line).unwrap_err().contains(why), "{line}: {:?}", at(line));
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! `calibrate torque`: the torque constant from what a known mass adds to the holding torques.
+
+use clap::Args;
+use flexhex_system::{Plant, System};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+use crate::arguments::ConfigArgs;
+use crate::config::{Config, Scale, AXES};
+use crate::cycle::Outcome;
+use crate::exit::Exit;
+use crate::motion::Mover;
+use crate::record::now;
+use crate::referencing::write;
+use crate::report::Reporter;
+use crate::run::{self, Refusal};
+use crate::session::{self, PowerArgs};
+use crate::tasks::{Poses, Seen, Step, Task};
+
+/// The pose is reached from either side by this way [rad], so that friction cancels.
+const AROUND: f64 = 0.02;
+/// Time for which a pose is held [s].
+const HOLD: f64 = 2.0;
+/// Smallest torque [N m] that a mass must add to an axis, for a ratio that means something.
+const ENOUGH: f64 = 0.05;
+
+#[derive(Args)]
+pub struct Torque {
+    #[command(flatten)]
+    config: ConfigArgs,
+    #[command(flatten)]
+    options: PowerArgs,
+    /// Known mass in kg, bolted where the machine file says (c_payload). 0: the run without it.
+    #[arg(long, value_name = "KG", default_value_t = 0.0)]
+    mass: f64,
+    /// What the run without the mass wrote.
+    #[arg(long, value_name = "FILE")]
+    against: Option<PathBuf>,
+    /// Write what was measured to this file.
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
+}
+
+/// The file of a run.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Record {
+    date: String,
+    mass_kg: f64,
+    /// Torque constant or rated torque under which the torques were read.
+    scale: f64,
+    serial: [u32; AXES],
+    /// Means of a rising and a falling approach to the neutral pose.
+    #[serde(rename = "holding_N_m")]
+    holding: [f64; AXES],
+    /// Torque constant, or rated torque, by axis; only of a run with a mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found: Option<[f64; AXES]>,
+}
+
+/// Hold the neutral pose and compare; the exit code of the command.
+pub fn find(args: &Torque) -> Exit {
+    let make = |_: &Config, system: &System| {
+        usage(args).map_err(|why| (Exit::Usage, why))?;
+        Ok(Task::Poses(poses(system)))
+    };
+    let tell = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
+        told(args, reporter, (config, system), out)
+    };
+    run::instead((&args.config, args.options), false, make, tell)
+}
+
+fn usage(args: &Torque) -> Result<(), String> {
+    if !(0.0..=50.0).contains(&args.mass) {
+        return Err(format!("--mass {}: allowed 0 to 50 kg", args.mass));
+    }
+    if (args.mass > 0.0) != args.against.is_some() {
+        return Err("--mass and --against belong together: first a run without both, with --write"
+            .to_owned());
+    }
+    args.against.as_deref().map_or(Ok(()), |file| read(file).map(|_| ()))
+}
+
+fn read(file: &Path) -> Result<Record, String> {
+    let text = std::fs::read_to_string(file).map_err(|why| format!("{}: {why}", file.display()))?;
+    let record: Record = toml::from_str(&text).map_err(|why| {
+        format!("{}: not written by `calibrate torque` ({})", file.display(), why.message())
+    })?;
+    match record.mass_kg {
+        0.0 => Ok(record),
+        mass => Err(format!("{}: a run with {mass} kg, not one without", file.display())),
+    }
+}
+
+fn told(
+    args: &Torque,
+    reporter: Reporter,
+    (config, system): (&Config, &System),
+    out: &Outcome,
+) -> Result<(), Refusal> {
+    let Task::Poses(poses) = &out.task else { return Ok(()) };
+    let holding = holding(poses);
+    let (name, scale) = match config.profile.scale {
+        Scale::Current { torque_constant, .. } => ("torque_constant_N_m_per_A", torque_constant),
+        Scale::RatedTorque { rated_torque, .. } => ("rated_torque_N_m", rated_torque),
+    };
+    let mut record = Record {
+        date: now(),
+        mass_kg: args.mass,
+        scale,
+        serial: out.serials,
+        holding,
+        found: None,
+    };
+    reporter.line("holding", &format!("{holding:.3?} N m"));
+    if let Some(file) = &args.against {
+        let empty = read(file).map_err(|why| (Exit::BadInput, why))?;
+        let failed = |why| (Exit::Failed, why);
+        let added = added(config, system, args.mass).map_err(failed)?;
+        let found = compare(&record, &empty, &added).map_err(failed)?;
+        let mean = found.iter().sum::<f64>() / AXES as f64;
+        let spread = found.iter().fold(0.0, |far: f64, c| far.max((c / mean - 1.0).abs()));
+        reporter.line("by axis", &format!("{found:.4?}"));
+        reporter.line(
+            "mean",
+            &format!(
+                "{name} = {mean:.4} (configuration: {scale}), axes within {:.1} %",
+                100.0 * spread
+            ),
+        );
+        reporter.event(
+            "torque_constant",
+            json!({"found": found, "mean": mean, "spread": spread, "added": added}),
+        );
+        record.found = Some(found);
+    }
+    let Some(path) = &args.write else { return Ok(()) };
+    let head =
+        "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
+    write(path, head, &record).map_err(|why| (Exit::Failed, why))
+}
+
+/// Torque constant of each axis: the mass adds `added`, the drives measured the difference of the records.
+fn compare(loaded: &Record, empty: &Record, added: &[f64; AXES]) -> Result<[f64; AXES], String> {
+    if (loaded.serial, loaded.scale) != (empty.serial, empty.scale) {
+        return Err(
+            "the run without the mass was made with other drives or another scale: repeat it"
+                .to_owned(),
+        );
+    }
+    let mut found = [0.0; AXES];
+    for k in 0..AXES {
+        let (wanted, measured) = (added[k], loaded.holding[k] - empty.holding[k]);
+        if wanted.abs() < ENOUGH {
+            return Err(format!(
+                "axis {}: the mass adds only {wanted:.4} N m, needed {ENOUGH}: take a larger one",
+                k + 1
+            ));
+        }
+        found[k] = loaded.scale * wanted / measured;
+        if !(found[k] > 0.2 * loaded.scale && found[k] < 5.0 * loaded.scale) {
+            return Err(format!(
+                "axis {}: the mass should add {wanted:.3} N m, measured {measured:.3} N m: sign (drive.direction), \
+                 mass or machine file is wrong",
+                k + 1
+            ));
+        }
+    }
+    Ok(found)
+}
+
+/// What a mass adds to the torques that hold the neutral pose [N m], by the plant of the system description.
+fn added(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], String> {
+    let [without, with] = [0.0, mass].map(|mass| held(config, system, mass));
+    let (without, with) = (without?, with?);
+    Ok(std::array::from_fn(|k| with[k] - without[k]))
+}
+
+/// Torque that holds the neutral pose with a mass [N m]: the same poses in a simulation.
+fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], String> {
+    let schedule = [("count", 1.0), ("time[1]", 0.0), ("mass[1]", mass)];
+    let parameters = schedule.map(|(name, value)| (format!("reference.payload_{name}"), value));
+    let opened = Plant::open(system, &config.system.host, None, &parameters);
+    let mut plant = opened.map_err(|why| {
+        format!("{why}: `calibrate torque` needs a plant whose payload comes from `reference`")
+    })?;
+    let mechanics = session::mechanics(config, system)?;
+    let mut poses = poses(system);
+    let (mut theta, mut tau) = ([0.0; AXES], [0.0; AXES]);
+    let Some(first) = poses.begin(&theta) else { return Ok(tau) };
+    let path = first.path(mechanics.pace);
+    let mut mover = Mover::new(mechanics, path, [0.0; AXES], [false; AXES]);
+    loop {
+        plant.read(&mut theta, &mut tau);
+        mover.step(&theta, 0);
+        plant.step(&mover.tau).map_err(|why| why.to_string())?;
+        let (tau_meas, left) = (&tau, mover.left());
+        let seen = Seen { complete: true, theta: &theta, tau_meas, r: &mover.r, left };
+        match poses.step(&seen) {
+            Step::Go(leg) => mover.follow(leg.path(mechanics.pace)),
+            Step::Over => return Ok(holding(&poses)),
+            _ => {}
+        }
+    }
+}
+
+/// The neutral pose, from below and from above.
+fn poses(system: &System) -> Poses {
+    let list = [-AROUND, 0.0, AROUND, 0.0].map(|angle| [angle; AXES]);
+    Poses::new(list.to_vec(), HOLD, system.base_step())
+}
+
+/// Mean torque of the two approaches [N m].
+fn holding(poses: &Poses) -> [f64; AXES] {
+    match poses.stood[..] {
+        [_, up, _, down] => std::array::from_fn(|k| 0.5 * (up.tau_meas[k] + down.tau_meas[k])),
+        _ => [f64::NAN; AXES],
+    }
+}
