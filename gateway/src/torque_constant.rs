@@ -1,7 +1,7 @@
 //! `calibrate torque`: the torque constant from what a known mass adds to the holding torques.
 
 use clap::Args;
-use flexhex_system::{Plant, System};
+use flexhex_system::{Plant, System, Value};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -180,7 +180,8 @@ fn added(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Str
 /// Torque that holds the neutral pose with a mass [N m]: the same poses in a simulation.
 fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], String> {
     let schedule = [("count", 1.0), ("time[1]", 0.0), ("mass[1]", mass)];
-    let parameters = schedule.map(|(name, value)| (format!("reference.payload_{name}"), value));
+    let parameters =
+        schedule.map(|(name, value)| (format!("reference.payload_{name}"), Value::Number(value)));
     let opened = Plant::open(system, &config.system.host, None, &parameters);
     let mut plant = opened.map_err(|why| {
         format!("{why}: `calibrate torque` needs a plant whose payload comes from `reference`")
