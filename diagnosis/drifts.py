@@ -23,9 +23,10 @@ from flexhex.diagnosis.selection.choose import (
     Accepted,
     Bars,
     best_first,
+    beyond_chance,
     effect_scores,
     one_cause,
-    passes,
+    shown,
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
@@ -73,8 +74,8 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
         scores = effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis])
         bars = Bars(least, least)
-        good = [score for score in best_first(scores) if passes(score, (), bars, criteria)]
-        if good:
+        good = [s for s in best_first(scores) if beyond_chance(s, (), bars, criteria)]
+        if good and shown(good[0], criteria):
             kept.append(simplest(good[0], good, 1, criteria))
     if not kept:
         return []

@@ -59,25 +59,37 @@ def chosen(
 ) -> Accepted | None:
     """What is accepted of the scores of a round beside those that are known."""
     alone = unrepeated(moments, known)
-    good = [
-        score
-        for score in scores
-        if passes(score, known, bars, criteria) and score.gain > alone[score.hypothesis.axis]
-    ]
-    return simplest(good[0], good, number, criteria) if good else None
+    good = [s for s in scores if beyond_chance(s, known, bars, criteria)]
+    for score in good:
+        again = _again(score, known)
+        if shown(score, criteria, again) and score.gain > alone[score.hypothesis.axis]:
+            return simplest(score, good, number, criteria)
+    return None
 
 
 def passes(score: Score, known: Sequence[Score], bars: Bars, criteria: Criteria) -> bool:
-    """Whether a hypothesis is large enough and predicts well enough beside those that are known.
+    """Whether a hypothesis is accepted beside those that are known."""
+    there = shown(score, criteria, _again(score, known))
+    return there and beyond_chance(score, known, bars, criteria)
+
+
+def beyond_chance(score: Score, known: Sequence[Score], bars: Bars, criteria: Criteria) -> bool:
+    """Whether a hypothesis is large enough and predicts more than chance beside those that are
+    known.
 
     An effect that is there already, on another axis or with another shape, is no surprise, and as
     a whole it is large enough.
     """
-    again = any(k.hypothesis.id == score.hypothesis.id for k in known)
+    again = _again(score, known)
     large = again or score.size > criteria.smallest_effect
     least = bars.again if again else bars.first
-    least += log(score.hypothesis.choices) + blurred(score, known, criteria)
-    return large and score.gain > least and shown(score, criteria, again)
+    return large and score.gain > least + log(score.hypothesis.choices) + blurred(
+        score, known, criteria
+    )
+
+
+def _again(score: Score, known: Sequence[Score]) -> bool:
+    return any(k.hypothesis.id == score.hypothesis.id for k in known)
 
 
 def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
@@ -157,9 +169,9 @@ def best_first(scores: Iterable[Score]) -> list[Score]:
 
 
 def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
-    """The hypothesis with the fewest free numbers of those, each good enough by itself, that
-    predict as well as the best one on its axis; the others are its rivals, but for those that only
-    extend it."""
+    """The hypothesis with the fewest free numbers of those, each beyond chance, that predict as
+    well as the best one on its axis; the others are its rivals, but for those that only extend
+    it."""
     axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score

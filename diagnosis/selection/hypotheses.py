@@ -181,7 +181,7 @@ class Hypotheses:
         owned = {p for places in bodies.values() for p in places}
         rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and p not in owned}
         for name, places in {**bodies, **rotors}.items():
-            heavy = [p for p in places if known[p].unit in MASSES]
+            heavy = [p for p in places if known[p].unit in MASSES and scale[p] > 0]
             if any(known[p].positive for p in heavy):
                 direction = np.array([known[p].nominal / scale[p] for p in heavy])
                 yield HeavierBody(name, tuple(heavy), None, direction=direction)
