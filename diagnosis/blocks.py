@@ -97,12 +97,13 @@ class Block:
         return np.unique(self.weights.indices[self.weights.data > 0])
 
     @cached_property
-    def _of_seen(self) -> csr_array:
+    def of_seen(self) -> csr_array:
+        """Weights (m, seen) of these samples."""
         return csr_array(self.weights[:, self.seen])
 
     def smooth_seen(self, raw: Array) -> Array:
-        """The same of the samples (seen, k) that lie in any window alone."""
-        return np.asarray(self._of_seen @ raw)
+        """`smooth` of these samples (seen, k)."""
+        return np.asarray(self.of_seen @ raw)
 
 
 def torque_rms(blocks: Sequence[Block]) -> Array:

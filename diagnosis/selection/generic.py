@@ -17,13 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.signal import lfilter
+from scipy.sparse import csr_array
 
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
 PLACES, LENGTHS = 40, (0.3, 0.1, 0.03)
+FINE, NARROW = 80, (*LENGTHS, 0.012)
 """Places along the range of an argument, and lengths over which a function of it goes together,
-relative to the range."""
+relative to the range; the same of the angle, over which a function may be narrow."""
 WAVES, LENGTH = 100, 1.5
 """Waves over all arguments together, and their length in standard deviations."""
 CREEP = 0.1
@@ -48,12 +50,14 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
     arguments = _arguments(rows, axis)
     unit = float(rows.torque_rms[axis])
     smooth, one = tuple(_together(length) for length in LENGTHS), (np.eye(WAVES),)
+    narrow = tuple(_together(length, FINE) for length in NARROW)
     listed: list[tuple[str, list[Array], tuple[Array, ...]]] = []
+    listed.append(("angle", _along(rows, axis, FINE), narrow))
     for name, values in arguments.items():
-        if name != "direction":
+        if name not in ("direction", "angle"):
             listed.append((name, _hats(values), smooth))
-    directed = [h * d[:, None] for h, d in zip(listed[0][1], arguments["direction"], strict=True)]
-    listed.append(("angle and direction", directed, smooth))
+    pairs = zip(_along(rows, axis, PLACES), arguments["direction"], strict=True)
+    listed.append(("angle and direction", [h * d[:, None] for h, d in pairs], smooth))
     listed.append(("motion", _waves(list(arguments.values())), one))
     memory = _memory(rows, axis)
     listed.append(("history", memory, (np.eye(memory[0].shape[1]),)))
@@ -87,6 +91,22 @@ def _normal(values: Sequence[Array]) -> list[Array]:
     return [(v - centre) / size for v in values]
 
 
+def _along(rows: Rows, axis: int, places: int) -> list[Array]:
+    """Hat functions (m, places) of the angle under the window: it may pass one within a window."""
+    blocks = rows.made.blocks
+    angles = [block.run.motion.theta[block.seen, axis] for block in blocks]
+    low, high = min(v.min() for v in angles), max(v.max() for v in angles)
+    found = []
+    for block, angle in zip(blocks, angles, strict=True):
+        at = (angle - low) / max(high - low, np.finfo(float).tiny) * (places - 1)
+        first = np.clip(np.floor(at).astype(int), 0, places - 2)
+        count, share = np.arange(len(at)), at - first
+        pairs = np.concatenate([1 - share, share]), (np.tile(count, 2), np.r_[first, first + 1])
+        hats = csr_array(pairs, shape=(len(at), places))
+        found.append((block.of_seen @ hats).toarray())
+    return found
+
+
 def _hats(values: Sequence[Array]) -> list[Array]:
     """Hat functions (m, PLACES) of an argument, each on its part of the range."""
     low, high = min(v.min() for v in values), max(v.max() for v in values)
@@ -94,9 +114,9 @@ def _hats(values: Sequence[Array]) -> list[Array]:
     return [np.maximum(0.0, 1.0 - np.abs(p[:, None] - np.arange(PLACES))) for p in at]
 
 
-def _together(length: float) -> Array:
-    """How the places (PLACES, k) of a function go together that is smooth over this length."""
-    at = np.arange(PLACES) / (PLACES - 1)
+def _together(length: float, places: int = PLACES) -> Array:
+    """How the places (places, k) of a function go together that is smooth over this length."""
+    at = np.arange(places) / (places - 1)
     values, vectors = np.linalg.eigh(np.exp(-(((at[:, None] - at) / length) ** 2) / 2))
     kept = values > 1e-6 * values[-1]
     return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))

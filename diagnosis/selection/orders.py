@@ -38,7 +38,8 @@ def promising_orders(
     rows: Rows, axis: int, left: Array, most: int, weight: Sequence[Array] | None = None
 ) -> tuple[list[float], int]:
     """The orders [1/rad], at most so many, with the largest amplitude in what a model leaves of an
-    axis' torque, left (R,), in their order; and how many there are to choose from.
+    axis' torque, left (R,), in their order; and how many there are to choose from, which the
+    stroke tells apart.
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
@@ -71,7 +72,7 @@ def promising_orders(
         clear[part] = np.abs(rfft(level, FINER * count))[part] / size
     there = np.flatnonzero(clear)
     best = there[np.argsort(-clear[there])[:most]]
-    return sorted(float(order) for order in orders[best]), len(there)
+    return sorted(float(order) for order in orders[best]), -(-len(there) // FINER)
 
 
 def smoothed(periods: Array) -> Array:

@@ -1,0 +1,33 @@
+"""Functions without a name: their columns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.selection.generic import FINE, generic
+from flexhex.diagnosis.selection.rows import Rows
+from tests.diagnosis.test_selection import bench_of
+
+
+def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> None:
+    """Any function between its places: an axis may pass a narrow one within a window, and of its
+    smoothed angle the function would be another."""
+    rows = Rows.of(bench_of(tmp_path, None).made)
+    found = generic(rows, 0)[0]
+    assert found.argument == "angle"
+    blocks = rows.made.blocks
+    angles = [block.run.motion.theta[:, 0] for block in blocks]
+    seen = np.concatenate([v[b.seen] for v, b in zip(angles, blocks, strict=True)])
+    values = np.random.default_rng(1).normal(size=FINE)
+    knots = np.linspace(seen.min(), seen.max(), FINE)
+    smooth = rows.raw(
+        [b.smooth(np.interp(v, knots, values)) for v, b in zip(angles, blocks, strict=True)]
+    )
+    assert found.raw @ values == pytest.approx(rows.torque_rms[0] * smooth, abs=1e-9)
+    late = rows.raw(
+        [np.interp(b.smooth(v), knots, values) for v, b in zip(angles, blocks, strict=True)]
+    )
+    assert np.abs(late - smooth).max() > 0.1
