@@ -77,11 +77,12 @@ def beyond_chance(score: Score, known: Sequence[Score], bars: Bars, criteria: Cr
     """Whether a hypothesis is large enough and predicts more than chance beside those that are
     known.
 
-    An effect that is there already, on another axis or with another shape, is no surprise, and as
-    a whole it is large enough.
+    An effect that is there already, on another axis or with another shape, is no surprise; with
+    another shape on the same axis it is large enough as a whole.
     """
-    again = _again(score, known)
-    large = again or score.size > criteria.smallest_effect
+    again, effect = _again(score, known), (score.hypothesis.id, score.hypothesis.axis)
+    whole = any((k.hypothesis.id, k.hypothesis.axis) == effect for k in known)
+    large = whole or score.size > criteria.smallest_effect
     least = bars.again if again else bars.first
     return large and score.gain > least + log(score.hypothesis.choices) + blurred(
         score, known, criteria

@@ -8,7 +8,7 @@ not fitted to, and how large is it?
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import log
 
@@ -107,7 +107,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         arbitrated,
         tuple(beside),
         unrepeated(moments, search.known()),
-        search.instead(),
+        search.instead(beside),
         before,
         rest_of(moments),
         tuple(rounds),
@@ -209,9 +209,10 @@ class Search:
             if names == [score.hypothesis.id for score in self.known()]:
                 break
 
-    def instead(self) -> dict[int, Score]:
+    def instead(self, beside: Sequence[Score]) -> dict[int, Score]:
         """Of each axis something without a name that predicts better, in the place of all effects
-        that were accepted there, than these do: then they only imitate it."""
+        that were accepted there, than these do, with what may stand beside them: then they only
+        imitate it."""
         unsure, found = unrepeated(self.moments, self.known()), dict[int, Score]()
         for axis in range(self.hypotheses.rows.n):
             pairs = zip(self.accepted, self.terms, strict=True)
@@ -221,7 +222,7 @@ class Search:
             terms = [term for _, term in own]
             rest = self.moments.without(*terms)
             other = generic_score(rest, self.hypotheses.generic(axis))
-            gain = together(self.moments, rest, terms) + unsure[axis]
+            gain = together(self.moments, rest, terms) + unsure[axis] + max(beside[axis].gain, 0.0)
             gain -= sum(log(score.hypothesis.choices) for score, _ in own)
             error = max(form_error(score, self.criteria) for score, _ in own)
             if not as_good(gain, other.gain, error, self.criteria):
