@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.play import REACH, play
+from flexhex.diagnosis.reversals import hysteresis_filter
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -44,8 +44,8 @@ class Motion:
 
     @cached_property
     def steady(self) -> Array:
-        """Angles (samples, n) without the way that noise goes: see `flexhex.diagnosis.play`."""
-        return self.theta if self.noise is None else play(self.theta, REACH * self.noise)
+        """Angles (samples, n) without the way that noise goes."""
+        return self.theta if self.noise is None else hysteresis_filter(self.theta, self.noise)
 
     @property
     def time(self) -> Array:

@@ -6,6 +6,7 @@ determine at its nominal value.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import Any
@@ -163,11 +164,19 @@ class HexapodBase:
 
 
 def _actuator(machine: Machine) -> list[Known]:
-    nominal, listed = base_parameters(machine), []
-    per = len(actuator_parameters(machine)) // machine.n_arms
-    for k, (par, value) in enumerate(zip(actuator_parameters(machine), nominal, strict=False)):
-        spread = machine.tolerance.actuator * max(abs(value), par.floor)
-        listed.append(Known(par.name, par.unit, float(value), spread, par.name, k // per))
+    """Torque terms, each known as well as its size, of a wave its amplitude. Where the file has
+    zero there is no hysteresis and no wave; offset, stiffness and damping are not known."""
+    pars = actuator_parameters(machine)
+    values = dict(zip([par.name for par in pars], base_parameters(machine), strict=False))
+    per, listed = len(pars) // machine.n_arms, []
+    for k, par in enumerate(pars):
+        kind, size = term(par.name), abs(values[par.name])
+        if kind in "ab":
+            pair = [values[re.sub(r"\.[ab]\[", f".{way}[", par.name)] for way in "ab"]
+            size = float(np.hypot(*pair))
+        spread = machine.tolerance.actuator * size if size or kind in "abc" else np.inf
+        value = float(values[par.name])
+        listed.append(Known(par.name, par.unit, value, spread, par.name, k // per))
     return listed
 
 

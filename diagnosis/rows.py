@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.logs import Channel, Log
 from flexhex.diagnosis.motion import Columns, MotionModel, dahl_states, differences, smooth
-from flexhex.diagnosis.play import REACH, angle_noise, play
+from flexhex.diagnosis.reversals import angle_noise, hysteresis_filter
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.filter.equations import hann
@@ -90,7 +90,7 @@ def motion(machine: Machine, log: Log, settle: float) -> Motion:
         reach = np.pad(kept, EDGE)
         around = np.lib.stride_tricks.sliding_window_view(reach, 2 * EDGE + 1)
         kept = np.asarray(around.all(axis=1))
-    z = dahl_states(play(theta, REACH * angle_noise(theta)), machine.actuator.sigma)
+    z = dahl_states(hysteresis_filter(theta, angle_noise(theta)), machine.actuator.sigma)
     inner = rates(machine, theta, ts)
     thetad, thetadd = (np.concatenate([v[:1], v, v[-1:]]) for v in inner)
     return Motion(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.blocks import Run, Signal
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
-from flexhex.diagnosis.play import angle_noise
+from flexhex.diagnosis.reversals import angle_noise
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.play import angle_noise
+from flexhex.diagnosis.reversals import angle_noise
 from flexhex.diagnosis.smoothing import hann_weights
 from flexhex.fmus.filter.equations import hann
 

@@ -18,7 +18,7 @@ from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import LEAST, Run
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.kinds import kinds_of
-from flexhex.diagnosis.play import encoder_step
+from flexhex.diagnosis.reversals import encoder_step
 
 Array = NDArray[np.float64]
 GAP = 0.002

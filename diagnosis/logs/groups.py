@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import correlate
 
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log
-from flexhex.diagnosis.play import angle_noise
+from flexhex.diagnosis.reversals import angle_noise
 
 COARSE = 0.005
 """Sample time [s] at which runs are compared."""

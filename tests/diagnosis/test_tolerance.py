@@ -52,6 +52,22 @@ def test_tolerance_of_a_file_is_that_of_its_parameters(key: str) -> None:
     assert spreads(given) == more
 
 
+def test_what_the_file_has_not_is_not_in_the_base_and_what_it_does_not_know_is_free() -> None:
+    data, zero = machine_data(MACHINE), [0.0] * 6
+    for name in ("o", "k", "d", "c"):
+        data["actuator"][name]["value"] = zero
+    for name in ("a", "b"):
+        data["actuator"][name]["value"] = [
+            [0.0, *own[1:]] for own in data["actuator"][name]["value"]
+        ]
+    machine = Machine.model_validate(data)
+    found, terms = spreads(HexapodBase(machine)), machine.actuator
+    assert [found[f"actuator[2].{name}"] for name in "okd"] == [np.inf] * 3
+    assert [found[f"actuator[2].{name}"] for name in ("c", "a[1]", "b[1]")] == [0.0] * 3
+    wave = 0.05 * np.hypot(terms.a[1][1], terms.b[1][1])
+    assert (found["actuator[2].a[2]"], found["actuator[2].b[2]"]) == pytest.approx((wave, wave))
+
+
 def test_geometry_without_a_tolerance_has_no_columns() -> None:
     base = base_of("hexapod", MACHINE, LOG, {"geometry": 0.0})
     assert base.geometry is None

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.motion import dahl_states
-from flexhex.diagnosis.play import REACH, angle_noise, encoder_step, play
+from flexhex.diagnosis.reversals import REACH, angle_noise, encoder_step, hysteresis_filter
 from flexhex.diagnosis.window import curvature
 
 Array = NDArray[np.float64]
@@ -25,24 +27,52 @@ def noisy(deviation: float) -> Array:
     return clean + deviation * np.random.default_rng(3).standard_normal(clean.shape)
 
 
-def test_noise_makes_a_dahl_state_forget_and_play_keeps_it() -> None:
+def test_noise_makes_a_dahl_state_forget_and_the_filter_keeps_it() -> None:
     clean, seen = motion(), noisy(2e-6)
     wanted = dahl_states(clean, SIGMA)[-1]
     forgot = dahl_states(seen, SIGMA)[-1]
-    kept = dahl_states(play(seen, REACH * angle_noise(seen)), SIGMA)[-1]
+    kept = dahl_states(hysteresis_filter(seen, angle_noise(seen)), SIGMA)[-1]
     assert (np.abs(forgot) < 0.5 * np.abs(wanted)).all(), "the case must be one that forgets"
-    # the gap's way: 2 * 8 urad of 15 mrad
+    # noise goes on by some 8 urad of 15 mrad
     assert kept == pytest.approx(wanted, abs=3e-3)
 
 
-def test_play_is_exact_where_there_is_no_noise() -> None:
+def test_angles_without_noise_stay_as_they_are() -> None:
     clean = motion()
-    assert np.array_equal(play(clean, np.zeros(2)), clean)
+    assert np.array_equal(hysteresis_filter(clean, np.zeros(2)), clean)
 
 
-def test_play_follows_behind_its_gap() -> None:
-    there_and_back = np.array([[0.0], [1.0], [0.9], [0.5], [0.6]])
-    assert play(there_and_back, np.array([0.2])).ravel() == pytest.approx([0, 0.8, 0.8, 0.7, 0.7])
+def test_angles_turn_where_they_go_back_by_more_than_the_noise() -> None:
+    there_and_back = np.array([[0.0], [1.0], [0.9], [0.95], [0.5], [0.6], [0.4], [0.45]])
+    wanted = [0.0, 1.0, 0.9, 0.9, 0.5, 0.5, 0.4, 0.4]
+    assert hysteresis_filter(there_and_back, np.array([0.02])).ravel().tolist() == wanted
+
+
+def test_an_encoder_turns_in_the_middle_of_its_last_step() -> None:
+    steps = np.array([0.0, 1.0, 2.0, 2.0, 2.0, 2.0, 2.0, 1.0, 0.0])[:, None]
+    noise = np.array([1 / np.sqrt(12)])
+    assert (_turns(steps, 0.0), _turns(10 * steps, noise[0])) == ([6], [4])
+    assert np.abs(hysteresis_filter(10 * steps, noise) - 10 * steps).max() < 0.3
+
+
+@pytest.mark.parametrize("deviation", [1e-5, 1e-4])
+def test_reversals_in_noise_are_not_late(deviation: float) -> None:
+    t = np.arange(0.0, 200.0, TS)
+    clean = 0.1 * np.sin(2 * np.pi * t / 2.0)[:, None]
+    seen = clean + deviation * np.random.default_rng(4).standard_normal(clean.shape)
+    turns = _turns(seen, deviation)
+    true = np.arange(500, len(t), 1000)
+    assert len(turns) == len(true)
+    # a play operator would be late by the square root of gap over curvature
+    late = np.sqrt(2 * REACH * deviation / (0.1 * np.pi**2)) / TS
+    assert abs(np.mean(turns - true)) < 0.1 * late
+
+
+def _turns(angles: Array, noise: float) -> list[int]:
+    """Samples from which the filtered angle goes the other way."""
+    steps = np.sign(np.diff(hysteresis_filter(angles, np.array([noise]))[:, 0]))
+    moves = np.flatnonzero(steps)
+    return [int(b) for a, b in pairwise(moves) if steps[a] != steps[b]]
 
 
 @pytest.mark.parametrize("deviation", [1e-7, 2e-6, 3e-5])
