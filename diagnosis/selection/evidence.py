@@ -94,6 +94,8 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     beyond = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
     if effect.high is not None:
         beyond |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
+    for less, more, times in effect.ordered:
+        beyond |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
     evidence[beyond] = -np.inf
     return Tried(evidence, gains)
 

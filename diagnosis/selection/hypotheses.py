@@ -132,13 +132,21 @@ class Hypotheses:
         effect = item.effect
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
         known = (item.freedom, effect.extends, effect.exact, effect.most)
+        places = {gain.name: k for k, gain in enumerate(effect.gains)}
+        most = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
+        ordered = tuple((places[name], places[more], times) for name, more, times in most)
 
         def taken() -> Array:
             listed = [self.bench.taken(name, axis or 0, shape) for shape in shapes]
             return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
 
         return EffectHypothesis(
-            *made, bounds[0], *known, high=bounds[1], taken=taken if effect.entered else None
+            *made,
+            bounds[0],
+            *known,
+            high=bounds[1],
+            taken=taken if effect.entered else None,
+            ordered=ordered,
         )
 
     def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:

@@ -47,7 +47,8 @@ class EffectHypothesis:
     numbers that a fit may choose; extends: the simpler effect that it becomes without its further
     gains; choices: shapes that those of the grid were picked from; taken: makes the share
     (R, shapes) of a change of the reported torque that a gain of one takes away, if the columns
-    are of that torque."""
+    are of that torque; ordered: pairs of gains of which the first is at most so many
+    times the second."""
 
     id: str
     axis: Axis
@@ -62,6 +63,7 @@ class EffectHypothesis:
     choices: int = 1
     high: Array | None = None
     taken: Callable[[], Array] | None = None
+    ordered: tuple[tuple[int, int, float], ...] = ()
 
     @property
     def width(self) -> int:

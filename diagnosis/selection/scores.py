@@ -155,11 +155,14 @@ def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tup
 
 
 def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
-    """An effect of its best shape as a term."""
+    """An effect of its best shape as a term, without gains that are zero as they may not be
+    negative."""
     effect = score.hypothesis
     assert isinstance(effect, EffectHypothesis)
     columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
-    return Term(columns.raw, columns.white, free(moments, effect)[score.shape])
+    there = [k for k in range(effect.width) if k not in score.still]
+    raw, white = ({i: v[:, there] for i, v in of.items()} for of in (columns.raw, columns.white))
+    return Term(raw, white, free(moments, effect)[score.shape][there])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:

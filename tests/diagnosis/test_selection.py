@@ -95,6 +95,18 @@ def test_gain_that_no_machine_has_is_no_evidence() -> None:
     assert float((whole - left_out).sum()) < 0.0
 
 
+@pytest.mark.parametrize(("breakaway", "there"), [(1.5, True), (3.0, False)])
+def test_breakaway_torque_without_the_friction_that_it_needs_is_no_evidence(
+    breakaway: float, there: bool
+) -> None:
+    rng = np.random.default_rng(7)
+    B, C, fold = rng.normal(size=(240, 1)), rng.normal(size=(240, 2)), np.arange(240) // 80
+    y = B[:, 0] + C @ [1.0, breakaway] + 0.1 * rng.normal(size=240)
+    effect = replace(effect_of(C), ordered=((1, 0, 2.0),))
+    fits = tried(Moments(rows_of(y, B, np.ones(1), fold)), effect)
+    assert bool(np.isfinite(fits[None].evidence[0])) == there
+
+
 def test_gains_that_cannot_be_negative_are_not() -> None:
     """By the conditions of a minimum with bounds: no way down that is allowed."""
     rng = np.random.default_rng(3)

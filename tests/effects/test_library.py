@@ -60,6 +60,9 @@ def test_effect_declares_units_and_bounds(effect: Effect) -> None:
         unit(state.unit, state.name)
     for shape in effect.shapes:
         assert shape.grid, f"{shape.name} has nothing to try"
+    units = {gain.name: gain.unit for gain in effect.gains}
+    bounded = [(gain.unit, gain.below) for gain in effect.gains if gain.below]
+    assert all(unit == units[below[0]] and below[1] > 0 for unit, below in bounded)
 
 
 @each

@@ -27,7 +27,8 @@ Shapes = Mapping[str, Any]
 class Gain:
     """A linear parameter [unit]; zero means that the effect is absent.
 
-    typical: a size worth noticing, also the scale below which it counts as zero.
+    typical: a size worth noticing, also the scale below which it counts as zero; below: another
+    gain of the effect, in the same unit, and how many times that it is at most.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Gain:
     low: float = -math.inf
     high: float = math.inf
     description: str = ""
+    below: tuple[str, float] | None = None
 
 
 @dataclass(frozen=True)

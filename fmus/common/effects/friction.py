@@ -68,15 +68,17 @@ class StribeckFriction(DryFriction):
     """F_c z_0 + F_s z_s: friction that is larger when slow, z_s follows exp(-(thetad / v_s)^2) z_0.
 
     A contact with a breakaway torque has a friction torque too, so both are one effect; without
-    F_s it is Coulomb's. Contacts remember: z_s follows within the angle s_0, like z_0. To first
-    order in F_s / F_c that is the bristle z' = (thetad - |thetad| z / g) / s_0 with
-    g = 1 + (F_s / F_c) exp(-(thetad / v_s)^2), LuGre's.
+    F_s it is Coulomb's. Static friction is some 1.5 times as large (C. Canudas de Wit et al., "A
+    new model for control of systems with friction", IEEE TAC 1995), not beyond thrice. Contacts
+    remember: z_s follows within the angle s_0, like z_0. To first order in F_s / F_c that is the
+    bristle z' = (thetad - |thetad| z / g) / s_0 with g = 1 + (F_s / F_c) exp(-(thetad / v_s)^2),
+    LuGre's.
     """
 
     id, title, acts_on = "stribeck_friction", "Stribeck friction", "torque"
     gains = (
         Gain("F_c", "N m", 0.02, 0.0, 1e5, "friction torque when fast"),
-        Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it"),
+        Gain("F_s", "N m", 0.02, 0.0, 1e5, "breakaway torque beyond it", below=("F_c", 2.0)),
     )
     shapes = (
         PRESLIDING,
