@@ -71,6 +71,12 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
     ]
 
 
+def hats(rows: Rows, axis: int, names: Sequence[str], places: int) -> list[Array]:
+    """Hat functions (R, places) of each of some arguments of an axis."""
+    arguments = _arguments(rows, axis)
+    return [rows.raw(_hats(arguments[name], places)) for name in names]
+
+
 def _arguments(rows: Rows, axis: int) -> Mapping[str, list[Array]]:
     """What f may depend on, at the rows (m,) of each block, of unit RMS over all blocks."""
     made = rows.made
@@ -107,11 +113,11 @@ def _along(rows: Rows, axis: int, places: int) -> list[Array]:
     return found
 
 
-def _hats(values: Sequence[Array]) -> list[Array]:
-    """Hat functions (m, PLACES) of an argument, each on its part of the range."""
+def _hats(values: Sequence[Array], places: int = PLACES) -> list[Array]:
+    """Hat functions (m, places) of an argument, each on its part of the range."""
     low, high = min(v.min() for v in values), max(v.max() for v in values)
-    at = [(v - low) / max(high - low, np.finfo(float).tiny) * (PLACES - 1) for v in values]
-    return [np.maximum(0.0, 1.0 - np.abs(p[:, None] - np.arange(PLACES))) for p in at]
+    at = [(v - low) / max(high - low, np.finfo(float).tiny) * (places - 1) for v in values]
+    return [np.maximum(0.0, 1.0 - np.abs(p[:, None] - np.arange(places))) for p in at]
 
 
 def _together(length: float, places: int = PLACES) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from scipy.sparse import csr_array, dia_array
 
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.design import Design, Part
+from flexhex.diagnosis.noise import line
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -119,21 +121,17 @@ class Rows:
         return np.asarray(self.torque_rms / self.made.noise.scale)
 
     @cached_property
-    def _lines(self) -> list[tuple[Index, Array]]:
-        """Of each run its rows and an orthonormal base (rows, 2) of straight lines along them."""
-        counts = [int(good.sum()) for good in self.made.kept]
-        edges = np.cumsum([0, *counts])
-        found = []
-        for start, count in zip(edges, counts, strict=False):
-            line = np.stack([np.ones(count), np.arange(count)], axis=1)
-            found.append((start + np.arange(count), np.linalg.qr(line)[0]))
-        return found
+    def runs(self) -> list[slice]:
+        """Rows of each run."""
+        edges = np.cumsum([0, *(int(good.sum()) for good in self.made.kept)])
+        return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
     def level(self, values: Array) -> Array:
         """Values (R,) without a straight line through each run: offsets wander from run to run."""
         found = values.copy()
-        for own, line in self._lines:
-            found[own] -= line @ (line.T @ values[own])
+        for run in self.runs:
+            base = line(run.stop - run.start)
+            found[run] -= base @ (base.T @ values[run])
         return found
 
     def raw(self, values: Sequence[Array]) -> Array:

@@ -8,7 +8,7 @@ not fitted to, and how large is it?
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import log
 
@@ -27,6 +27,7 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.form import with_form_error
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -107,7 +108,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         arbitrated,
         tuple(beside),
         unrepeated(moments, search.known()),
-        search.instead(beside),
+        search.instead(),
         before,
         rest_of(moments),
         tuple(rounds),
@@ -190,12 +191,20 @@ class Search:
         if isinstance(hypothesis, ChangedParameter):
             self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
         else:
-            term = term or effect_term(self.moments, self.hypotheses, found.score)
+            term = term or self._term(found.score)
             self.moments = self.moments.extended(term)
         self.stale = self._against(None)
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, found)
         self.terms.insert(place, term)
+
+    def _term(self, score: Score) -> Term:
+        """An effect and the error of its form."""
+        term = effect_term(self.moments, self.hypotheses, score)
+        longer = self.moments.extended(term)
+        gains = longer.fit(None).q[longer.place(term)]
+        error = form_error(score, self.criteria)
+        return with_form_error(self.hypotheses.rows, term, gains, error)
 
     def revise(self, axis: int | None) -> None:
         """Choose the earlier effects of an axis anew beside the later ones: the first may have
@@ -209,9 +218,9 @@ class Search:
             if names == [score.hypothesis.id for score in self.known()]:
                 break
 
-    def instead(self, beside: Sequence[Score]) -> dict[int, Score]:
+    def instead(self) -> dict[int, Score]:
         """Of each axis something without a name that predicts better, in the place of all effects
-        that were accepted there, than these do, with what may stand beside them: then they only
+        that were accepted there, than these do, with the errors of their form: then they only
         imitate it."""
         unsure, found = unrepeated(self.moments, self.known()), dict[int, Score]()
         for axis in range(self.hypotheses.rows.n):
@@ -222,7 +231,7 @@ class Search:
             terms = [term for _, term in own]
             rest = self.moments.without(*terms)
             other = generic_score(rest, self.hypotheses.generic(axis))
-            gain = together(self.moments, rest, terms) + unsure[axis] + max(beside[axis].gain, 0.0)
+            gain = together(self.moments, rest, terms) + unsure[axis]
             gain -= sum(log(score.hypothesis.choices) for score, _ in own)
             error = max(form_error(score, self.criteria) for score, _ in own)
             if not as_good(gain, other.gain, error, self.criteria):
