@@ -123,12 +123,22 @@ def test_gains_that_cannot_be_negative_are_not() -> None:
     np.testing.assert_allclose(fall, (gains * c).sum(axis=1), rtol=1e-9)
 
 
-def bench_of(folder: Path, torque: Torque | None, runs: Sequence[tuple[int, int]] = RUNS) -> Bench:
-    """Runs (motion, pass) of an axis that feels a further torque [N m]."""
+def bench_of(
+    folder: Path,
+    torque: Torque | None,
+    runs: Sequence[tuple[int, int]] = RUNS,
+    step: int = 1,
+) -> Bench:
+    """Runs (motion, pass) of an axis that feels a further torque [N m]; every so many samples of
+    them."""
     paths = []
     for k, (motion, number) in enumerate(runs):
         extra = 0.0 if torque is None else torque(*moved(CLOCK, motion))
-        paths.append(write(folder / f"{k}.csv", motion, number, 0.0, extra=extra))
+        path = write(folder / f"{k}.csv", motion, number, 0.0, extra=extra)
+        lines = path.read_text().splitlines(keepends=True)
+        head = next(k for k, line in enumerate(lines) if line[0] in "-.0123456789")
+        path.write_text("".join([*lines[:head], *lines[head::step]]))
+        paths.append(path)
     base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
     assert not trouble
     made, _, _ = fitted(base, asked.runs)

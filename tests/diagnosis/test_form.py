@@ -1,0 +1,80 @@
+"""Errors of an effect's form: what they are, and that what lies within them is no other effect."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, with_form_error
+from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.search import select
+from flexhex.diagnosis.selection.side import nameless
+from tests.diagnosis.test_selection import RMS, bench_of, moved, names
+
+Array = NDArray[np.float64]
+FRICTION = 0.15 * RMS
+WIDTH = len(ARGUMENTS) * PLACES
+
+
+def worn(q: Array, v: Array, a: Array) -> Array:
+    """Friction that is larger at one end of the stroke than at the other."""
+    return FRICTION * np.tanh(v / 0.01) * (1 + 0.2 * np.sin(3.0 * q))
+
+
+def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
+    rows = Rows.of(bench_of(tmp_path, None).made)
+    wave = np.sin(np.arange(rows.count) / 7.0)
+    plain = Term({0: wave[:, None]}, {0: 2.0 * wave[:, None]}, np.zeros(1))
+    term = with_form_error(rows, plain, np.array([3.0]), 0.1)
+    assert (term.white[0][:, :1] == plain.white[0]).all()
+    factors, late = term.raw[0][:, 1 : 1 + WIDTH], term.raw[0][:, -1]
+    for k in range(len(ARGUMENTS)):
+        whole = factors[:, k * PLACES : (k + 1) * PLACES].sum(axis=1)
+        np.testing.assert_allclose(whole, 3.0 * wave, atol=1e-9)
+    inside = rows.runs[1]
+    shift = np.cos(np.arange(rows.count) / 7.0)
+    assert np.corrcoef(late[inside][1:-1], shift[inside][1:-1])[0, 1] > 0.999
+    assert late.std() == pytest.approx((3.0 * wave).std(), rel=0.01)
+    assert term.prior.tolist() == pytest.approx([0.0, *[300.0] * WIDTH, 100.0])
+
+
+def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path) -> None:
+    bench = bench_of(tmp_path, worn)
+    selection = select(bench)
+    assert names(selection) == ["coulomb_friction"]
+    assert not nameless(selection, USUAL)
+    exact = select(bench, replace(USUAL, form_error=1e-3))
+    assert names(exact) != ["coulomb_friction"] or nameless(exact, USUAL)
+
+
+def test_a_second_effect_beside_a_large_one_is_no_error_of_its_form(tmp_path: Path) -> None:
+    selection = select(
+        bench_of(tmp_path, lambda q, v, a: worn(q, v, a) + 0.008 * RMS * np.sin(60.0 * q))
+    )
+    assert sorted(names(selection)) == ["cogging_harmonic", "coulomb_friction"]
+
+
+@pytest.mark.parametrize("rate", [1000.0, 250.0])
+def test_friction_turns_when_the_motion_does(rate: float, tmp_path: Path) -> None:
+    """Its column against the sign of the true rate, smoothed alike: no shift between them."""
+    bench = bench_of(tmp_path, worn, step=round(1000.0 / rate))
+    columns = bench.thin("coulomb_friction", 0, {"s_0": 1e-6})
+    apart, slopes, step = list[Array](), list[Array](), 0.2 / rate
+    for block, column in zip(bench.made.blocks, columns, strict=True):
+        motion, number = block.run.motion, int(block.run.trajectory)
+        time = motion.t0 + motion.ts * np.arange(len(motion.theta))
+        early, sign, late = (
+            block.smooth(np.sign(moved(time + shift, number)[1])[:, None])[:, 0]
+            for shift in (step, 0.0, -step)
+        )
+        apart.append(column[:, 0] - sign)
+        slopes.append((early - late) / (2 * step))
+    slope = np.concatenate(slopes)
+    shift = -(slope @ np.concatenate(apart)) / (slope @ slope)
+    assert abs(shift) < 0.15 / rate
