@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.confidence import Confidence
+
 Array = NDArray[np.float64]
 VERDICTS = ("named", "set", "changed", "unknown", "none", "cannot tell")
 
@@ -183,7 +185,9 @@ class Strip:
 class Diagnosis:
     """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
 
-    tracking: closed loop [urad] before and after, filled by the step that rebuilds it.
+    confidence: how often such an answer was right where the truth is known; None where these runs
+    are not like those of the study. tracking: closed loop [urad] before and after, filled by the
+    step that rebuilds it.
     """
 
     verdict: str
@@ -199,11 +203,14 @@ class Diagnosis:
     machine: str | None = None
     shown: Mapping[str, Any] = field(default_factory=dict)
     strips: tuple[Strip, ...] = ()
+    confidence: Confidence | None = None
 
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         return {
             "verdict": self.verdict,
+            "confidence": self.confidence.share if self.confidence else None,
+            "compared": self.confidence.data() if self.confidence else None,
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],
             "gap": self.gap.data(),

@@ -14,6 +14,7 @@ from flexhex.diagnosis.blocks import Run
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import Compiled, compiled
+from flexhex.diagnosis.confidence import Confidence, confidence_of
 from flexhex.diagnosis.drifts import drifts_of, without
 from flexhex.diagnosis.drives import drives_of
 from flexhex.diagnosis.fit import beside
@@ -114,7 +115,14 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
         (*asked.findings, *filter(None, [late])),
         *asked.names,
         strips=strips(main),
+        confidence=_confidence(made, verdict),
     )
+
+
+def _confidence(made: Calibrated, verdict: str) -> Confidence | None:
+    """Of runs that repeat, on trajectories of which one can predict another."""
+    trajectories = {block.run.trajectory for block in made.blocks}
+    return confidence_of(verdict) if made.noise.repeats and len(trajectories) > 1 else None
 
 
 def _mechanism(

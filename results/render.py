@@ -3,7 +3,8 @@
     <!-- table: NAME -->        a table of `figures.TABLES`; lines up to <!-- /table -->
     <!--= NAME -->7.8<!--/-->   a figure of `figures.FIGURES`
 
-What stands between the marks is written anew; --check only says what differs (1).
+What stands between the marks is written anew, and what the package says of its own reliability;
+--check only says what differs (1).
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ from typing import Any
 
 from results.figures import EVERY, FIGURES, TABLES, Source
 from results.record import FOLDER, ROOT
+from results.reliability import written
 
+COUNTS = ROOT / "diagnosis" / "confidence.json"
 TABLE = re.compile(r"(<!-- table: (.+?) -->\n)(.*?)(<!-- /table -->)", re.DOTALL)
 FIGURE = re.compile(r"(<!--= (.+?) -->)(.*?)(<!--/-->)", re.DOTALL)
 
@@ -67,9 +70,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="results.render", description=__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing")
     given, differ = parser.parse_args(arguments), []
-    for path in texts():
-        before = path.read_text(encoding="utf-8")
-        after = rendered(before)
+    wanted = {path: rendered(path.read_text(encoding="utf-8")) for path in texts()}
+    if study := content("reliability"):
+        wanted[COUNTS] = written(study["found"])
+    for path, after in wanted.items():
+        before = path.read_text(encoding="utf-8") if path.exists() else ""
         if after != before:
             differ.append(str(path.relative_to(ROOT)))
             if not given.check:

@@ -139,8 +139,16 @@ def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
 
 
 def verdict(found: Diagnosis) -> str:
-    """The answer in one or two plain sentences, and what runs carried."""
-    return " ".join([SENTENCES[found.verdict](found), *_carriers(found)])
+    """The answer in one or two plain sentences, what runs carried, and how sure that is."""
+    return " ".join([SENTENCES[found.verdict](found), *_carriers(found), *_confidence(found)])
+
+
+def _confidence(found: Diagnosis) -> list[str]:
+    known = found.confidence
+    if known is None:
+        return []
+    counts = f"{known.right} of {known.of} such answers in the study were right"
+    return [f"Confidence {percent(known.share)}: {counts}."]
 
 
 def _named(found: Diagnosis) -> str:

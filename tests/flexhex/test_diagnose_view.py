@@ -15,6 +15,7 @@ from rich.console import Console
 from flexhex.diagnose.next import Asked
 from flexhex.diagnose.view import closed, diagnosis_json, gap_rows, print_diagnosis
 from flexhex.diagnose.words import listed, measured, number, percent, phrase, verdict
+from flexhex.diagnosis.confidence import Confidence
 from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
 from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import (
@@ -57,6 +58,13 @@ def shown(found: Diagnosis, width: int = 80) -> str:
     text = out.file.getvalue()  # type: ignore[attr-defined]
     assert isinstance(text, str)
     return text
+
+
+def test_verdict_says_how_often_such_answers_were_right() -> None:
+    sure = replace(NAMED, confidence=Confidence(18, 19))
+    assert verdict(sure).endswith("Confidence 90 %: 18 of 19 such answers in the study were right.")
+    assert sure.data()["confidence"] == pytest.approx(19 / 21)
+    assert "Confidence" not in verdict(NAMED)
 
 
 @pytest.mark.parametrize("name", SENTENCES)
