@@ -92,10 +92,10 @@ def _again(score: Score, known: Sequence[Score]) -> bool:
 
 
 def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
-    """Whether more than one fold shows a hypothesis, or another axis does `again`, and none speaks
-    against it by more than errors in its form."""
+    """Whether a fold confirms what others say of a hypothesis, or another axis does `again`, and
+    none speaks against it by more than errors in its form."""
     unsure, error = log(criteria.odds), form_error(score, criteria)
-    there = again or score.elsewhere > unsure
+    there = again or score.confirmed > unsure
     return there and score.worst > -unsure - error**2 * score.gain
 
 
@@ -120,14 +120,17 @@ def effect_scores(
     criteria: Criteria,
     axes: Iterable[Axis],
 ) -> list[Score]:
-    """Scores of the most promising effects of each of these axes beside those that are known."""
+    """Scores of the most promising effects of each of these axes beside those that are known; what
+    is a part of another one can only take its place."""
     found = list[Score]()
     for axis in axes:
         listed = []
         own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
         taken = [k.effect for k in known if k.hypothesis.axis in (axis, None)]
+        parts = {k.hypothesis.extends for k in known if k.hypothesis.axis == axis}
         for effect in hypotheses.effects(axis) if own.total() < criteria.most else ():
-            if own[effect.id] < effect.most:
+            part = effect.id in parts or effect.extends in own
+            if own[effect.id] < effect.most and not part:
                 orders = [k.order for k in known if k.order and k.hypothesis.id == effect.id]
                 hidden = hypotheses.anew(moments, effect, repr(taken) if taken else "", orders)
                 ways = [effect, *hidden]

@@ -57,9 +57,24 @@ class Tried:
 
 
 def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
-    """An effect beside a model: fitted to all folds, and to all but each."""
+    """An effect beside a model: fitted to all folds, and to all but each. A shape whose gain of all
+    folds no machine can have has no evidence: something else looks like it."""
     prior, lefts = free(moments, effect), [None, *moments.rows.folds]
-    return {left: _fitted(moments, left, effect, prior) for left in lefts}
+    found = {left: _fitted(moments, left, effect, prior) for left in lefts}
+    odd = _beyond(effect, found[None].gains)
+    for fit in found.values():
+        fit.evidence[odd] = -np.inf
+    return found
+
+
+def _beyond(effect: EffectHypothesis, gains: Array) -> NDArray[np.bool_]:
+    """Which gains (shapes, k) no machine can have."""
+    odd = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
+    if effect.high is not None:
+        odd |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
+    for less, more, times in effect.ordered:
+        odd |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
+    return np.asarray(odd)
 
 
 def free(moments: Moments, effect: EffectHypothesis) -> Array:
@@ -90,13 +105,6 @@ def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Arra
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
     evidence += effect.blind(moments.rows, left, gains)
-    # no machine has such a gain: something else looks like it
-    beyond = (gains < effect.low - INEXACT * np.abs(effect.low)).any(axis=1)
-    if effect.high is not None:
-        beyond |= (gains > effect.high + INEXACT * np.abs(effect.high)).any(axis=1)
-    for less, more, times in effect.ordered:
-        beyond |= gains[:, less] > (1 + INEXACT) * times * gains[:, more]
-    evidence[beyond] = -np.inf
     return Tried(evidence, gains)
 
 
@@ -138,11 +146,11 @@ def _mean(evidence: Array) -> float:
     return float(np.logaddexp(there, 0.0) - np.log(2.0))
 
 
-def turned_to(S: Array, r: Array) -> tuple[Array, Array, Array]:
+def turned_to(S: Array, r: Array, gone: float = GONE) -> tuple[Array, Array, Array]:
     """Eigenvalues (k,) of S, r in their directions (k,), the directions (k, k); those of which the
-    model explains all are empty."""
+    model explains all but `gone`, of the largest, are empty."""
     values, vectors = np.linalg.eigh((S + S.T) / 2)
-    there = values > GONE * max(float(values[-1]), 0.0)
+    there = values > gone * max(float(values[-1]), 0.0)
     return np.where(there, values, 0.0), np.where(there, vectors.T @ r, 0.0), vectors
 
 

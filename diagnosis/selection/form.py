@@ -1,15 +1,18 @@
 """Nature is not the library's form: errors of the form of an accepted effect, as columns.
 
-The torque t of an effect, as it was fitted, may be wrong by a factor that is smooth in what the
-axis does, and it may come a little early or late:
+The torque t of an effect, as it was fitted, may be wrong by a factor that is smooth along the
+stroke and in the rate, if it goes with the torque in that as well; and it may come a little early
+or late:
 
-    error = t (e_1(angle) + e_2(rate) + e_3(torque)) + e_4 dt/dt
+    error = t (e_1(angle) + e_2(rate) [+ e_3(torque)]) + e_4 dt/dt
 
 Each of the e is about zero, with the effect's form error as standard deviation. What lies within it
 is no evidence for another effect.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,22 +22,24 @@ from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
-ARGUMENTS, PLACES = ("angle", "rate", "torque"), 5
-"""What a factor is smooth in, and its places along the range of each."""
+ARGUMENTS, LOADED, PLACES = ("angle", "rate"), ("angle", "rate", "torque"), 5
+"""What a factor is smooth in, the same of what goes with the torque; places along each range."""
 
 
-def with_form_error(rows: Rows, term: Term, gains: Array, relative: float) -> Term:
+def with_form_error(
+    rows: Rows, term: Term, gains: Array, relative: float, arguments: Sequence[str] = ARGUMENTS
+) -> Term:
     """A term whose gains are about these (k,), and the columns of its form error of so much,
     relative."""
     raw, white = dict[int, Array](), dict[int, Array]()
     for i in term.white:
-        factors = np.hstack(hats(rows, i, ARGUMENTS, PLACES))
+        factors = np.hstack(hats(rows, i, arguments, PLACES))
         raw[i], white[i] = (
             np.hstack([own, _errors(rows, own @ gains, factors)])
             for own in (term.raw[i], term.white[i])
         )
-    width = len(ARGUMENTS) * PLACES
-    prior = np.r_[np.full(width, len(ARGUMENTS)), 1.0] / relative**2
+    width = len(arguments) * PLACES
+    prior = np.r_[np.full(width, len(arguments)), 1.0] / relative**2
     return Term(raw, white, np.concatenate([term.prior, prior]))
 
 

@@ -97,7 +97,7 @@ class Hypotheses:
     def _orders(self, moments: Moments, name: str, axis: int, most: int) -> tuple[list[float], int]:
         """See `promising_orders`, of what a model leaves."""
         left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
-        weight = self.rows.made.raw if self._loaded(name) else None
+        weight = self.rows.made.raw if self.with_torque(name) else None
         return promising_orders(self.rows, axis, left, most, weight)
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
@@ -112,9 +112,10 @@ class Hypotheses:
         """Shapes that may take any value between bounds."""
         return self.bench.searched(effect.id, effect.axis or 0)
 
-    def _loaded(self, name: str) -> bool:
+    def with_torque(self, name: str) -> bool:
         """Whether an effect goes with the torque."""
-        return self.bench.effects[name].effect.acts_on == "drive"
+        known = self.bench.effects.get(name)
+        return known is not None and known.effect.acts_on == "drive"
 
     def _made(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]

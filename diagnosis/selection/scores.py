@@ -32,6 +32,8 @@ from flexhex.diagnosis.selection.moments import Left, Moments, Term
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
+ROUNDED = 1e-10
+"""Eigenvalues below it, relative to the largest, are rounding."""
 HALVINGS = 4
 """Of the distance between shapes of a grid."""
 
@@ -74,9 +76,13 @@ class Score:
         return float(self.by_fold.sum())
 
     @property
-    def elsewhere(self) -> float:
-        """Evidence without the fold that shows it best: no single one decides [nats]."""
-        return float(self.without.min())
+    def confirmed(self) -> float:
+        """The lesser of what other folds say of it and what it then adds to one that they predict,
+        for the fold that confirms it best: no single one decides [nats]. Of parameters what is left
+        without the fold that shows it best."""
+        if isinstance(self.hypothesis, ChangedParameter):
+            return float(self.without.min())
+        return float(np.minimum(self.without, self.by_fold).max())
 
     @property
     def effect(self) -> tuple[str, Axis, Mapping[str, float]]:
@@ -209,7 +215,9 @@ def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
         (G, b), fit = moments.gram(left), rest.fit(left)
         cross = G[np.ix_(others, own)]
         S = G[np.ix_(own, own)] - cross.T @ fit.solve(cross)
-        values, turned, _ = turned_to(S * np.outer(size, size), (b[own] - cross.T @ fit.q) * size)
+        right = (b[own] - cross.T @ fit.q) * size
+        # errors of a form are small beside the effect itself
+        values, turned, _ = turned_to(S * np.outer(size, size), right, ROUNDED)
         total[left] = log_evidence(values, turned, 1.0)
     return sum(total[None] - total[fold] for fold in moments.rows.folds)
 

@@ -27,7 +27,7 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
-from flexhex.diagnosis.selection.form import with_form_error
+from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, with_form_error
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -203,8 +203,9 @@ class Search:
         term = effect_term(self.moments, self.hypotheses, score)
         longer = self.moments.extended(term)
         gains = longer.fit(None).q[longer.place(term)]
-        error = form_error(score, self.criteria)
-        return with_form_error(self.hypotheses.rows, term, gains, error)
+        error, rows = form_error(score, self.criteria), self.hypotheses.rows
+        loaded = self.hypotheses.with_torque(score.hypothesis.id)
+        return with_form_error(rows, term, gains, error, LOADED if loaded else ARGUMENTS)
 
     def revise(self, axis: int | None) -> None:
         """Choose the earlier effects of an axis anew beside the later ones: the first may have

@@ -41,7 +41,7 @@ def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
     shift = np.cos(np.arange(rows.count) / 7.0)
     assert np.corrcoef(late[inside][1:-1], shift[inside][1:-1])[0, 1] > 0.999
     assert late.std() == pytest.approx((3.0 * wave).std(), rel=0.01)
-    assert term.prior.tolist() == pytest.approx([0.0, *[300.0] * WIDTH, 100.0])
+    assert term.prior.tolist() == pytest.approx([0.0, *[200.0] * WIDTH, 100.0])
 
 
 def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path) -> None:
