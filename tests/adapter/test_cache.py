@@ -242,9 +242,8 @@ def test_c_of_a_function_is_written_once_and_anew_for_another(
         return write(functions, room, identifier)
 
     monkeypatch.setattr(library, "casadi_source", watched)
-    x = np.array([[1.0], [2.0]])
     for factor in (3.0, 3.0, 4.0):
-        np.testing.assert_array_equal(scaled(factor)(x)[0], factor * x)
+        assert scaled(factor)(np.ones((2, 1)))[0].tolist() == [[factor], [factor]]
     assert work == 2 * ["written", "native.c"]
     monkeypatch.setattr(cache, "sources", lambda: "another generator")
     scaled(3.0)

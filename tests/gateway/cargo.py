@@ -41,7 +41,7 @@ def cargo(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
 
 @lru_cache
 def built() -> Path:
-    """Builds all programs, with the same features as `make programs`, and returns cargo's folder."""
+    """Builds all programs, as `make programs` does, and returns cargo's folder."""
     done = cargo("build", "--workspace", "--bins", "--examples")
     assert done.returncode == 0, done.stderr
     return TARGET / "release"
