@@ -26,7 +26,7 @@ help:
 	@echo "make golden    write the golden results of the FMUs anew"
 	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
-	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower)"
+	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower; minutes)"
 	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
 	@echo "make results-studies  the long ones (hours; root for the emulated drives)"
 	@echo "make results-measured  measured machines of others, whose data is below data/"
@@ -104,7 +104,7 @@ fuzz: build $(DEV)
 	$(BIN)/python -m tests.conformity.fuzz out/fmus/*.fmu
 
 bench: $(DEV)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks --long
 	$(BIN)/python -m benchmarks --against recorded
 
 RECORD := $(BIN)/python -m results.record
