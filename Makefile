@@ -7,10 +7,11 @@ DEV    := $(VENV)/.ready-dev
 SITE   := $(VENV)/.ready-docs
 PIP    := $(BIN)/pip --quiet --disable-pip-version-check
 
-# all tests of a file in one process, so that what they share is made once
-SIDE_BY_SIDE := -n 2 --dist loadfile
+# all tests of a file in one process, so that what they share is made once; files in their order,
+# which ends with short ones
+SIDE_BY_SIDE := -n 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: help run quick missing build platforms gateway machine docs test test-all golden fuzz check check-style check-types check-rust check-gateway format bench results results-studies results-measured clean lock
+.PHONY: help run quick missing build platforms gateway machine docs test test-all tests golden fuzz check check-style check-types check-rust check-gateway programs format bench results results-studies results-measured clean lock
 
 help:
 	@echo "make run       set up, build the FMUs, run the paper's cases, write the report"
@@ -25,7 +26,7 @@ help:
 	@echo "make golden    write the golden results of the FMUs anew"
 	@echo "make fuzz      a million random calls on each FMU, under sanitizers"
 	@echo "make check     linters, types, formatting (gateway/ too, where cargo is)"
-	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower)"
+	@echo "make bench     speed: beside rivals, beside the recorded revision (fails on 15 % slower; minutes)"
 	@echo "make results   measure the short figures anew, write them into README and docs (commit first)"
 	@echo "make results-studies  the long ones (hours; root for the emulated drives)"
 	@echo "make results-measured  measured machines of others, whose data is below data/"
@@ -80,11 +81,21 @@ docs: build $(SITE)
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs out/docs
 	@echo "out/docs/index.html"
 
-test: check
-	$(BIN)/pytest $(SIDE_BY_SIDE)
+# the checks beside the tests, which wait for hardware and clocks now and then; a check that fails
+# shows at once what it says. Rust needs no environment, so it begins beside the installation
+test:
+	@$(MAKE) --no-print-directory --jobs 3 tests aside-style aside-types aside-rust
 
-test-all: check
-	$(BIN)/pytest $(SIDE_BY_SIDE) --all
+test-all:
+	@$(MAKE) --no-print-directory --jobs 3 MORE=--all tests aside-style aside-types aside-rust
+
+tests: $(DEV)
+	$(BIN)/pytest $(SIDE_BY_SIDE) $(MORE)
+
+aside-style aside-types: $(DEV)
+aside-style aside-types aside-rust: aside-%:
+	@mkdir -p out && $(MAKE) --no-print-directory check-$* $(if $(filter rust,$*),programs) \
+	  > out/check-$*.log 2>&1 || { cat out/check-$*.log; exit 1; }
 
 golden: $(DEV)
 	$(BIN)/pytest tests/golden --update
@@ -93,7 +104,7 @@ fuzz: build $(DEV)
 	$(BIN)/python -m tests.conformity.fuzz out/fmus/*.fmu
 
 bench: $(DEV)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks --long
 	$(BIN)/python -m benchmarks --against recorded
 
 RECORD := $(BIN)/python -m results.record
@@ -141,10 +152,14 @@ check-rust:
 	@if cargo fmt --version && cargo clippy --version; then $(MAKE) --no-print-directory check-gateway; \
 	else echo "gateway/ is not checked: no cargo with rustfmt and clippy on the PATH"; fi
 
-check-gateway: $(DEV)
-	$(BIN)/python gateway/lock.py write
+check-gateway:
+	$(PYTHON) gateway/lock.py write
 	cd gateway && cargo fmt --all --check
 	cd gateway && cargo clippy --release --locked --workspace --all-targets -- -D warnings
+
+# what the tests of the gateway run, where there is cargo
+programs: check-rust
+	@if cargo --version; then cd gateway && cargo build --release --locked --workspace --all-targets; fi
 
 format: $(DEV)
 	$(BIN)/ruff check --fix-only .

@@ -32,8 +32,8 @@ ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "loop": lambda machine, rounds: loop.loop_row(MACHINE_FILE, rounds),
     **{key: waits.row_of(key) for key in waits.COMMANDS},
 }
-ALONE = ("run",)
-"""Benchmarks that take minutes: measured when they are named."""
+LONG = ("run", "test")
+"""Benchmarks that take minutes: measured when they are named, or with `--long`."""
 MORE = ("growth", "profile")
 
 
@@ -43,6 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="benchmarks", description=__doc__)
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     parser.add_argument("--only", choices=(*ROWS, *MORE), help="one benchmark alone")
+    parser.add_argument("--long", action="store_true", help="also `make run` and `make test`")
     parser.add_argument("--rounds", type=int, default=25, help="bursts of each rival")
     parser.add_argument(
         "--against",
@@ -57,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
         if asked.against:
             found = versus(asked.against, asked.only)
         else:
-            found = collect(asked.only, asked.rounds)
+            found = collect(asked.only, asked.rounds, asked.long)
     except FlexhexError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 3
@@ -80,11 +81,12 @@ def versus(revision: str, only: str | None) -> dict[str, Any]:
             os.sched_setaffinity(0, before)
 
 
-def collect(only: str | None, rounds: int) -> dict[str, Any]:
-    """Everything measured: where, rows, growth, profile."""
+def collect(only: str | None, rounds: int, long: bool = False) -> dict[str, Any]:
+    """Everything measured: where, rows, growth, profile. long: what takes minutes, too."""
     machine, before = load_machine(MACHINE_FILE), pin()
     try:
-        wanted = [only] if only else [*(key for key in ROWS if key not in ALONE), *MORE]
+        short = [key for key in ROWS if long or key not in LONG]
+        wanted = [only] if only else [*short, *MORE]
         found: dict[str, Any] = {"where": computer(), "rows": []}
         for name in wanted:
             if name in ROWS:

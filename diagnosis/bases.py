@@ -18,6 +18,7 @@ from flexhex.diagnosis.own import OwnBase
 from flexhex.diagnosis.own_file import from_file, from_package, offered, refuse_missing, split
 from flexhex.diagnosis.robot_file import is_robot, read_robot, refuse_robot
 from flexhex.diagnosis.robots import RobotBase
+from flexhex.diagnosis.runs import refuse_width
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.fmus.common.machine_file import load_machine
@@ -32,6 +33,7 @@ def _hexapod(
     if machine_file is None:
         raise LogError("no machine file given: the hexapod needs one (--machine)")
     machine = load_machine(machine_file)
+    refuse_width(log, machine.n_arms)
     known = with_tolerance(machine.tolerance, tolerance)
     return HexapodBase(machine.model_copy(update={"tolerance": known}))
 
@@ -41,6 +43,7 @@ def _axis(machine_file: Path | None, log: Log) -> Base:
 
 
 def _schunk(machine_file: Path | None, log: Log) -> Base:
+    refuse_width(log, len(SCHUNK.links))
     return RigidArmBase(SCHUNK, log["theta"].ts)
 
 
@@ -88,7 +91,8 @@ def base_of(
     tolerance: Mapping[str, float] = NO_TOLERANCE,
     joints: Sequence[str] = (),
 ) -> Base:
-    """The base model called `name` for logs like this one.
+    """The base model called `name` for logs like this one: a log of another number of axes is
+    refused before a model with a file of its own is compiled.
 
     tolerance: in place of the machine file's, by the keys of its section. joints: of a robot's
     file, in the order of the axes. UsageError for an unknown name, or for tolerances or joints of

@@ -35,6 +35,7 @@ class Bench:
         self.effects = {c.effect.id: c for c in effects}
         self._kept: dict[tuple[int, bool, bool, bool], list[Array]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
+        self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
 
     def beside(self, made: Calibrated) -> Bench:
         """The same candidates along other runs."""
@@ -52,14 +53,14 @@ class Bench:
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
-            shapes = self.shapes(name, axis)
-            found = [(shape, self.columns(name, axis, shape)) for shape in shapes]
+            found = [(shape, self.columns(name, axis, shape)) for shape in self.shapes(name, axis)]
             self._grids[name, axis] = found
         return self._grids[name, axis]
 
     def forget(self) -> None:
         """Let go of the columns that a search keeps: they take more memory than all else."""
         self._grids.clear()
+        self._errors.clear()
 
     def names(self, axis: int | None) -> list[str]:
         """Ids of the effects that an axis (None: the whole) may have."""
@@ -102,13 +103,9 @@ class Bench:
         if name not in self.effects:
             return [values[name] for values in self._whole]
         item = self.effects[name]
-        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         if item.effect.acts_on == "measurement":
-            found = list[Array]()
-            for k, inputs in enumerate(self._inputs(item, axis)):
-                state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
-                found.append(self._turned(k, axis, item.columns(inputs, state, fixes)[0]))
-            return found
+            return self._felt(item, axis, shape)
+        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
         listed = self._inputs(item, axis, seen=True)
         states = [np.zeros((len(x), 1)) for x in listed]
         if item.along is not None:
@@ -118,6 +115,18 @@ class Bench:
             block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
             for block, x, z in zip(self.made.blocks, listed, states, strict=True)
         ]
+
+    def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """What an angle error of an axis does to all torques (m, n, k), of each block; the last one
+        is kept: it takes two evaluations of the mechanism."""
+        key = item.effect.id, axis
+        if key not in self._errors or self._errors[key][0] != shape:
+            fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+            inputs = self._inputs(item, axis)
+            rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
+            made = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
+            self._errors[key] = dict(shape), [self._turned(k, axis, e) for k, e in enumerate(made)]
+        return self._errors[key][1]
 
     def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """Share (m,) of a small change of the reported torque that an effect with a gain of one
@@ -240,15 +249,12 @@ class Bench:
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
         found: list[Mapping[str, Array]] = []
-        base = self.made.base
         for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
-            columns = base.whole(motion, self.made.linear(block.run))
-            found.append(
-                {
-                    name: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:])
-                    for name, c in columns.items()
-                }
-            )
+            columns = self.made.base.whole(motion, self.made.linear(block.run)).items()
+            own = {
+                n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns
+            }
+            found.append(own)
         return found
 
     @property

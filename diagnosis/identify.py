@@ -86,9 +86,8 @@ def fit(
     R = np.zeros((0, model.model.n_p + 1))
     kept: list[tuple[Columns, Array]] = []
     for log in logs:
-        every = thin(log)
-        for rows in parts(model, log, settle):
-            chosen = np.flatnonzero(rows.usable[::every]) * every
+        for rows in parts(model, log, settle, every=thin(log)):
+            chosen = np.flatnonzero(rows.usable)
             c = rows.columns
             picked, tau = Columns(c.values[chosen], c.rows, c.cols, c.shape), rows.tau[chosen]
             if len(chosen):

@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
+from scipy.sparse import csr_array
 
 from flexhex.diagnosis.closure import Closure, dahl_scan
 from flexhex.fmugen.codegen import SYMBOLIC
@@ -48,10 +49,20 @@ class Columns:
         return dense.reshape(-1, self.shape[1])
 
 
-def smooth(signal: Array, window: Array) -> Array:
-    """Windowed signal (samples - points + 1, ...): only where the window is filled."""
+def smooth(signal: Array, window: Array, every: int = 1) -> Array:
+    """Windowed signal (samples - points + 1, ...), every so many samples of it: only where the
+    window is filled."""
     flat = signal.reshape(len(signal), -1)
-    filtered = oaconvolve(flat, window[:, None], mode="valid", axes=0)
+    if every == 1:
+        filtered = oaconvolve(flat, window[:, None], mode="valid", axes=0)
+    else:
+        begins = np.arange(0, len(flat) - len(window) + 1, every)
+        under = (begins[:, None] + np.arange(len(window))).ravel()
+        ends = len(window) * np.arange(len(begins) + 1)
+        weights = csr_array(
+            (np.tile(window[::-1], len(begins)), under, ends), (len(begins), len(flat))
+        )
+        filtered = weights @ flat
     return np.asarray(filtered.reshape(-1, *signal.shape[1:]))
 
 

@@ -180,31 +180,33 @@ def on_clock(channel: Channel, clock: Channel) -> tuple[Array, Mask]:
     return np.where(inside[:, None], values, 0.0), four & inside
 
 
-def parts(model: MotionModel, log: Log, settle: float, part: int = PART) -> Iterator[Rows]:
-    """Rows of one log, its first `settle` s left out, `part` rows at a time."""
+def parts(
+    model: MotionModel, log: Log, settle: float, part: int = PART, every: int = 1
+) -> Iterator[Rows]:
+    """Rows of one log, its first `settle` s left out, from `part` samples at a time; of these one
+    row each `every` samples."""
     moved = motion(model.machine, log, settle)
     window = window_of(model.machine, moved.ts)
     derive = partial(rates, model.machine)
     effects = model.effects(moved.time, moved.theta, moved.tau, derive)
     total = len(moved.theta) - moved.first - 1 - len(window) + 1
     for begin in range(0, total, part):
-        yield _part(model, moved, effects, window, begin, min(begin + part, total))
+        yield _part(model, moved, effects, window, range(begin, min(begin + part, total), every))
 
 
-def _part(
-    model: MotionModel, moved: Motion, effects: Array, window: Array, begin: int, end: int
-) -> Rows:
-    points = len(window)
-    low, high = moved.first + begin, moved.first + end + points - 1
+def _part(model: MotionModel, moved: Motion, effects: Array, window: Array, wanted: range) -> Rows:
+    points, every = len(window), wanted.step
+    low, high = moved.first + wanted.start, moved.first + wanted.stop + points - 1
     around, cut = slice(low - 1, high + 1), slice(low, high)
     rate, acceleration = moved.thetad[cut], moved.thetadd[cut]
     raw = model.columns(moved.theta[cut], moved.z[cut], rate, acceleration, effects[cut])
     bad = np.concatenate([[0], np.cumsum(~moved.valid[around])])
     # row k sees the samples k - 1 to k + points of this part, with the stencils
     usable = bad[points + 2 :] == bad[: -(points + 2)]
-    middle = moved.time[low + (points - 1) // 2 :][: end - begin]
-    columns = Columns(smooth(raw.values, window), raw.rows, raw.cols, raw.shape)
-    return Rows(columns, smooth(moved.tau[cut], window), middle, usable)
+    middle = moved.time[low + (points - 1) // 2 :][: len(usable)]
+    columns = Columns(smooth(raw.values, window, every), raw.rows, raw.cols, raw.shape)
+    tau = smooth(moved.tau[cut], window, every)
+    return Rows(columns, tau, middle[::every], usable[::every])
 
 
 def checked(machine: Machine, log: Log) -> None:

@@ -81,13 +81,18 @@ def _overlap(a: Run, b: Run) -> float:
     return (min(ends) - max(starts)) / min(seconds)
 
 
-def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
-    angles, torques = log["theta"], log["tau_meas"]
-    for name, channel in (("theta", angles), ("tau_meas", torques)):
-        if channel.width != n:
-            width = f"{channel.width} {'axis' if channel.width == 1 else 'axes'}"
+def refuse_width(log: Log, n: int) -> None:
+    """LogError for a log of another number of axes than the model's n."""
+    for name in ("theta", "tau_meas"):
+        if (found := log[name].width) != n:
+            width = f"{found} {'axis' if found == 1 else 'axes'}"
             hint = ": for axes without a model of their mechanism add --base axis" if n > 1 else ""
             raise LogError(f"{log.name}: {name} has {width}, the model has {n}{hint}")
+
+
+def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
+    refuse_width(log, n)
+    angles, torques = log["theta"], log["tau_meas"]
     found = []
     for first, end in _whole_stretches(angles):
         part = _cut(angles, first, end)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -111,4 +112,21 @@ def test_a_benchmark_is_measured_in_its_own_tree(tmp_path: Path) -> None:
 def test_every_command_has_a_row() -> None:
     assert set(waits.COMMANDS) < set(command.ROWS)
     assert set(against.WAITS) < set(waits.COMMANDS)
-    assert set(command.ALONE) < set(waits.COMMANDS)
+    assert set(command.LONG) < set(waits.COMMANDS)
+    assert not set(command.LONG) & set(against.WAITS)
+
+
+def test_a_wait_by_the_clock_has_all_cores_and_counts_sleep(tmp_path: Path) -> None:
+    (tmp_path / "sleep.py").write_text(
+        "import os, time\ntime.sleep(0.5)\nopen('cores', 'w').write(repr(os.sched_getaffinity(0)))"
+    )
+    asked = waits.Command("sleep", "sleep.py", 1.0, clock=True, program=(sys.executable,))
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        taken = waits.spent(asked, tmp_path)
+        assert os.sched_getaffinity(0) == {min(before)}
+    finally:
+        os.sched_setaffinity(0, before)
+    assert taken > 0.5e9
+    assert (tmp_path / "cores").read_text() == repr(before)

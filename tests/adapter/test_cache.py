@@ -9,12 +9,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import casadi as ca
+import numpy as np
 import pytest
 
 from flexhex.fmugen import cache, compile, fmu, rooms, sources
 from flexhex.fmugen.rooms import Source
 from flexhex.fmus.common.machine.machine import Machine
+from flexhex.numeric import library
 from flexhex.numeric.library import loaded
+from flexhex.numeric.rows import RowFunction, native
 from tests.conftest import MACHINE_FILE, ROOT
 
 ROOM = "feedback"
@@ -220,3 +224,27 @@ def test_library_of_equations_is_compiled_once_for_all_working_folders(
         assert list(place.iterdir()) == []
     assert work == ["one.c"]
     assert len(list(folder.glob("objects/one-*.so"))) == 1
+
+
+def scaled(factor: float) -> RowFunction:
+    """factor x, compiled for NumPy."""
+    x = ca.SX.sym("x", 1)
+    return native([ca.Function("native_scaled", [x], [factor * x])])[0]
+
+
+def test_c_of_a_function_is_written_once_and_anew_for_another(
+    folder: Path, work: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write = library.casadi_source
+
+    def watched(functions: list[ca.Function], room: str, identifier: str) -> str:
+        work.append("written")
+        return write(functions, room, identifier)
+
+    monkeypatch.setattr(library, "casadi_source", watched)
+    for factor in (3.0, 3.0, 4.0):
+        assert scaled(factor)(np.ones((2, 1)))[0].tolist() == [[factor], [factor]]
+    assert work == 2 * ["written", "native.c"]
+    monkeypatch.setattr(cache, "sources", lambda: "another generator")
+    scaled(3.0)
+    assert work[4:] == ["written"], "the same C is not compiled again"

@@ -112,3 +112,15 @@ def test_rows_of_a_slow_log_keep_off_what_is_not_valid(model: MotionModel, fast:
     same = np.abs(rows.columns.values[:, cols] - right) < 1e-9 * np.abs(right).max()
     assert same[rows.usable].all()
     assert not same.all()
+
+
+@pytest.mark.parametrize("every", [7, 10])
+def test_some_rows_are_those_of_all_rows(model: MotionModel, fast: Log, every: int) -> None:
+    """The same sums as the convolution's, to their rounding; also where a part ends in between."""
+    all_rows = parts(model, fast, 2.0, part=4000)
+    for whole, some in zip(all_rows, parts(model, fast, 2.0, 4000, every), strict=True):
+        right, size = whole.columns.values[::every], np.abs(whole.columns.values).max(axis=0)
+        assert (np.abs(some.columns.values - right) <= 1e-12 * size).all()
+        np.testing.assert_allclose(some.tau, whole.tau[::every], rtol=1e-12, atol=1e-14)
+        assert np.array_equal(some.time, whole.time[::every])
+        assert np.array_equal(some.usable, whole.usable[::every])

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from flexhex.diagnosis.bases import base_of
 from flexhex.diagnosis.blocks import Run
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
 from flexhex.diagnosis.runs import runs_of, starts_of
+from flexhex.fmus.common.errors import LogError
+from tests.conftest import MACHINE_FILE
 
 TS = 1e-3
 
@@ -74,3 +78,9 @@ def test_numbers_far_apart_are_labels() -> None:
 def test_without_numbers_runs_follow_as_they_were_named() -> None:
     assert starts((9, None), (4, "1")) == [0, 9]
     assert starts((9, "1"), (4, "1")) == [0, 9]
+
+
+@pytest.mark.parametrize("base", ["hexapod", "schunk"])
+def test_log_of_another_number_of_axes_is_refused_before_the_model_is_compiled(base: str) -> None:
+    with pytest.raises(LogError, match="x: theta has 1 axis, the model has 6: for axes without"):
+        base_of(base, MACHINE_FILE, log("x"))

@@ -1,4 +1,5 @@
-"""States of effects along the runs: each from rest, or on from run to run where time does."""
+"""States of effects along the runs: each from rest, or on from run to run where time does;
+errors of angles, which are kept."""
 
 from __future__ import annotations
 
@@ -47,3 +48,29 @@ def test_order_is_that_of_time() -> None:
 def test_what_was_before_a_run_and_is_not_known_was_like_it(starts: list[float]) -> None:
     """The last run begins after 4 s: eight samples were before it, known or not."""
     assert states(starts, across=True)[-1] == [19.0, 20.0, 21.0, 22.0]
+
+
+def test_angle_error_is_kept_for_its_shape_alone() -> None:
+    made: list[tuple[int, float]] = []
+
+    def columns(inputs: Array, state: Array, fixed: Array) -> list[Array]:
+        return [fixed.copy()]
+
+    effect = SimpleNamespace(id="error", acts_on="measurement", shapes=[SimpleNamespace(name="s")])
+    item: Any = SimpleNamespace(effect=effect, columns=columns)
+    bench: Any = Bench(SimpleNamespace(base=SimpleNamespace(n=1)), [item])  # type: ignore[arg-type]
+    bench._inputs = lambda item, axis: [np.zeros((COUNT, 6))]
+
+    def turned(k: int, axis: int, error: Array) -> Array:
+        made.append((axis, error[0, 0]))
+        return error
+
+    bench._turned = turned
+    asked = [(0, 1.0), (0, 1.0), (1, 1.0), (0, 2.0), (0, 2.0), (1, 1.0)]
+    for axis, value in asked:
+        (found,) = bench.thin("error", axis, {"s": value})
+        assert (found == value).all()
+    assert made == [(0, 1.0), (1, 1.0), (0, 2.0)]
+    bench.forget()
+    bench.thin("error", 0, {"s": 2.0})
+    assert made[3:] == [(0, 2.0)]

@@ -103,7 +103,7 @@ class Bench:
         capture: where all frames go.
         typing: `during` writes to the gateway's standard input.
         """
-        program = built("flexhex-gateway") / "flexhex-gateway"
+        program = built() / "flexhex-gateway"
         verb, *rest = command
         verbs = [verb, rest.pop(0)] if verb == "calibrate" else [verb]
         recording = record or self.folder / "run.csv"

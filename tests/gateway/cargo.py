@@ -40,8 +40,8 @@ def cargo(*arguments: str, **more: str) -> subprocess.CompletedProcess[str]:
 
 
 @lru_cache
-def built(package: str, *arguments: str) -> Path:
-    """Builds a package (arguments: "--example", "closed_loop") and returns cargo's folder."""
-    done = cargo("build", "-p", package, *arguments)
+def built() -> Path:
+    """Builds all programs, as `make programs` does, and returns cargo's folder."""
+    done = cargo("build", "--workspace", "--bins", "--examples")
     assert done.returncode == 0, done.stderr
     return TARGET / "release"

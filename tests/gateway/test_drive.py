@@ -107,7 +107,7 @@ def program() -> Path:
     """The gateway, where a cable can be made for it."""
     if shutil.which("ip") is None or os.geteuid() != 0:
         pytest.skip("network namespaces need root and `ip`")
-    return built("flexhex-gateway") / PROGRAM.name
+    return built() / PROGRAM.name
 
 
 def test_a_drive_leaves_a_recording_and_no_namespace(

@@ -44,7 +44,7 @@ def need_pysoem() -> None:
 @contextmanager
 def drives(ends: Cable, folder: Path, kind: str, options: str = "") -> Iterator[list[Any]]:
     """Emulated drives in lockstep; their events are there when the block has ended."""
-    program = built("flexhex-emulator") / "flexhex-emulator"
+    program = built() / "flexhex-emulator"
     file = folder / "drives.toml"
     file.write_text(options)
     words = [program, "--interface", "bus0", "--json", "--lockstep", "--drives", kind]
@@ -178,7 +178,7 @@ def test_the_decoder_tells_a_short_frame_from_a_sound_one(
 
 def refusal(*words: object) -> str:
     """Error text of an emulator that must not start."""
-    program = built("flexhex-emulator") / "flexhex-emulator"
+    program = built() / "flexhex-emulator"
     done = subprocess.run(list(map(str, [program, *words])), capture_output=True, text=True)
     assert done.returncode == 1, done.stderr
     assert "panicked" not in done.stderr
@@ -202,7 +202,7 @@ def test_refusals_say_what_is_wrong_and_how_to_mend_it(tmp_path: Path) -> None:
 def test_without_the_right_to_raw_frames_it_says_which_right() -> None:
     if shutil.which("setpriv") is None:
         pytest.skip("no setpriv")
-    program = built("flexhex-emulator") / "flexhex-emulator"
+    program = built() / "flexhex-emulator"
     words = ["setpriv", "--inh-caps=-net_raw", "--bounding-set=-net_raw", program]
     done = subprocess.run([*words, "--interface", "lo"], capture_output=True, text=True)
     if "setpriv:" in done.stderr:

@@ -30,7 +30,7 @@ def esi(code: str = "#x04020010") -> str:
 
 def asked(file: Path, *more: str) -> subprocess.CompletedProcess[str]:
     """The command `esi`."""
-    program = built("flexhex-gateway") / "flexhex-gateway"
+    program = built() / "flexhex-gateway"
     return subprocess.run([program, "esi", file, *more], capture_output=True, text=True)
 
 

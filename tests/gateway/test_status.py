@@ -43,7 +43,7 @@ def asked(
     bench: Bench, told: dict[str, Any], *options: object
 ) -> Callable[[subprocess.Popen[str]], None]:
     """Asks a running gateway for its status, and ends it."""
-    program = built("flexhex-gateway") / "flexhex-gateway"
+    program = built() / "flexhex-gateway"
     words = (program, "status", bench.folder / "machine.toml", "--interface", "bus1", *options)
 
     def ask(gateway: subprocess.Popen[str]) -> None:

@@ -28,7 +28,7 @@ Rows = npt.NDArray[np.float64]
 
 def closed_loop(*arguments: object) -> subprocess.CompletedProcess[str]:
     """Runs the example program."""
-    program = built("flexhex-system", "--example", "closed_loop") / "examples" / "closed_loop"
+    program = built() / "examples" / "closed_loop"
     words = [str(program), *map(str, arguments)]
     return subprocess.run(words, capture_output=True, text=True, timeout=300)
 

@@ -22,7 +22,7 @@ BINARY = binary_path("feedback")
 
 def refusal(*arguments: object) -> str:
     """Error text of the example program; never a panic."""
-    program = built("flexhex-system", "--example", "closed_loop") / "examples" / "closed_loop"
+    program = built() / "examples" / "closed_loop"
     words = [str(program), "--seconds", "0.01", *map(str, arguments)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=60)
     assert done.returncode == 3, f"{done.returncode}: {done.stdout}{done.stderr}"
