@@ -7,8 +7,8 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -130,11 +130,12 @@ class Bench:
                     stderr=subprocess.PIPE,
                     text=True,
                 )
-                if during is not None:
-                    during(gateway)
-                if paused is not None and stops(drives, gateway):
-                    paused(gateway, drives)
-                said, words_said = gateway.communicate(timeout=LIMIT_S)
+                with killed_after(gateway):
+                    if during is not None:
+                        during(gateway)
+                    if paused is not None and stops(drives, gateway):
+                        paused(gateway, drives)
+                    said, words_said = gateway.communicate(timeout=LIMIT_S)
                 time.sleep(linger)
             finally:
                 drives.send_signal(signal.SIGCONT)
@@ -164,6 +165,15 @@ class Bench:
         file = self.folder / "machine.toml"
         file.write_text(text)
         return file
+
+
+@contextmanager
+def killed_after(process: Process) -> Iterator[None]:
+    """A process that is still there at the end hangs."""
+    try:
+        yield
+    finally:
+        process.kill()
 
 
 def stops(drives: Process, gateway: Process) -> bool:

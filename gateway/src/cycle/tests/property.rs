@@ -7,6 +7,8 @@ use flexhex_system::Value;
 
 /// Faults that are drawn; FLEXHEX_FAULTS draws more.
 const CASES: u64 = 40;
+/// Bytes of process data out and in: six drives of 8 and 16.
+const PROCESS_DATA: u64 = 6 * (8 + 16);
 /// Cycles of the controller: with lift-off and landing a run has some 24 000.
 const CYCLES: i64 = 2000;
 const LAST: u64 = 22_000;
@@ -108,16 +110,27 @@ struct Noise<'a> {
     chance: Chance,
     /// Frame of process data from which on, and how many are spoiled.
     frames: std::ops::Range<u64>,
+    /// Bytes in a row that are always the same ones, as of one object; none: any.
+    window: Option<usize>,
 }
+
+/// Head of a frame and its datagram; counters and states of the drives come after it.
+const HEAD: u64 = 26;
+/// Bytes of the largest object.
+const OBJECT: usize = 4;
 
 impl Link for Noise<'_> {
     fn send(&mut self, frame: &[u8]) -> bool {
         self.line.send(frame);
         let spoils = frame[COMMAND] == LRW && self.frames.contains(&self.line.frames);
         for reply in self.line.arriving.iter_mut().filter(|reply| spoils && reply.len() > 60) {
-            for _ in 0..=self.chance.below(8) {
-                // behind the head of the datagram; counters and states of the drives, too
-                let at = 26 + self.chance.below(reply.len() as u64 - 26) as usize;
+            let length = reply.len() as u64;
+            let any = |chance: &mut Chance| (HEAD + chance.below(length - HEAD)) as usize;
+            let places: Vec<usize> = match self.window {
+                Some(first) => (first..first + OBJECT).collect(),
+                None => (0..=self.chance.below(8)).map(|_| any(&mut self.chance)).collect(),
+            };
+            for at in places {
                 reply[at] = self.chance.below(256) as u8;
             }
         }
@@ -134,13 +147,15 @@ impl Link for Noise<'_> {
 #[test]
 fn any_bytes_in_the_replies_end_at_rest() {
     let mut chance = Chance(20);
-    for case in 0..cases() / 2 {
+    for case in 0..cases() {
         let begin = 3 + chance.below(LAST);
         // one reply, a few, or all from then on
-        let count = [1, 3, 1_000_000][case as usize % 3];
+        let count = [1, 3, 40, 1_000_000][case as usize % 4];
+        let window = (case % 8 > 2).then(|| (HEAD + chance.below(PROCESS_DATA)) as usize);
         let mut line = Line::open("");
-        let noise = Noise { line: &mut line, chance: Chance(case), frames: begin..begin + count };
+        let frames = begin..begin + count;
+        let noise = Noise { line: &mut line, chance: Chance(case), frames, window };
         let ran = moving(&mut chance, noise);
-        ends_well(&format!("{count} replies from {begin} on"), &mut line, &ran.out);
+        ends_well(&format!("{count} replies from {begin} on, {window:?}"), &mut line, &ran.out);
     }
 }

@@ -6,10 +6,12 @@ use std::cell::Cell;
 use super::rig::{config, run_with, Line, Ran, COMMAND, LRW};
 use super::*;
 use crate::rules::{ReactionKind, Reason};
+use flexhex_system::Value;
 
 /// Cycles since the drives were found: the machine has lifted off and is led by the controller.
 const AT: u64 = 16_000;
 const CYCLES: i64 = 6000;
+const TS: f64 = 0.00025;
 
 /// A line that moves on without frames for a time [s].
 struct Stalling<'a> {
@@ -36,6 +38,8 @@ impl Link for Stalling<'_> {
 fn stalled(line: &mut Line, cycles: u64) -> Ran {
     let mut config = config();
     config.bus.watchdog_ms = 20;
+    // the reference moves from the first cycle on
+    config.system.parameters.insert("reference.t_start".to_owned(), Value::Number(0.0));
     let stall = Cell::new(0.0);
     run_with(&config, Stalling { line, stall: &stall }, CYCLES, |control| {
         for _ in 0..AT {
@@ -53,7 +57,12 @@ fn a_run_goes_on_after_10_ms_without_a_cycle() {
     let ran = stalled(&mut line, 40);
     assert!(matches!(ran.out.ending, Ending::Done), "{}", ran.out.cycles);
     assert!(ran.out.good());
-    assert_eq!(ran.out.skipped, 40);
+    // the reference keeps pace with time
+    let (phase, time) = (ran.place("phase"), ran.place("time"));
+    let times: Vec<_> = ran.rows.iter().filter(|r| r[phase] == 1.0).map(|r| r[time]).collect();
+    assert_eq!(times.len() as i64, CYCLES - 40);
+    let longest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    assert!((longest - 41.0 * TS).abs() < 1e-9, "{longest}");
     line.leave_alone(2.0);
     let (fastest, _) = line.line.extremes();
     assert!(fastest < 1.0, "{fastest}");
