@@ -26,10 +26,10 @@ BAD = {
     "a drive is missing": ("drives.count = 5\n", "5 devices on the bus"),
     "drives are swapped": (
         drive(0, "serial = 1002") + drive(1, "serial = 1001"),
-        "axis 1, position 0: serial 0x3ea",
+        "axis 1, position 0: serial is 0x3ea",
     ),
-    "a drive of another product": (drive(3, "product = 99"), "axis 4, position 3: product 0x63"),
-    "a drive of another vendor": (drive(3, "vendor = 7"), "axis 4, position 3: vendor 0x7"),
+    "a drive of another product": (drive(3, "product = 99"), "axis 4, position 3: product is 0x63"),
+    "a drive of another vendor": (drive(3, "vendor = 7"), "axis 4, position 3: vendor is 0x7"),
     "a drive already energised": (drive(2, 'initial = "enabled"'), "position 2: already energised"),
     "a drive with a fault": (drive(5, 'initial = "fault"'), "axis 6, position 5: fault 0x7305"),
 }  # fmt: skip

@@ -41,7 +41,7 @@ fn a_profile_of_the_file_is_one_of_a_configuration() {
     let end = CIA402.find("[limits]").unwrap();
     let whole = [&CIA402[..begin], &text, &CIA402[end..]].join("\n");
     // what nobody knows yet is refused by name
-    let why = parse(&whole).unwrap_err();
+    let why = parse(&whole).unwrap_err().to_string();
     assert!(why.contains("profile.counts_per_revolution = 0"), "{why}");
     assert!(why.contains("rated_torque_N_m = 0") && why.lines().count() == 2, "{why}");
     let known = whole

@@ -1,19 +1,8 @@
 //! What happened, as events: changes of states, faults, the end.
-use super::{Extremes, Machine};
+use super::seen::{states, Extremes};
+use super::Machine;
 use crate::error::Error;
 use crate::event::{Event, EventKind};
-use crate::subdevice::SubDevice;
-
-/// The states of the last recorded events.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) struct States {
-    layer: &'static str,
-    drive: &'static str,
-}
-
-pub(super) fn states(device: &SubDevice) -> States {
-    States { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
-}
 
 impl Machine {
     pub fn record(&mut self, what: EventKind) {

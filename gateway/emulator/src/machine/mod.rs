@@ -2,6 +2,7 @@
 mod fault_injection;
 mod happened;
 mod motion;
+mod seen;
 
 use crate::error::Error;
 use crate::event::{Event, EventKind};
@@ -11,8 +12,7 @@ use crate::replies::{Fate, Replies};
 use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
-use happened::{states, States};
-pub use motion::Extremes;
+use seen::{states, Extremes, States};
 
 pub struct Machine {
     pub devices: Vec<SubDevice>,

@@ -3,33 +3,6 @@ use super::Machine;
 use crate::error::Error;
 use crate::event::EventKind;
 use crate::plant::AXES;
-use std::collections::VecDeque;
-
-/// Base steps of a mean speed.
-const SPEED_STEPS: usize = 4;
-
-/// How fast and how far the axes have moved.
-#[derive(Debug, Clone, Default)]
-pub struct Extremes {
-    past: VecDeque<[f64; AXES]>,
-    /// Largest speed of any axis, mean over `SPEED_STEPS` [rad/s], and largest angle [rad].
-    pub fastest: f64,
-    pub farthest: f64,
-}
-
-impl Extremes {
-    /// Angles [rad] after a base step [s].
-    pub fn note(&mut self, theta: &[f64; AXES], dt: f64) {
-        self.past.push_back(*theta);
-        if self.past.len() > SPEED_STEPS {
-            let before = self.past.pop_front().unwrap_or(*theta);
-            let time = SPEED_STEPS as f64 * dt;
-            let speed = |k: usize| (theta[k] - before[k]).abs() / time;
-            self.fastest = (0..AXES).map(speed).fold(self.fastest, f64::max);
-        }
-        self.farthest = theta.iter().fold(self.farthest, |far, angle| far.max(angle.abs()));
-    }
-}
 
 impl Machine {
     /// Base steps in a time [s].
