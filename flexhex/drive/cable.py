@@ -108,11 +108,25 @@ def _patient(path: Path) -> Path:
     """Writes the configuration with limits that let an ordinary computer through."""
     text = CONFIGURATION.read_text(encoding="utf-8")
     for key, value in PATIENT.items():
-        text, count = re.subn(rf"^{key} = [\d.]+", f"{key} = {value}", text, flags=re.MULTILINE)
-        if count != 1:
-            raise RunError(f"{CONFIGURATION}: {key} stands there {count} times, must be once")
+        text = _limit(key).sub(f"{key} = {value}", text)
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def configured() -> dict[str, str]:
+    """The limits that `PATIENT` replaces, as they stand in the configuration."""
+    text = CONFIGURATION.read_text(encoding="utf-8")
+    found: dict[str, str] = {}
+    for key in PATIENT:
+        values = _limit(key).findall(text)
+        if len(values) != 1:
+            raise RunError(f"{CONFIGURATION}: {key} stands there {len(values)} times, must be once")
+        found[key] = values[0]
+    return found
+
+
+def _limit(key: str) -> re.Pattern[str]:
+    return re.compile(rf"^{key} = ([\d.]+)", re.MULTILINE)
 
 
 def wake_up_times() -> dict[str, float] | None:

@@ -8,7 +8,7 @@ repeat between them is noise.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +17,19 @@ import numpy as np
 from flexhex.compare.results import Comparison, Tolerance, compare
 from flexhex.diagnosis.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
-from flexhex.drive.cable import CONFIGURATION, Driven, check_means, drive, wake_up_times
+from flexhex.drive.cable import (
+    CONFIGURATION,
+    PATIENT,
+    Driven,
+    check_means,
+    configured,
+    drive,
+    wake_up_times,
+)
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine_file import read_toml
 from flexhex.output.tables import Column, Row
-from flexhex.recording import load_recording
+from flexhex.recording import RUNNING, load_recording, read_recording
 from flexhex.simulation.cases import SETTLE
 from flexhex.ssp.executor import run
 from flexhex.ssp.read import read_ssp
@@ -51,6 +59,13 @@ TIMES = (
         for q in QUANTILES
         for k in range(len(PASSES))
     ),
+)
+
+RELAXED = (
+    Column("limit", ""),
+    Column("configured", CONFIGURATION.name, "", ""),
+    Column("here", "here", "", ""),
+    Column("seen", "largest in both passes", "", ".4g"),
 )
 
 
@@ -167,3 +182,27 @@ def times(result: Drives) -> list[Row]:
         f"{q}-{k}": own[q] if k == 0 else None for q in QUANTILES for k in range(len(PASSES))
     }
     return [rows[0], cyclictest, *rows[1:]]
+
+
+def relaxed(driven: Mapping[str, Driven]) -> list[Row]:
+    """Limits that the passes by the clock did not have, for `RELAXED`, and what they reached."""
+    seen = [_seen(driven[name]) for name in PASSES]
+    return [
+        {"limit": key, "configured": value, "here": PATIENT[key],
+         "seen": max((each[key] for each in seen if key in each), default=None)}
+        for key, value in configured().items()
+    ]  # fmt: skip
+
+
+def _seen(driven: Driven) -> dict[str, float]:
+    """Largest values of a run by the limit that judges them, of those that a run tells."""
+    recording = read_recording(driven.recording)
+    missed = recording["answered"][recording["phase"] == RUNNING] == 0
+    ends = np.flatnonzero(np.diff(np.concatenate(([False], missed, [False]))))
+    in_a_row = ends[1::2] - ends[::2]
+    jump = driven.summary["share_of_limits"].get("jump", 0.0) * float(PATIENT["jump_rad"])
+    return {
+        "overrun_us": driven.summary["wake_up_us"]["max"],
+        "lost_frame_limit": float(in_a_row.max(initial=0)),
+        "jump_rad": jump,
+    }

@@ -12,12 +12,14 @@ from flexhex.drive.runs import (
     ERRORS,
     LOCKSTEP,
     PASSES,
+    RELAXED,
     SIMULATED,
     TIMES,
     TITLES,
     Drives,
     error,
     errors,
+    relaxed,
     times,
 )
 from flexhex.output.tables import console, table
@@ -30,6 +32,7 @@ def data(result: Drives) -> dict[str, object]:
         "tracking error [urad]": {name: error(run) for name, run in result.results.items()},
         "cyclictest [us]": result.wake_up,
         "trips": {name: driven.trip for name, driven in result.driven.items() if driven.trip},
+        "relaxed limits": relaxed(result.driven),
         "lockstep is the simulation": result.comparisons[LOCKSTEP].equal,
         "largest difference": {n: worst(result, n) for n in result.comparisons},
         "diagnosis": found if isinstance(found, str) else found.data(),
@@ -51,6 +54,10 @@ def show(result: Drives) -> None:
     out.print(table("Times of a cycle by the clock, of 250 µs", TIMES, times(result)))
     for name, good, text in judged(result):
         out.print(f"[{'green' if good else 'yellow'}]{'✓' if good else '!'}[/] {name}: {text}")
+    out.print(
+        table("Limits that both passes by the clock did not have", RELAXED, relaxed(result.driven))
+    )
+    out.print("Emulated drives break nothing. On a machine the configured limits hold.\n")
     if result.wake_up is None:
         out.print("! cyclictest is not installed: apt-get install rt-tests")
     out.print(f"\n[bold]Both passes diagnosed[/]: {diagnosed(result.diagnosis)}")

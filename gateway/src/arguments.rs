@@ -4,7 +4,7 @@ use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use crate::config::{self, Config};
+use crate::config::{self, Config, ConfigError};
 use crate::report::Reporter;
 
 /// The configuration file and the values that the command line replaces in it.
@@ -49,14 +49,14 @@ impl ConfigArgs {
     }
 
     /// The checked configuration, with the offsets of its homing file.
-    pub fn read(&self) -> Result<Config, String> {
+    pub fn read(&self) -> Result<Config, ConfigError> {
         let mut config = self.read_unhomed()?;
         config.home()?;
         Ok(config)
     }
 
     /// The same with the offsets that stand in the configuration itself.
-    pub fn read_unhomed(&self) -> Result<Config, String> {
+    pub fn read_unhomed(&self) -> Result<Config, ConfigError> {
         let mut config = config::read(&self.config, &self.set)?;
         if let Some(interface) = &self.interface {
             config.bus.interface.clone_from(interface);

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::cycle::Outcome;
-use crate::exit::Exit;
+use crate::exit::{failed, Exit, Refusal};
 use crate::record::now;
 use crate::referencing::write;
 use crate::report::Reporter;
-use crate::run::{self, Refusal};
+use crate::run;
 use crate::session::PowerArgs;
 use crate::tasks::{Nudges, Task};
 use crate::torque_constant;
@@ -118,7 +118,7 @@ fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Res
         let config_hash = format!("{:016x}", config.hash);
         let record = Record { date: now(), config_hash, torque: args.torque, axis };
         let head = "Signs of the axes, written by `flexhex-gateway calibrate signs`.";
-        write(path, head, &record).map_err(|why| (Exit::Failed, why))?;
+        write(path, head, &record).map_err(failed)?;
     }
     match wrong {
         true => Err((Exit::Failed, "not every axis follows its torque: do not run".to_owned())),

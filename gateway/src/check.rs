@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
-use crate::exit::Exit;
+use crate::exit::{bad, failed, Exit, Refusal};
 use crate::learned;
 use crate::report::Reporter;
 use crate::rights;
@@ -53,8 +53,7 @@ pub fn check(args: &Check) -> Exit {
     }
 }
 
-fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)> {
-    let bad = |why| (Exit::BadInput, why);
+fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
     let config = args.config.read().map_err(bad)?;
     reporter.mark(true, "configuration");
     let system = session::open_system(&config, reporter).map_err(bad)?;
@@ -66,7 +65,6 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), (Exit, String)>
     for note in rights::request_real_time(&config, false, false).map_err(bad)? {
         reporter.line("note", &note);
     }
-    let failed = |why| (Exit::Failed, why);
     let socket = Socket::open(&config.bus.interface).map_err(failed)?;
     reporter.mark(true, &format!("interface {}", config.bus.interface));
     if args.bus {

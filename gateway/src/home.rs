@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, Encoder};
 use crate::config::{Config, Homed, HomedAxis, AXES};
-use crate::exit::Exit;
+use crate::exit::{bad, failed, Exit};
 use crate::record::now;
 use crate::referencing;
 use crate::report::Reporter;
@@ -66,14 +66,13 @@ pub fn home(args: &Home) -> Exit {
 }
 
 fn offsets(args: &Home, reporter: Reporter) -> Result<(), (Exit, String)> {
-    let config = args.config.read_unhomed().map_err(|why| (Exit::BadInput, why))?;
+    let config = args.config.read_unhomed().map_err(bad)?;
     let mut pose = [0.0; AXES];
     if args.at.len() != AXES || !args.at.iter().all(|angle| angle.abs() <= 10.0) {
         let why = format!("--at {:?}: write {AXES} angles in rad, -10 to 10", args.at);
         return Err((Exit::Usage, why));
     }
     pose.copy_from_slice(&args.at);
-    let failed = |why| (Exit::Failed, why);
     let socket = Socket::open(&config.bus.interface).map_err(failed)?;
     let encoders =
         bus::positions(&config, socket, READINGS, &mut |devices| reporter.devices(devices))

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use crate::config::Config;
 use crate::cycle::{Ending, Outcome};
-use crate::estimate;
+use crate::estimate::{self, EstimateError};
 use crate::record::provenance;
 use crate::report::Reporter;
 
 /// States of an earlier run that the configuration names.
-pub fn resumed(config: &Config) -> Result<Vec<State>, String> {
+pub fn resumed(config: &Config) -> Result<Vec<State>, EstimateError> {
     let Some(path) = &config.estimate.resume else { return Ok(Vec::new()) };
     estimate::read(path, config.estimate.range)
 }
@@ -23,7 +23,7 @@ pub fn save(
     out: &Outcome,
     recording: &Path,
     config: &Config,
-) -> Result<(), String> {
+) -> Result<(), EstimateError> {
     if !matches!(out.ending, Ending::Done | Ending::StopRequested) || out.cycles == 0 {
         return Ok(());
     }

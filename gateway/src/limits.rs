@@ -3,12 +3,13 @@
 use flexhex_system::{Component, System};
 
 use crate::config::{Config, Limits, AXES};
+use crate::mismatch::Mismatch;
 
 /// Encoder resolution, an object of the drive.
 const ENCODER: u16 = 0x608f;
 
 /// Err with every contradiction: keys, values, remedy.
-pub fn check(config: &Config, system: &System) -> Result<(), String> {
+pub fn check(config: &Config, system: &System) -> Result<(), Mismatch> {
     let host = system.component(&config.system.host);
     let stroke = host.and_then(|host: &Component| host.parameter("stroke"));
     let mut wrong = contradictions(config, system.base_step());
@@ -25,10 +26,9 @@ pub fn check(config: &Config, system: &System) -> Result<(), String> {
             ));
         }
     }
-    if wrong.is_empty() {
-        Ok(())
-    } else {
-        Err(wrong.join("\n"))
+    match wrong.is_empty() {
+        true => Ok(()),
+        false => Err(Mismatch::Limits(wrong)),
     }
 }
 

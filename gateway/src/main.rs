@@ -15,6 +15,7 @@ mod jog;
 mod learned;
 mod limits;
 mod live;
+mod mismatch;
 mod motion;
 mod moves;
 mod off;

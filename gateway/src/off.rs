@@ -49,14 +49,14 @@ pub fn off(args: &Off) -> Exit {
         Ok(()) if args.after_hang => Exit::Failed,
         Ok(()) => Exit::Good,
         Err(why) => {
-            reporter.refused(&why.to_string());
+            reporter.refused(&why);
             Exit::Failed
         }
     }
 }
 
 fn without_power(config: &Config, reporter: Reporter) -> Result<(), OffError> {
-    let socket = Socket::open(&config.bus.interface).map_err(OffError::Bus)?;
+    let socket = Socket::open(&config.bus.interface).map_err(OffError::Port)?;
     let devices = bus::off(config, socket)?;
     reporter.devices(&devices);
     for d in devices.iter().filter(|d| d.statusword & cia402::FAULT_BIT != 0) {

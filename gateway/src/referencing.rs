@@ -7,10 +7,10 @@ use std::path::Path;
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, Homed, HomedAxis, AXES};
 use crate::cycle::Outcome;
-use crate::exit::Exit;
+use crate::exit::{failed, Exit, Refusal};
 use crate::record::now;
 use crate::report::Reporter;
-use crate::run::{self, Refusal};
+use crate::run;
 use crate::session::PowerArgs;
 use crate::tasks::{Search, Stops, Task};
 
@@ -33,7 +33,7 @@ pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -
             );
         }
         rest_pose(config, &homed)?;
-        tell(reporter, config, &homed, write).map_err(|why| (Exit::Failed, why))
+        tell(reporter, config, &homed, write).map_err(failed)
     };
     run::instead((config, options), true, make, told)
 }

@@ -11,7 +11,7 @@ use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
 use crate::cycle::{signals, ControlLoop, Ending, Outcome, Preallocated, RunOptions, Signals};
-use crate::exit::Exit;
+use crate::exit::{bad, failed, Exit, Refusal};
 use crate::learned;
 use crate::live::Board;
 use crate::plan::plan;
@@ -22,7 +22,7 @@ use crate::rights;
 use crate::session::{self, PowerArgs};
 use crate::tasks::Task;
 use crate::watch;
-use crate::wire::{Cable, Replay, Socket};
+use crate::wire::{Cable, CaptureError, Replay, Socket};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -111,8 +111,6 @@ fn guided(
     })
 }
 
-pub type Refusal = (Exit, String);
-
 fn check_arguments(args: &Run) -> Result<(), Refusal> {
     if !args.options.enable && !args.dry_run {
         let why = "no mode given: --enable enables the drives, --dry-run only reads them";
@@ -132,8 +130,6 @@ fn prepare_and_run(
 ) -> Result<(Config, System, Outcome), Refusal> {
     check_arguments(args)?;
     let lockstep = args.options.lockstep || args.replay.is_some();
-    let bad = |why| (Exit::BadInput, why);
-    let failed = |why| (Exit::Failed, why);
     let read = if args.unhomed { args.config.read_unhomed() } else { args.config.read() };
     let mut config = read.map_err(bad)?;
     if args.resume.is_some() {
@@ -174,7 +170,8 @@ fn prepare_and_run(
         || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
-            for note in rights::request_real_time(&config, lockstep, args.options.enable)? {
+            let notes = rights::request_real_time(&config, lockstep, args.options.enable);
+            for note in notes.map_err(failed)? {
                 reporter.line("note", &note);
             }
             let buffers = Preallocated::new(width);
@@ -183,7 +180,8 @@ fn prepare_and_run(
             let bus = bus::bring_up(&config, socket, bring_up, &mut |devices| {
                 reporter.devices(devices);
                 serials = bus::serials(&config, devices);
-            })?;
+            })
+            .map_err(failed)?;
             let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
             let options = (run_options(args, lockstep, base_step), task);
             let control =
@@ -191,7 +189,7 @@ fn prepare_and_run(
             Ok(Outcome { serials, ..control.run() })
         },
     );
-    let out = out.map_err(failed)?;
+    let out = out?;
     let trip = match &out.ending {
         Ending::Tripped(trip, detail) => Some(format!("{}: {trip} {detail}", trip.reason.key())),
         _ => None,
@@ -208,9 +206,11 @@ fn prepare_and_run(
 
 fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {
     if let Some(file) = &args.replay {
-        let bad = |why: String| (Exit::BadInput, format!("{}: {why}", file.display()));
-        let capture = std::fs::read(file).map_err(|why| bad(why.to_string()))?;
-        return Replay::of(&capture).map(Cable::Replayed).map_err(bad);
+        let capture = std::fs::read(file).map_err(CaptureError::Unreadable);
+        let replay = capture.and_then(|capture| Replay::of(&capture));
+        return replay
+            .map(Cable::Replayed)
+            .map_err(|why| bad(format!("{}: {why}", file.display())));
     }
     let name = &config.bus.interface;
     if args.options.lockstep && Socket::is_hardware(name) {
@@ -220,7 +220,7 @@ fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {
         );
         return Err((Exit::Usage, why));
     }
-    Socket::open(name).map(Cable::Live).map_err(|why| (Exit::Failed, why))
+    Socket::open(name).map(Cable::Live).map_err(failed)
 }
 
 fn bring_up_options(args: &Run, lockstep: bool, base_step: f64) -> BringUpOptions {

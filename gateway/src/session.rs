@@ -5,6 +5,7 @@ use flexhex_system::{Component, Controller, System};
 
 use crate::config::{Config, AXES};
 use crate::limits;
+use crate::mismatch::Mismatch;
 use crate::motion::{Gains, Mechanics, Pace, Path};
 use crate::report::Reporter;
 
@@ -26,10 +27,10 @@ pub struct PowerArgs {
 }
 
 /// Read the system description, set the configuration's parameters and check that both fit.
-pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, String> {
-    let system = System::open(&config.system.ssp).map_err(|why| why.to_string())?;
+pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, Mismatch> {
+    let system = System::open(&config.system.ssp).map_err(Mismatch::System)?;
     let parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
-    let system = system.with(&parameters).map_err(|why| format!("[system.parameters]: {why}"))?;
+    let system = system.with(&parameters).map_err(Mismatch::Parameters)?;
     check_host(config, &system)?;
     check_names(config, &system)?;
     check_timeout(config, &system)?;
@@ -41,56 +42,48 @@ pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, String
     Ok(system)
 }
 
-fn names(system: &System) -> Vec<&str> {
-    system.components().iter().map(Component::name).collect()
-}
-
 /// The component that the drives replace has their signals for every axis.
-fn check_host(config: &Config, system: &System) -> Result<(), String> {
-    let (path, host) = (config.system.ssp.display(), &config.system.host);
+fn check_host(config: &Config, system: &System) -> Result<(), Mismatch> {
+    let host = &config.system.host;
     let Some(component) = system.component(host) else {
-        let names = names(system);
-        return Err(format!("{path}: no component {host:?}, only {names:?}: correct system.host"));
+        return Err(Mismatch::no_component("system.host", host, system));
     };
-    for variable in ["theta", "tau_meas", "tau"] {
-        for axis in 1..=AXES {
-            let name = format!("{variable}[{axis}]");
-            if component.variable(&name).is_none() {
-                return Err(format!(
-                    "{path}: component {host} has no variable {name}: set system.host to the \
-                     component of the machine"
-                ));
-            }
+    let axes =
+        ["theta", "tau_meas", "tau"].into_iter().flat_map(|v| (1..=AXES).map(move |k| (v, k)));
+    for variable in axes.map(|(variable, axis)| format!("{variable}[{axis}]")) {
+        if component.variable(&variable).is_none() {
+            return Err(Mismatch::NoVariable {
+                ssp: config.system.ssp.clone(),
+                component: host.clone(),
+                variable,
+                mend: "set system.host to the component of the machine",
+            });
         }
     }
     Ok(())
 }
 
 /// Every component that the configuration names exists.
-fn check_names(config: &Config, system: &System) -> Result<(), String> {
+fn check_names(config: &Config, system: &System) -> Result<(), Mismatch> {
     let threads = config.system.own_thread.iter().map(|name| ("system.own_thread", name));
     let faults = config.safety.non_trip_faults.keys().map(|n| ("safety.non_trip_faults", n));
     match threads.chain(faults).find(|(_, name)| system.component(name).is_none()) {
-        Some((key, name)) => {
-            Err(format!("{key}: no component {name:?}, only {:?}: correct the name", names(system)))
-        }
+        Some((key, name)) => Err(Mismatch::no_component(key, name, system)),
         None => Ok(()),
     }
 }
 
-fn check_timeout(config: &Config, system: &System) -> Result<(), String> {
+fn check_timeout(config: &Config, system: &System) -> Result<(), Mismatch> {
     let (timeout, step_us) = (config.bus.reply_timeout_us, system.base_step() * 1e6);
     if f64::from(timeout) < step_us {
         return Ok(());
     }
-    Err(format!(
-        "bus.reply_timeout_us = {timeout}, allowed less than {step_us:.0}, the cycle time of {}",
-        config.system.ssp.display()
-    ))
+    let ssp = config.system.ssp.clone();
+    Err(Mismatch::Timeout { timeout, cycle: step_us, ssp })
 }
 
 /// No component may command more torque than the limit of any axis.
-fn check_torque_limits(config: &Config, system: &System) -> Result<(), String> {
+fn check_torque_limits(config: &Config, system: &System) -> Result<(), Mismatch> {
     let others = system.components().iter().filter(|c| c.name() != config.system.host);
     for component in others {
         let Some(tau_max) = component.parameter("tau_max") else {
@@ -100,11 +93,7 @@ fn check_torque_limits(config: &Config, system: &System) -> Result<(), String> {
         for axis in 0..AXES {
             let limit = config.limits(axis).torque;
             if tau_max > limit {
-                return Err(format!(
-                    "limits.torque_N_m = {limit} of axis {}: {key} = {tau_max} N m exceeds it: \
-                     lower {key} in [system.parameters] or raise the limit",
-                    axis + 1
-                ));
+                return Err(Mismatch::Torque { axis, limit, key, commands: tau_max });
             }
         }
     }
@@ -147,15 +136,18 @@ pub fn channel_map(config: &Config, system: &System) -> String {
 }
 
 /// What lift-off and landing take from the system description: gains, weight, cycle time.
-pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, String> {
-    let (path, landing) = (config.system.ssp.display(), &config.landing);
-    let missing = |what: &str| {
-        let name = &landing.feedback;
-        format!("{path}: component {name:?} has no {what}: set landing.feedback to the feedback")
+pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, Mismatch> {
+    let landing = &config.landing;
+    let name = &landing.feedback;
+    let missing = |variable: &str| Mismatch::NoVariable {
+        ssp: config.system.ssp.clone(),
+        component: name.clone(),
+        variable: variable.to_owned(),
+        mend: "set landing.feedback to the feedback",
     };
-    let component = system.component(&landing.feedback).ok_or_else(|| {
-        format!("landing.feedback: no component {:?}, only {:?}", landing.feedback, names(system))
-    })?;
+    let component = system.component(name);
+    let component =
+        component.ok_or_else(|| Mismatch::no_component("landing.feedback", name, system))?;
     let value = |name: &str| component.parameter(name).ok_or_else(|| missing(name));
     let (mut kp, mut weight) = ([0.0; AXES], [0.0; AXES]);
     for axis in 0..AXES {

@@ -45,7 +45,7 @@ pub fn status(args: &Status) -> Exit {
             Ok(Some(view)) => print(reporter, &view),
             Ok(None) if answered => return Exit::Good,
             Ok(None) => {
-                reporter.refused(&format!(
+                reporter.refused(format!(
                     "no flexhex-gateway runs on {interface:?}: start it with `run`, or name its \
                      interface with --interface"
                 ));

@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, Scale, AXES};
 use crate::cycle::Outcome;
-use crate::exit::Exit;
+use crate::exit::{bad, failed, Exit, Refusal};
 use crate::motion::Mover;
 use crate::record::now;
 use crate::referencing::write;
 use crate::report::Reporter;
-use crate::run::{self, Refusal};
+use crate::run;
 use crate::session::{self, PowerArgs};
 use crate::tasks::{Poses, Seen, Step, Task};
 
@@ -115,8 +115,7 @@ fn told(
     };
     reporter.line("holding", &format!("{holding:.3?} N m"));
     if let Some(file) = &args.against {
-        let empty = read(file).map_err(|why| (Exit::BadInput, why))?;
-        let failed = |why| (Exit::Failed, why);
+        let empty = read(file).map_err(bad)?;
         let added = added(config, system, args.mass).map_err(failed)?;
         let found = compare(&record, &empty, &added).map_err(failed)?;
         let mean = found.iter().sum::<f64>() / AXES as f64;
@@ -138,7 +137,7 @@ fn told(
     let Some(path) = &args.write else { return Ok(()) };
     let head =
         "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
-    write(path, head, &record).map_err(|why| (Exit::Failed, why))
+    write(path, head, &record).map_err(failed)
 }
 
 /// Torque constant of each axis: the mass adds `added`, the drives measured the difference of the records.
@@ -186,7 +185,7 @@ fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Stri
     let mut plant = opened.map_err(|why| {
         format!("{why}: `calibrate torque` needs a plant whose payload comes from `reference`")
     })?;
-    let mechanics = session::mechanics(config, system)?;
+    let mechanics = session::mechanics(config, system).map_err(|why| why.to_string())?;
     let mut poses = poses(system);
     let (mut theta, mut tau) = ([0.0; AXES], [0.0; AXES]);
     let Some(first) = poses.begin(&theta) else { return Ok(tau) };

@@ -32,7 +32,7 @@ pub fn hung(reporter: Reporter, watch: &Watch, closer: &Closer, config: &ConfigA
     reporter.event("hung", json!({ "component": watch.component(), "message": why }));
     closer.close(&format!("hung: {why}"), CLOSING);
     let failed = off::in_place_of_this(config);
-    reporter.refused(&format!(
+    reporter.refused(format!(
         "`off` cannot be started ({failed}): no drive is confirmed as disabled: use the emergency stop"
     ));
     std::process::exit(i32::from(Exit::Failed as u8));

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +22,9 @@ from tests.gateway.cargo import GATEWAY, built
 from tests.gateway.decoder import capturing
 
 Event = dict[str, Any]
+Process = subprocess.Popen[str]
+Acts = Callable[[Process, Process], None]
+"""Acts on the processes of the gateway and of the drives."""
 Rows = npt.NDArray[np.float64]
 LIMIT_S = 240.0
 """A run that hangs is ended after this; nothing is measured with it."""
@@ -85,7 +89,7 @@ class Bench:
         command: Sequence[object] = ("run", "--enable", "--lockstep"),
         plant: Path | None = None,
         during: Callable[[subprocess.Popen[str]], None] | None = None,
-        stall: float = 0.0,
+        paused: Acts | None = None,
         linger: float = 0.0,
         wrapper: Sequence[object] = (),
         record: Path | None = None,
@@ -96,7 +100,7 @@ class Bench:
 
         plant: the system whose plant moves; by default the one that the gateway has.
         during: what is done to the gateway while it runs.
-        stall: seconds for which the drives' process stands still after the first status line.
+        paused: what is done to both processes where a fault `pause` stopped the drives' one.
         linger: seconds for which the drives are left alone afterwards.
         wrapper: a command that the gateway is run by.
         record: where the recording goes.
@@ -126,13 +130,15 @@ class Bench:
                     stderr=subprocess.PIPE,
                     text=True,
                 )
-                if during is not None:
-                    during(gateway)
-                if stall > 0:
-                    _stall(gateway, drives, stall)
-                said, words_said = gateway.communicate(timeout=LIMIT_S)
+                with killed_after(gateway):
+                    if during is not None:
+                        during(gateway)
+                    if paused is not None and stops(drives, gateway):
+                        paused(gateway, drives)
+                    said, words_said = gateway.communicate(timeout=LIMIT_S)
                 time.sleep(linger)
             finally:
+                drives.send_signal(signal.SIGCONT)
                 drives.terminate()
                 told = drives.communicate(timeout=20)[0]
         return Ran(gateway.returncode, _events(said), _events(told), words_said, recording)
@@ -161,12 +167,23 @@ class Bench:
         return file
 
 
-def _stall(gateway: subprocess.Popen[str], drives: subprocess.Popen[str], seconds: float) -> None:
-    assert gateway.stdout is not None
-    next(line for line in gateway.stdout if '"event":"status"' in line)
-    drives.send_signal(signal.SIGSTOP)
-    time.sleep(seconds)
-    drives.send_signal(signal.SIGCONT)
+@contextmanager
+def killed_after(process: Process) -> Iterator[None]:
+    """A process that is still there at the end hangs."""
+    try:
+        yield
+    finally:
+        process.kill()
+
+
+def stops(drives: Process, gateway: Process) -> bool:
+    """Waits until the drives' process stands still; False if the gateway ends before."""
+    flags = os.WSTOPPED | os.WEXITED | os.WNOHANG | os.WNOWAIT
+    while gateway.poll() is None:
+        if os.waitid(os.P_PID, drives.pid, flags) is not None:
+            return True
+        time.sleep(0.01)
+    return False
 
 
 def _events(text: str) -> tuple[Event, ...]:

@@ -50,6 +50,17 @@ MARGINS = Place(
     GUIDE,
 )
 
+DRIFTS = Place(
+    "<!-- drifts: written by tests/gateway -->",
+    "<!-- end of drifts -->",
+    (
+        "| encoder off by [rad] | largest change of any torque: least seen drift [N m] "
+        "| best seen drift [N m] |",
+        "|---|---|---|",
+    ),
+    GUIDE,
+)
+
 
 @dataclass(frozen=True)
 class Row:
@@ -101,15 +112,32 @@ class Margin:
         return "| " + " | ".join([f"`{self.fault}`", self.limit, *shown]) + " |"
 
 
+@dataclass(frozen=True)
+class Off:
+    """One line. off: of an encoder [rad]; least, most: largest change of any torque by it [N m]."""
+
+    off: float
+    least: float
+    most: float
+
+    @property
+    def fault(self) -> str:
+        """What the line is of."""
+        return f"{self.off:g}"
+
+    def __str__(self) -> str:
+        return f"| {self.fault} | {self.least:.2f} | {self.most:.2f} |"
+
+
 @dataclass
 class Table:
     """Rows of this session; `update` writes them, otherwise each must stand in the file."""
 
     update: bool
     place: Place = FAULTS
-    rows: dict[str, Row | Fall | Margin] = field(default_factory=dict)
+    rows: dict[str, Row | Fall | Margin | Off] = field(default_factory=dict)
 
-    def add(self, row: Row | Fall | Margin) -> None:
+    def add(self, row: Row | Fall | Margin | Off) -> None:
         """Keep a row, and compare it with the file."""
         self.rows[row.fault] = row
         if not self.update:

@@ -17,7 +17,7 @@ import pytest
 
 from flexhex.diagnosis.verdict import Diagnosis, Gap
 from flexhex.drive import cable, runs, view
-from flexhex.drive.cable import PATIENT, PROGRAM, check_means, drive
+from flexhex.drive.cable import PATIENT, PROGRAM, Driven, check_means, drive
 from flexhex.drive.command import drive_command
 from flexhex.drive.runs import error, steps
 from flexhex.fmus.common.errors import RunError, UsageError
@@ -88,6 +88,28 @@ def test_every_patient_limit_is_in_the_configuration(tmp_path: Path) -> None:
     text = cable._patient(tmp_path / "a.toml").read_text()
     for key, value in PATIENT.items():
         assert text.count(f"\n{key} = {value}") == 1, key
+
+
+def test_relaxed_limits_are_told_with_what_was_seen(tmp_path: Path) -> None:
+    """A pass that lost two and three replies in a row, and one that lost none."""
+    head = "# base_step_s: 0.00025\n# signals: theta=plant.theta:1\ntime,phase,answered\ns,1,1\n"
+    driven = {}
+    for name, lost in (("clock-1", {3, 4, 7, 8, 9}), ("clock-2", set[int]())):
+        # before the run nothing is judged
+        rows = [f"{k},{0 if k < 2 else 1},{int(k > 2 and k not in lost)}" for k in range(12)]
+        rows[2] = "2,1,1"
+        file = tmp_path / f"{name}.csv"
+        file.write_text(head + "\n".join(rows) + "\n")
+        late = {"p50": 1.0, "max": 30.0 + len(lost)}
+        summary = {"wake_up_us": late, "share_of_limits": {"jump": 0.01}}
+        driven[name] = Driven(summary, "", file)
+    rows_of = {row["limit"]: row for row in runs.relaxed(driven)}
+    assert set(rows_of) == set(PATIENT)
+    overrun = rows_of["overrun_us"]
+    assert (overrun["configured"], overrun["here"], overrun["seen"]) == ("2000", "1000000", 35.0)
+    assert rows_of["lost_frame_limit"]["seen"] == 3
+    assert rows_of["jump_rad"]["seen"] == pytest.approx(0.0005)
+    assert rows_of["watchdog_ms"]["seen"] is None
 
 
 def test_without_program_or_root_it_is_said(

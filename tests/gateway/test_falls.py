@@ -47,9 +47,9 @@ def drift(speed: float) -> str:
     return fault("encoder_drift", HOLD, position=1, size=round(speed * RAD * TS))
 
 
-def lost(**often: object) -> str:
-    """Replies that are lost for ever."""
-    return fault("frame_lost", HOLD, acting='"after"', count=0, **often)
+def lost(cycle: int = HOLD, **often: object) -> str:
+    """Replies that are lost, for ever unless a count is given."""
+    return fault("frame_lost", cycle, **{"acting": '"after"', "count": 0} | often)
 
 
 def short(**often: object) -> str:
@@ -65,10 +65,13 @@ def push(torque: float, count: int = 0, cycle: int = AT) -> str:
 LOST, SHORT = ("lost_frames", "zero"), ("working_counter", "zero")
 LATE = 28_000
 """Cycle since enabling in a landing."""
+LIFT = 6000
+"""The same in a lift-off."""
 FROZEN = "encoder frozen while the reference stands still"
 UNLIKE = "torque of a drive does not follow any more"
 REVERSED = "encoder counts the wrong way from the start"
 POSE = ("# [[pose]]", '[[pose]]\nsignal = "N_F.x.x_E.z"\nmin = 0.28\nmax = 0.315\n# [[pose]]')
+DAMP = ('frozen_encoder = "zero"', 'frozen_encoder = "damp"\njump = "damp"')
 WEAK = ("rated_torque_N_m = 9.0", "rated_torque_N_m = 0.7")
 QUICK = ("thermal_s = 10.0", "thermal_s = 1.0")
 CASES = (
@@ -85,11 +88,11 @@ CASES = (
     Case("replies lost, 30 %", lost(probability=0.3), *LOST, since=HOLD),
     Case("replies late by a cycle, 10 %", fault("frame_delayed", 1, count=0, probability=0.1),
          since=0),
-    Case(FROZEN, fault("encoder_frozen", HOLD, position=3), "frozen_encoder", "damp", 4,
+    Case(FROZEN, fault("encoder_frozen", HOLD, position=3), "frozen_encoder", "zero", 4,
          since=HOLD),
     Case("encoder drifts by 0.05 rad/s", drift(0.05), since=HOLD),
     Case("encoder drifts by -0.2 rad/s", drift(-0.2), since=HOLD),
-    Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "damp", 4, since=0),
+    Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "zero", 4, since=0),
     Case("axis pushed by -3 N m for ever", push(-3, cycle=HOLD), "feedback_torque", "land", 4,
          since=HOLD, seconds=4.0, held=False),
     Case("axis pushed by 20 N m for 20 ms", push(20, 80), since=AT + 80),
@@ -107,6 +110,37 @@ CASES = (
          changes=(WEAK, QUICK)),
     Case("cable cut before the first drive in the landing", fault("cable_cut", LATE, position=0),
          unknown=ALL, since=LATE),
+    Case("encoder jumps in the lift-off", fault("encoder_jump", LIFT, position=1), "jump", "zero",
+         2, since=LIFT),
+    Case("encoder frozen in the lift-off", fault("encoder_frozen", LIFT, position=3),
+         "frozen_encoder", "zero", 4, since=LIFT),
+    Case("encoder jumps, with `damp`", fault("encoder_jump", position=1), "jump", "damp", 2,
+         changes=(DAMP,)),
+    Case("encoder frozen, with `damp`", fault("encoder_frozen", position=3), "frozen_encoder",
+         "damp", 4, changes=(DAMP,)),
+    Case("encoder frozen in the lift-off, with `damp`", fault("encoder_frozen", 9447, position=5),
+         "frozen_encoder", "damp", 6, since=9447, changes=(DAMP,), held=False),
+    Case("drive fault in the lift-off", fault("drive_fault", LIFT, position=2), "drive_fault",
+         "zero", 3, since=LIFT),
+    Case("drive drops to SAFE-OP in the lift-off", fault("safe_op", LIFT, position=4), "al_state",
+         "zero", 5, since=LIFT),
+    Case("cable cut between drives 3 and 4 in the lift-off",
+         fault("cable_cut", LIFT, position=3), *SHORT, unknown=ALL[3:], since=LIFT),
+    Case("cable cut before the last drive", fault("cable_cut", position=5), *SHORT, unknown=(6,)),
+    Case("cable cut after the last drive", fault("cable_cut", position=6)),
+    Case("8 frames lost before they act", lost(AT, count=8, acting='"before"'), *LOST),
+    Case("8 replies lost", lost(AT, count=8), *LOST),
+    Case("7 frames lost before they act", lost(AT, count=7, acting='"before"')),
+    Case("replies lost, 10 %", lost(1, probability=0.1), since=0),
+    Case("frames lost, 1 %", lost(1, probability=0.01, acting='"before"'), since=0),
+    Case("frames lost, 0.1 %", lost(1, probability=0.001, acting='"before"'), since=0),
+    Case("an axis jams", fault("jam", position=3), "feedback_torque", "land", 4, seconds=5.0),
+    Case("an axis jams in the lift-off", fault("jam", LIFT, position=3), "following_error", "zero",
+         4, since=LIFT),
+    Case("an axis jams while the reference stands still", fault("jam", HOLD, position=3),
+         "feedback_torque", "land", 4, since=HOLD),
+    Case("drives limit their torque to less than the weight", "drives.limit = 150\n",
+         "measured_torque", "zero", 1, since=0),
 )  # fmt: skip
 
 

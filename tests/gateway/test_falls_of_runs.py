@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
 from tests.gateway.fault_table import Table
 from tests.gateway.test_faults import ANY_STEP
 from tests.gateway.test_landing import AT, STEP
-from tests.gateway.test_refusals import kill, stop_and_continue, when_running
-from tests.gateway.weight import Fallen, free
+from tests.gateway.weight import free
 
-SILENT = "silence_s = 0.3\n"
 WRONG = Spoil("K", 75, "set", "p.actuator[1].o", 21.6, 100_000)
 """The estimator shows a torque offset of 21.6 N m, from cycle 9000 of the controller on."""
 WRONG_FROM_START = "--set", 'system.parameters={"K.p0.actuator[1].o"=-21.6}'
@@ -109,36 +105,21 @@ def test_estimator_that_hangs_is_landed_with_its_weight(
     falls.add(fallen.fall("estimator never returns", 0, 60 * 120))
 
 
-def left_alone(fallen: Fallen) -> None:
-    """The gateway is gone: the watchdogs act, and the windings brake."""
-    since = fallen.ran.happened("silence")[0]["cycle"]
-    assert {e["position"] for e in fallen.ran.happened("watchdog")} == {0, 1, 2, 3, 4, 5}
-    assert {e["cycle"] - since for e in fallen.ran.happened("torque_zero")} <= {19, 20, 21}
-    fallen.ends_at_rest(since)
-    assert fallen.speed[since:].max() < 1.0
-    assert np.abs(fallen.theta[since:]).max() < 0.5
-
-
-@pytest.mark.parametrize("control", [0x64, 0x24])
-def test_killed_gateway_falls_braked(control: int, hexapod_ssp: Path, tmp_path: Path) -> None:
-    options = SILENT + "".join(drive(k, f"output_control = {control}") for k in range(6))
-    fallen = free(
-        Bench(hexapod_ssp, tmp_path), options, seconds=100.0, during=when_running(kill), linger=1.0
-    )
-    assert fallen.ran.code == -signal.SIGKILL
-    left_alone(fallen)
-
-
-def test_stopped_gateway_trips_when_it_goes_on_and_reads_the_drives_back(
-    hexapod_ssp: Path, tmp_path: Path
+def test_fmu_that_never_returns_leaves_it_to_the_watchdogs(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    fallen = free(
-        Bench(hexapod_ssp, tmp_path), SILENT, seconds=100.0, during=when_running(stop_and_continue)
-    )
-    trip = fallen.ran.one("trip")
-    assert trip["reason"] in ("al_state", "fmu_overrun")
-    assert fallen.ran.one("summary")["not_disabled"] == []
-    left_alone(fallen)
+    """The gateway names it, and disables and reads back the drives afterwards."""
+    bad = spoiled(hexapod_ssp, Spoil("F", STEP // 2, "sleep", value=1e6), tmp_path / "bad.ssp")
+    fallen = free(Bench(bad, tmp_path), "silence_s = 0.3\n", plant=hexapod_ssp)
+    assert fallen.ran.code == 1
+    assert fallen.ran.one("hung")["component"] == "F"
+    assert fallen.ran.one("off")["devices"] == 6
+    since = int(fallen.ran.happened("silence")[0]["cycle"])
+    off = {e["cycle"] - since for e in fallen.ran.happened("torque_zero")}
+    assert len(off) == 1
+    fallen.ends_at_rest(since)
+    row = fallen.row("FMU never returns", "watchdog of the drives", "zero", since, cycles=off.pop())
+    falls.add(row)
 
 
 def lost_frames(first: int, count: int) -> str:
@@ -148,7 +129,7 @@ def lost_frames(first: int, count: int) -> str:
 
 
 def test_pose_is_judged_although_the_first_replies_are_lost(
-    hexapod_ssp: Path, tmp_path: Path
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     """One lost reply skipped the check, and all drives were energised 0.3 rad off."""
     changes = (
@@ -160,16 +141,21 @@ def test_pose_is_judged_although_the_first_replies_are_lost(
     op = free(Bench(hexapod_ssp, tmp_path), seconds=0.01).ran
     first = next(e["frame"] for e in op.happened("state") if e["to"] == "OP")
     for begin in range(first, first + 24, 3):
-        ran = free(Bench(hexapod_ssp, tmp_path), lost_frames(begin, 4), changes=changes).ran
-        assert ran.code == 1, begin
-        assert "landing.rest_rad = 0 rad" in ran.one("refused")["message"]
-        never_enabled(ran)
+        fallen = free(Bench(hexapod_ssp, tmp_path), lost_frames(begin, 4), changes=changes)
+        assert fallen.ran.code == 1, begin
+        assert "landing.rest_rad = 0 rad" in fallen.ran.one("refused")["message"]
+        never_enabled(fallen.ran)
+    falls.add(fallen.refused("another pose, and the first replies are lost"))
 
 
-def test_replies_lost_on_the_way_to_op_stop_nothing(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_replies_lost_on_the_way_to_op_stop_nothing(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
     for first in (1, 2, 3):
-        ran = free(Bench(hexapod_ssp, tmp_path), lost_frames(first, 1), seconds=0.01).ran
-        assert ran.code == 0, ran.words
+        fallen = free(Bench(hexapod_ssp, tmp_path), lost_frames(first, 1), seconds=0.01)
+        assert fallen.ran.code == 0, fallen.ran.words
+        fallen.ends_at_rest(0)
+    falls.add(fallen.fall("a reply is lost on the way to OP", 0))
 
 
 def enabled_for(ran: Ran) -> int:
@@ -181,15 +167,20 @@ def enabled_for(ran: Ran) -> int:
     return max(off) - min(on)
 
 
-def test_drives_are_enabled_together_or_not_for_long(hexapod_ssp: Path, tmp_path: Path) -> None:
+def test_drives_are_enabled_together_or_not_for_long(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
     """Five drives stayed enabled for 5 s while the sixth was waited for."""
     options = drive(5, "never_enabled = true")
-    ran = free(Bench(hexapod_ssp, tmp_path), options).ran
+    fallen = free(Bench(hexapod_ssp, tmp_path), options)
+    ran = fallen.ran
     assert ran.code == 1
     assert "axis 6: switched on, but others have been enabled" in ran.one("refused")["message"]
     # landing.enable_ms = 20 and the frames that disable
     assert enabled_for(ran) in range(80, 90)
     assert ran.one("summary")["not_disabled"] == []
+    assert fallen.stopped["fastest"] < 1.0
+    falls.add(fallen.refused("a drive is not enabled with the others", "zero"))
     # the others wait for one that changes its state more slowly
     for more, frames in (("", 1), (drive(2, "slow = 7"), 7)):
         good = free(Bench(hexapod_ssp, tmp_path), more, seconds=0.01).ran
@@ -199,7 +190,7 @@ def test_drives_are_enabled_together_or_not_for_long(hexapod_ssp: Path, tmp_path
 
 
 def test_encoder_scale_that_is_not_compared_needs_a_rest_pose(
-    hexapod_ssp: Path, tmp_path: Path
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     """All encoders 4096 times too coarse: refused by the pose, or the pose must be given."""
     unchecked = ("# unchecked = [0x608F]", "unchecked = [0x608F]")
@@ -209,7 +200,9 @@ def test_encoder_scale_that_is_not_compared_needs_a_rest_pose(
     ran = bench.run(options=options, changes=(unchecked,))
     assert ran.code == 3
     assert "landing.rest_rad" in ran.one("refused")["message"]
-    ran = free(bench, options, changes=(unchecked, rest)).ran
+    fallen = free(bench, options, changes=(unchecked, rest))
+    ran = fallen.ran
     assert ran.code == 1
     assert "landing.rest_rad = -0.34 rad" in ran.one("refused")["message"]
     never_enabled(ran)
+    falls.add(fallen.refused("encoders too coarse, and their scale is not compared"))

@@ -45,7 +45,7 @@ def test_run_with_the_offsets_is_the_same_to_the_last_bit(homed: Bench) -> None:
 def test_drives_other_than_those_that_were_homed_are_refused(homed: Bench) -> None:
     swapped = OFFSETS.replace(f"offset = {COUNTS[0]}\n", f"offset = {COUNTS[0]}\nserial = 1001\n")
     told = refusal(homed.run(options=swapped, command=RUN, changes=(NAMED,)))
-    assert "axis 1, position 0: serial 0x3e9, expected 0x3e8: drives are swapped" in told
+    assert "axis 1, position 0: serial is 0x3e9, expected 0x3e8: drives are swapped" in told
     serial = ("# serial = 1002", "serial = 77")
     ran = homed.run(options=OFFSETS, command=RUN, changes=(NAMED, serial))
     assert ran.code == 3

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from flexhex.cli import app
 from flexhex.diagnosis.logs.read import read_log
 from flexhex.ssp.executor import run
 from flexhex.ssp.results import save
-from tests.gateway.bench import Bench, Ran, Rows
+from tests.gateway.bench import Bench, Process, Ran, Rows
 
 SECONDS = 10.0
 STEPS = {"akd": 3.0 * 0.001, "cia402": 9.0 * 0.001}
@@ -122,7 +124,15 @@ def test_emulator_that_stands_still_for_a_while_changes_nothing(
 ) -> None:
     """A busy computer may stop it at any time; the gateway waits, as no clock applies."""
     kind, ran = driven
-    stalled = Bench(hexapod_ssp, tmp_path, kind).run(seconds=SECONDS, stall=1.0)
+
+    def later(_: Process, drives: Process) -> None:
+        time.sleep(1.0)
+        drives.send_signal(signal.SIGCONT)
+
+    options = '[[fault]]\nkind = "pause"\ncycle = 5000\n'
+    bench = Bench(hexapod_ssp, tmp_path, kind)
+    stalled = bench.run(seconds=SECONDS, options=options, paused=later)
+    assert stalled.happened("fault")
     assert stalled.one("summary")["lost"] == 0
     for name in (*SAME, "statusword", "working_counter", "cycle"):
         assert same(stalled.table[name], ran.table[name]), name

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
+from tests.gateway.fault_table import Table
 from tests.gateway.test_refusals import REST, kill, when_running
+from tests.gateway.weight import free
 
 RUN = ("run", "--enable", "--lockstep")
 CHECK = ("check", "--bus")
@@ -86,16 +88,18 @@ BY_RUN = {
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("name", [*BY_CHECK, *BY_RUN])
 def test_wrong_value_of_a_drive_is_refused_with_the_expected_one(
-    name: str, hexapod_ssp: Path, tmp_path: Path
+    name: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
     options, wanted, mend = (BY_CHECK | BY_RUN)[name]
-    for command in (RUN, CHECK) if name in BY_CHECK else (RUN,):
-        message = refusal(Bench(hexapod_ssp, tmp_path).run(options=options, command=command))
+    for command in (CHECK, RUN) if name in BY_CHECK else (RUN,):
+        fallen = free(Bench(hexapod_ssp, tmp_path), options, command=command)
+        message = refusal(fallen.ran)
         assert wanted in message
         assert mend in message
         assert message.count("axis 3") == len(message.splitlines()) == 1, (
             "the other drives are right"
         )
+    falls.add(fallen.refused(f"wrong value of a drive: {name}"))
 
 
 def test_values_that_are_right_are_accepted(hexapod_ssp: Path, tmp_path: Path) -> None:

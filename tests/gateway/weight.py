@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.gateway.bench import Bench, Ran, Rows, columns
+from tests.gateway.bench import Bench, Event, Ran, Rows, columns
 from tests.gateway.fault_table import Fall
 
 REST_S = 5.0
@@ -86,21 +86,30 @@ class Fallen:
         # cycles of a lift-off count down to the controller's first
         return lifted + 1 + cycle if cycle >= 0 else lifted
 
+    @property
+    def stopped(self) -> Event:
+        """What the drives' process says at its end, of all that happened since the first frame."""
+        return self.ran.happened("stopped")[0]
+
     def drives(self) -> str:
         """States in which the drives ended, with their axes where they differ."""
-        last = {e["position"] + 1: e["to"] for e in self.ran.happened("drive")}
         axes: dict[str, list[str]] = {}
-        for axis in sorted(last):
-            axes.setdefault(last[axis], []).append(str(axis))
+        for axis, state in enumerate(self.stopped["drives"], 1):
+            axes.setdefault(state, []).append(str(axis))
         if len(axes) == 1:
             return next(iter(axes))
         return ", ".join(f"{state}: {' '.join(k)}" for state, k in axes.items())
 
     def disabled(self) -> list[int]:
         """Positions whose drive ended without power."""
-        last = {e["position"]: e["to"] for e in self.ran.happened("drive")}
         off = {"switch on disabled", "ready to switch on", "fault"}
-        return sorted(position for position, to in last.items() if to in off)
+        return [k for k, state in enumerate(self.stopped["drives"]) if state in off]
+
+    def refused(self, fault: str, stop: str = "no power") -> Fall:
+        """The row of a run that was refused, with what the machine did since the first frame."""
+        end = self.stopped
+        moved = end["fastest"], end["farthest"]
+        return Fall(fault, "refused", stop, None, *moved, self.drives(), ())
 
 
 def free(

@@ -28,9 +28,11 @@ FIGURE = re.compile(
 
 def figures_in(text: str) -> set[str]:
     """What looks like a result, outside of code, of what is written from results files, and of the
-    gateway's tables of faults, falls and margins, which its own tests write and check."""
+    gateway's tables of faults, falls, margins and drifts, which its own tests write and check."""
     text = render.without_results(text)
-    text = re.sub(r"<!-- (faults|falls|margins):.*?<!-- end of \1 -->", "", text, flags=re.DOTALL)
+    text = re.sub(
+        r"<!-- (faults|falls|margins|drifts):.*?<!-- end of \1 -->", "", text, flags=re.DOTALL
+    )
     text = re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)", "", text, flags=re.DOTALL)
     return {found.strip() for found in FIGURE.findall(text)}
 

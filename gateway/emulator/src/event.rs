@@ -47,6 +47,11 @@ pub enum EventKind {
         frames: u64,
         dropped: u64,
         faults: Vec<(&'static str, u64)>,
+        /// States of the drives by position.
+        drives: Vec<&'static str>,
+        /// Largest speed [rad/s] and angle [rad] of any axis since the first frame.
+        fastest: f64,
+        farthest: f64,
     },
 }
 
@@ -89,14 +94,14 @@ impl EventKind {
                 ("torque_zero", format!(r#","position":{position}"#))
             }
             EventKind::Silence => ("silence", String::new()),
-            EventKind::Stopped { digest, frames, dropped, faults } => {
+            EventKind::Stopped { digest, frames, dropped, faults, drives, fastest, farthest } => {
                 let counts: Vec<String> = faults
                     .iter()
                     .map(|(kind, count)| format!(r#"{{"kind":"{kind}","count":{count}}}"#))
                     .collect();
                 let counts = counts.join(",");
                 let fields = format!(
-                    r#","digest":"{digest:016x}","frames":{frames},"dropped":{dropped},"faults":[{counts}]"#
+                    r#","digest":"{digest:016x}","frames":{frames},"dropped":{dropped},"faults":[{counts}],"drives":{drives:?},"fastest":{fastest},"farthest":{farthest}"#
                 );
                 ("stopped", fields)
             }

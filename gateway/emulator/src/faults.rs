@@ -15,6 +15,7 @@ pub enum FaultKind {
     StatusFrozen,
     Sto,
     Push,
+    Jam,
     TorqueFrozen,
     SafeOp,
     WkcShort,
@@ -23,6 +24,7 @@ pub enum FaultKind {
     FrameDuplicated,
     FrameDelayed,
     FrameReordered,
+    Pause,
 }
 
 impl FaultKind {
@@ -38,6 +40,7 @@ impl FaultKind {
             FaultKind::StatusFrozen => "status_frozen",
             FaultKind::Sto => "sto",
             FaultKind::Push => "push",
+            FaultKind::Jam => "jam",
             FaultKind::TorqueFrozen => "torque_frozen",
             FaultKind::SafeOp => "safe_op",
             FaultKind::WkcShort => "wkc_short",
@@ -46,6 +49,7 @@ impl FaultKind {
             FaultKind::FrameDuplicated => "frame_duplicated",
             FaultKind::FrameDelayed => "frame_delayed",
             FaultKind::FrameReordered => "frame_reordered",
+            FaultKind::Pause => "pause",
         }
     }
 
@@ -57,6 +61,7 @@ impl FaultKind {
             | FaultKind::ControlIgnored
             | FaultKind::StatusFrozen
             | FaultKind::Sto
+            | FaultKind::Jam
             | FaultKind::TorqueFrozen
             | FaultKind::CableCut => 0,
             _ => 1,

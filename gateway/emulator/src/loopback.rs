@@ -21,14 +21,19 @@ impl Loopback {
         self.machine.advance(0)
     }
 
+    /// Largest speed [rad/s], mean over 1 ms, and largest angle [rad] of any axis so far.
+    pub fn extremes(&self) -> (f64, f64) {
+        (self.machine.extremes.fastest, self.machine.extremes.farthest)
+    }
+
     /// True angles of the axes [rad].
     pub fn angles(&self) -> [f64; AXES] {
         self.machine.angles()
     }
 
-    /// Some drive gives torque.
-    pub fn has_torque(&self) -> bool {
-        self.machine.has_torque()
+    /// Drives that gave torque in the last cycle, by axis.
+    pub fn powered(&self) -> [bool; AXES] {
+        self.machine.powered()
     }
 
     /// The replies to a frame; none where it is malformed or lost.

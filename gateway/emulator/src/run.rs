@@ -161,12 +161,23 @@ impl Run {
             };
             count += 1;
             self.machine.receive(frame, wall, &mut self.out)?;
+            self.pause()?;
             for reply in self.out.drain(..) {
                 self.socket.send(&reply).map_err(wrong)?;
             }
             self.print()?;
         }
         Ok(count)
+    }
+
+    /// Where a fault wants it: this process stands still before it answers, until it is continued (SIGCONT).
+    fn pause(&mut self) -> Result<(), Error> {
+        if self.machine.take_pause() {
+            self.print()?;
+            // SAFETY: a signal to this process, which needs no memory.
+            unsafe { libc::raise(libc::SIGSTOP) };
+        }
+        Ok(())
     }
 
     fn print(&mut self) -> Result<(), Error> {

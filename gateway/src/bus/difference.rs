@@ -32,11 +32,3 @@ impl fmt::Display for Difference {
         write!(f, "{} is {}, expected {}: {}", self.what, self.actual, self.expected, self.mend)
     }
 }
-
-/// Differences of all drives, one a line, each with its axis and position.
-pub fn lines(found: &[(usize, u16, Difference)]) -> String {
-    let line = |(axis, position, d): &(usize, u16, Difference)| {
-        format!("axis {}, position {position}: {d}", axis + 1)
-    };
-    found.iter().map(line).collect::<Vec<_>>().join("\n")
-}

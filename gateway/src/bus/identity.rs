@@ -4,6 +4,8 @@ use ethercrab::subdevice_group::PreOp;
 use ethercrab::MainDevice;
 
 use super::cia402::{self, State};
+use super::difference::Difference;
+use super::error::{BusError, Energised, Stranger};
 use super::exchange::Group;
 use super::operational::FIRST_ADDRESS;
 use crate::config::{Config, AXES};
@@ -60,52 +62,38 @@ pub fn serials(config: &Config, devices: &[DeviceInfo]) -> [u32; AXES] {
     std::array::from_fn(|axis| at(axis).map_or(0, |device| device.serial))
 }
 
-/// Err with every difference between bus and configuration, one a line.
-pub fn compare(config: &Config, devices: &[DeviceInfo]) -> Result<(), String> {
+/// Err with every difference between bus and configuration.
+pub fn compare(config: &Config, devices: &[DeviceInfo]) -> Result<(), BusError> {
     let mut wrong = Vec::new();
     if devices.len() < AXES {
-        wrong.push(format!(
-            "{} devices on the bus, expected {AXES} drives: check that all are on and all cables plugged \
-             in",
-            devices.len()
-        ));
+        wrong.push(Stranger::Few(devices.len(), AXES));
     }
+    let p = &config.profile;
     for (axis, drive) in config.drive.iter().enumerate() {
         let Some(f) = devices.get(usize::from(drive.position)) else {
-            wrong.push(format!("axis {}: no device at position {}", axis + 1, drive.position));
+            wrong.push(Stranger::Missing(axis, drive.position));
             continue;
         };
-        let p = &config.profile;
-        let mut check = |what: &str, actual: u32, expected: Option<u32>, mend: &str| {
-            if expected.is_some_and(|value| value != actual) {
-                wrong.push(format!(
-                    "axis {}, position {}: {what} {actual:#x}, expected {:#x}: {mend}",
-                    axis + 1,
-                    f.position,
-                    expected.unwrap_or(0)
-                ));
+        let another = "another type of drive; use its configuration or change the drive";
+        let firmware = "another firmware; test it, then set profile.revision";
+        let swapped =
+            "drives are swapped or one was replaced; follow the cable, then set drive.serial";
+        for (what, actual, expected, mend) in [
+            ("vendor", f.vendor_id, Some(p.vendor_id), another),
+            ("product", f.product_code, Some(p.product_code), another),
+            ("revision", f.revision, p.revision, firmware),
+            ("serial", f.serial, drive.serial, swapped),
+        ] {
+            if let Some(expected) = expected.filter(|expected| *expected != actual) {
+                let [actual, expected] = [actual, expected].map(|id| format!("{id:#x}"));
+                let difference = Difference::new(what, actual, expected, mend);
+                wrong.push(Stranger::Other((axis, drive.position, difference)));
             }
-        };
-        let other = "another type of drive; use its configuration or change the drive";
-        check("vendor", f.vendor_id, Some(p.vendor_id), other);
-        check("product", f.product_code, Some(p.product_code), other);
-        check(
-            "revision",
-            f.revision,
-            p.revision,
-            "another firmware; test it, then set profile.revision",
-        );
-        check(
-            "serial",
-            f.serial,
-            drive.serial,
-            "drives are swapped or one was replaced; follow the cable, then set drive.serial",
-        );
+        }
     }
-    if wrong.is_empty() {
-        Ok(())
-    } else {
-        Err(wrong.join("\n"))
+    match wrong.is_empty() {
+        true => Ok(()),
+        false => Err(BusError::Identity(wrong)),
     }
 }
 
@@ -114,31 +102,19 @@ pub fn refuse_energised(
     config: &Config,
     devices: &[DeviceInfo],
     reset: bool,
-) -> Result<(), String> {
-    let mut wrong = Vec::new();
-    for f in devices {
-        let state = cia402::state(f.statusword);
+) -> Result<(), BusError> {
+    let one = |f: &DeviceInfo| {
         let axis = config.drive.iter().position(|d| usize::from(d.position) == f.position);
-        let at = match axis {
-            Some(axis) => format!("axis {}, position {}", axis + 1, f.position),
-            None => format!("position {}, no drive of the configuration", f.position),
-        };
-        if state.is_energised() {
-            wrong.push(format!(
-                "{at}: already energised ({}): find out what enabled it and disable it first",
-                state.name()
-            ));
-        }
-        if state == State::Fault && !reset && axis.is_some() {
-            wrong.push(format!(
-                "{at}: fault {:#06x}: remove its cause, then run with --reset-faults",
-                f.error_code
-            ));
-        }
-    }
-    if wrong.is_empty() {
-        Ok(())
-    } else {
-        Err(wrong.join("\n"))
+        let (position, error_code) = (f.position, f.error_code);
+        Energised { position, axis, state: cia402::state(f.statusword), error_code }
+    };
+    let refused = |d: &Energised| match d.state {
+        State::Fault => !reset && d.axis.is_some(),
+        state => state.is_energised(),
+    };
+    let wrong: Vec<_> = devices.iter().map(one).filter(refused).collect();
+    match wrong.is_empty() {
+        true => Ok(()),
+        false => Err(BusError::Energised(wrong)),
     }
 }

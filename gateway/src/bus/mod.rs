@@ -4,6 +4,7 @@ pub mod al;
 pub mod cia402;
 mod difference;
 pub mod drives;
+mod error;
 mod exchange;
 mod identity;
 mod objects;

@@ -1,10 +1,12 @@
 //! Configures the drives: mode of operation, start-up list, process data, watchdog.
 
+use ethercrab::error::Error;
 use ethercrab::subdevice_group::{PreOp, PreOpPdi};
 use ethercrab::MainDevice;
 use std::time::Duration;
 
-use super::difference::{lines, Difference};
+use super::difference::Difference;
+use super::error::{At, BusError, DriveError};
 use super::exchange::Group;
 use super::sdo::{read, write, Device, SdoError};
 use super::{readback, startup, watchdog};
@@ -14,7 +16,7 @@ const MODE: u16 = 0x6060;
 const RX_ASSIGNED: u16 = 0x1c12;
 const TX_ASSIGNED: u16 = 0x1c13;
 
-type Found = Vec<(usize, u16, Difference)>;
+type Found = Vec<At<Difference>>;
 
 /// The group of drives and how it is run.
 #[derive(Clone, Copy)]
@@ -29,83 +31,79 @@ pub struct Site<'a> {
 
 impl<'a> Site<'a> {
     /// Axis, position and device of every drive.
-    fn drives(self) -> Result<Vec<(usize, u16, Device<'a>)>, String> {
+    fn drives(self) -> Result<Vec<At<Device<'a>>>, BusError> {
         let one = |(axis, drive): (usize, &crate::config::Drive)| {
             let device = self.group.subdevice(self.main, self.config.place_on_bus(axis));
-            let device = device.map_err(|why| format!("axis {}: {why}", axis + 1))?;
-            Ok((axis, drive.position, device))
+            Ok((axis, drive.position, device.map_err(gone(axis, drive.position))?))
         };
         self.config.drive.iter().enumerate().map(one).collect()
     }
 
     /// Err with all values that contradict the profile, of all drives. Reads only.
-    pub async fn compare_values(self) -> Result<(), String> {
+    pub async fn compare_values(self) -> Result<(), BusError> {
         let mut found = Found::new();
         for (axis, position, device) in self.drives()? {
             let here = readback::differences(self.config, &device).await;
-            let here = here.map_err(|why| at(axis, position, &why))?;
+            let here = here.map_err(failed(axis, position))?;
             found.extend(here.into_iter().map(|d| (axis, position, d)));
         }
-        refuse(&found)
+        BusError::of(found)
     }
 
     /// Objects of the start-up lists that differ. Reads only.
-    pub async fn compare_startup(self) -> Result<Found, String> {
+    pub async fn compare_startup(self) -> Result<Found, BusError> {
         let mut found = Found::new();
         for (axis, position, device) in self.drives()? {
             let list = startup::list(self.config, axis, self.cycle, self.synced);
             let here = startup::differences(&device, &list).await;
-            let here = here.map_err(|why| at(axis, position, &why))?;
+            let here = here.map_err(failed(axis, position))?;
             found.extend(here.into_iter().map(|d| (axis, position, d)));
         }
         Ok(found)
     }
 
     /// Write the start-up lists; Err with all that did not take. `store`: in the drives' memory.
-    pub async fn write_startup(self, store: bool) -> Result<(), String> {
+    pub async fn write_startup(self, store: bool) -> Result<(), BusError> {
         let mut found = Found::new();
         for (axis, position, device) in self.drives()? {
             let list = startup::list(self.config, axis, self.cycle, self.synced);
             let here = startup::apply(&device, &list).await;
-            let here = here.map_err(|why| at(axis, position, &why))?;
+            let here = here.map_err(failed(axis, position))?;
             found.extend(here.into_iter().map(|d| (axis, position, d)));
         }
-        refuse(&found)?;
+        BusError::of(found)?;
         if store {
             for (axis, position, device) in self.drives()? {
                 let done = startup::store(&device).await;
-                done.map_err(|why| at(axis, position, &why))?;
+                done.map_err(failed(axis, position))?;
             }
         }
         Ok(())
     }
 
     /// Configure every drive in PRE-OP; errors name axis, position and object.
-    pub async fn configure(self) -> Result<(), String> {
+    pub async fn configure(self) -> Result<(), BusError> {
         self.compare_values().await?;
         let mut found = Found::new();
         for (axis, position, device) in self.drives()? {
             let here = configure(self.config, &device).await;
-            let here = here.map_err(|why| at(axis, position, &why))?;
+            let here = here.map_err(failed(axis, position))?;
             let period = watchdog::set_period(&device, self.config.bus.watchdog_ms).await;
-            let period = period.map_err(|why| at(axis, position, &why))?;
+            let period = period.map_err(failed(axis, position))?;
             found.extend(here.into_iter().chain(period).map(|d| (axis, position, d)));
         }
-        refuse(&found)?;
+        BusError::of(found)?;
         self.write_startup(false).await
     }
 }
 
-fn at(axis: usize, position: u16, why: &dyn std::fmt::Display) -> String {
-    format!("axis {}, position {position}: {why}", axis + 1)
+/// What went wrong with the drive of an axis.
+fn failed<T: Into<DriveError>>(axis: usize, position: u16) -> impl FnOnce(T) -> BusError {
+    move |why| BusError::Drive((axis, position, why.into()))
 }
 
-fn refuse(found: &[(usize, u16, Difference)]) -> Result<(), String> {
-    if found.is_empty() {
-        Ok(())
-    } else {
-        Err(lines(found))
-    }
+fn gone(axis: usize, position: u16) -> impl FnOnce(Error) -> BusError {
+    move |why| BusError::Drive((axis, position, DriveError::Gone(why)))
 }
 
 /// The watchdog trigger of every drive is on. Its sync managers are configured.
@@ -113,16 +111,16 @@ pub async fn set_triggers(
     config: &Config,
     group: &Group<PreOpPdi>,
     main: &'static MainDevice<'static>,
-) -> Result<(), String> {
+) -> Result<(), BusError> {
     let mut found = Found::new();
     for (axis, drive) in config.drive.iter().enumerate() {
         let position = drive.position;
         let device = group.subdevice(main, config.place_on_bus(axis));
-        let device = device.map_err(|why| at(axis, position, &why))?;
-        let here = watchdog::set_trigger(&device).await.map_err(|why| at(axis, position, &why))?;
+        let device = device.map_err(gone(axis, position))?;
+        let here = watchdog::set_trigger(&device).await.map_err(failed(axis, position))?;
         found.extend(here.map(|d| (axis, position, d)));
     }
-    refuse(&found)
+    BusError::of(found)
 }
 
 /// Compares the process data of every drive with the bytes out and in of the configuration.
@@ -130,20 +128,16 @@ pub fn check_mapping(
     group: &Group<PreOpPdi>,
     main: &'static MainDevice<'static>,
     bytes: (usize, usize),
-) -> Result<(), String> {
+) -> Result<(), BusError> {
     for device in group.iter(main) {
         let mapped = (device.outputs_raw().len(), device.inputs_raw().len());
         if mapped != bytes {
-            return Err(format!(
-                "{} at address {:#06x} maps {} bytes out and {} in, expected {} and {}: \
-                 compare profile.rx and profile.tx with its objects 0x1C12 and 0x1C13",
-                device.name(),
-                device.configured_address(),
-                mapped.0,
-                mapped.1,
-                bytes.0,
-                bytes.1
-            ));
+            return Err(BusError::OtherSize {
+                name: device.name().to_owned(),
+                address: device.configured_address(),
+                mapped,
+                wanted: bytes,
+            });
         }
     }
     Ok(())

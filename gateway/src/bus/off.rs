@@ -5,13 +5,14 @@ use std::fmt;
 use std::time::Duration;
 
 use super::cia402::{self, State};
+use super::error::BusError;
 use super::identity::{self, DeviceInfo};
 use super::options::BringUpOptions;
 use super::setup::{find_any, master};
 use super::{al, sdo};
 use crate::config::Config;
 use crate::realtime::{now_ns, sleep_until};
-use crate::wire::Link;
+use crate::wire::{Link, PortError};
 
 const CONTROLWORD: u16 = 0x6040;
 const STATUSWORD: u16 = 0x6041;
@@ -20,7 +21,7 @@ const POLL_NS: u64 = 5_000_000;
 const TIMEOUT_NS: u64 = 60_000_000_000;
 
 /// Why it is not known that no drive has power.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub enum OffError {
     NoReply,
     /// A device stays above this AL state.
@@ -29,8 +30,10 @@ pub enum OffError {
     Silent,
     /// Positions of drives that do not obey controlword 0.
     Energised(Vec<usize>),
-    /// The bus could not be opened, or its devices not be initialised.
-    Bus(String),
+    /// The port could not be opened.
+    Port(PortError),
+    /// The devices could not be initialised.
+    Bus(BusError),
 }
 
 impl fmt::Display for OffError {
@@ -55,7 +58,8 @@ impl fmt::Display for OffError {
                     named.join(", ")
                 )
             }
-            OffError::Bus(why) => f.write_str(why),
+            OffError::Port(why) => why.fmt(f),
+            OffError::Bus(why) => why.fmt(f),
         }
     }
 }

@@ -4,10 +4,9 @@ use ethercrab::error::Error;
 use ethercrab::{Command, MainDevice};
 use std::time::Duration;
 
-use super::difference::lines;
+use super::error::{At, BusError};
 use super::exchange::Bus;
 use super::options::BringUpOptions;
-use super::sdo::words;
 use super::{al, watchdog, Difference};
 use crate::config::{Config, AXES};
 use crate::realtime::{now_ns, sleep_until};
@@ -22,20 +21,14 @@ const REPLY_NS: u64 = 50_000_000;
 pub async fn not_reached(
     config: &Config,
     main: &'static MainDevice<'static>,
-    why: &Error,
-) -> String {
-    let mut text = format!("the drives did not reach SAFE-OP or OP ({})", words(why));
+    why: Error,
+) -> BusError {
+    let mut codes = Vec::new();
     for (axis, drive) in config.drive.iter().enumerate() {
-        let position = drive.position;
-        match status_code(main, position).await {
-            Some(0) | None => {}
-            Some(code) => {
-                let described = al::describe(code);
-                text += &format!("\naxis {}, position {position}: {described}", axis + 1);
-            }
-        }
+        let code = status_code(main, drive.position).await.filter(|code| *code != 0);
+        codes.extend(code.map(|code| (axis, drive.position, code)));
     }
-    text
+    BusError::Refused(why, codes)
 }
 
 async fn status_code(main: &'static MainDevice<'static>, position: u16) -> Option<u16> {
@@ -48,7 +41,7 @@ pub fn reach_op<L: Link>(
     bus: &mut Bus<L>,
     config: &Config,
     options: BringUpOptions,
-) -> Result<(), String> {
+) -> Result<(), BusError> {
     let cycle = options.cycle.as_nanos() as u64;
     let tries = u64::from(config.bus.state_timeout_ms) * 1_000_000 / cycle;
     bus.write(&[0.0; AXES], &[0; AXES]);
@@ -67,7 +60,7 @@ pub fn reach_op<L: Link>(
     let wrong = wrong_modes(bus, config);
     let states = bus.reply().al_state;
     if states.iter().all(|s| *s == al::OP) && !wrong.is_empty() {
-        return Err(lines(&wrong));
+        return Err(BusError::Differences(wrong));
     }
     Err(not_in_op(bus, config))
 }
@@ -80,26 +73,20 @@ fn exchange<L: Link>(bus: &mut Bus<L>, config: &Config, options: BringUpOptions)
 }
 
 /// States and AL status codes of the drives that are not in OP.
-fn not_in_op<L: Link>(bus: &mut Bus<L>, config: &Config) -> String {
-    let mut text = format!("not every drive reached OP within {} ms", config.bus.state_timeout_ms);
+fn not_in_op<L: Link>(bus: &mut Bus<L>, config: &Config) -> BusError {
     let states = bus.reply().al_state;
+    let mut late = Vec::new();
     for (axis, status) in states.into_iter().enumerate().filter(|(_, s)| *s != al::OP) {
         let position = config.drive[axis].position;
         let ask = status_code(bus.main, position);
         let code = bus.wire.drive(ask, now_ns() + REPLY_NS).flatten();
-        let told = code.filter(|code| *code != 0).map(|code| format!(", {}", al::describe(code)));
-        text += &format!(
-            "\naxis {}, position {position}: {}{}",
-            axis + 1,
-            al::name(status),
-            told.unwrap_or_default()
-        );
+        late.push((axis, position, (status, code.filter(|code| *code != 0))));
     }
-    text
+    BusError::Late(config.bus.state_timeout_ms, late)
 }
 
 /// Drives that show another mode of operation (0x6061) than the configured one.
-fn wrong_modes<L: Link>(bus: &Bus<L>, config: &Config) -> Vec<(usize, u16, Difference)> {
+fn wrong_modes<L: Link>(bus: &Bus<L>, config: &Config) -> Vec<At<Difference>> {
     let wanted = config.profile.mode;
     let shown = bus.reply().mode.into_iter().enumerate();
     let wrong = shown.filter_map(|(axis, mode)| Some((axis, mode.filter(|m| *m != wanted)?)));
@@ -117,7 +104,7 @@ fn running_watchdogs<L: Link>(
     bus: &mut Bus<L>,
     config: &Config,
     options: BringUpOptions,
-) -> Result<(), String> {
+) -> Result<(), BusError> {
     let mut wrong = Vec::new();
     for (axis, drive) in config.drive.iter().enumerate() {
         // a frame between the questions, as the watchdogs run
@@ -127,8 +114,5 @@ fn running_watchdogs<L: Link>(
             wrong.push((axis, drive.position, watchdog::not_running()));
         }
     }
-    match wrong.is_empty() {
-        true => Ok(()),
-        false => Err(lines(&wrong)),
-    }
+    BusError::of(wrong)
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::error::{BusError, DriveError};
 use super::identity::{self, DeviceInfo};
 use super::objects::Site;
 use super::operational::FIRST_ADDRESS;
@@ -28,7 +29,7 @@ pub fn positions<L: Link>(
     link: L,
     readings: usize,
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
-) -> Result<[Encoder; AXES], String> {
+) -> Result<[Encoder; AXES], BusError> {
     let cycle = Duration::from_millis(1);
     let options = BringUpOptions {
         cycle,
@@ -40,7 +41,7 @@ pub fn positions<L: Link>(
     let (mut wire, main) = master(config, link, options)?;
     let entries = config.profile.tx.iter().flat_map(|pdo| &pdo.entries);
     let entry = entries.clone().find(|entry| entry.role == Role::Position);
-    let entry = entry.ok_or_else(|| "profile.tx: no entry has the role position".to_owned())?;
+    let entry = entry.ok_or(BusError::NoPosition)?;
     let kind = match entry.bits {
         8 => Kind::I8,
         16 => Kind::I16,
@@ -60,11 +61,10 @@ pub fn positions<L: Link>(
                 let position = device.configured_address() - FIRST_ADDRESS;
                 let axis = config.drive.iter().position(|drive| drive.position == position);
                 let Some(axis) = axis else { continue };
-                let at = |why: String| format!("axis {}, position {position}: {why}", axis + 1);
+                let failed = |why: DriveError| BusError::Drive((axis, position, why));
                 let read = sdo::read_integer(&device, (entry.object, entry.sub), kind).await;
-                let counts = read.map_err(|why| at(why.to_string()))?.ok_or_else(|| {
-                    at(format!("object {:#06x} cannot be read by SDO", entry.object))
-                })?;
+                let counts = read.map_err(|why| failed(why.into()))?;
+                let counts = counts.ok_or_else(|| failed(DriveError::NoObject(entry.object)))?;
                 encoders[axis].serial = device.identity().serial;
                 encoders[axis].counts.push(counts as i32);
             }
@@ -72,7 +72,5 @@ pub fn positions<L: Link>(
         Ok(encoders)
     };
     let done = wire.drive(work, now_ns() + TIMEOUT_NS);
-    done.unwrap_or_else(|| {
-        Err("no reply from the bus within 60 s: check cable and drives".to_owned())
-    })
+    done.unwrap_or(Err(BusError::Silent))
 }

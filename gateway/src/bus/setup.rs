@@ -9,12 +9,12 @@ use std::time::Duration;
 use super::al;
 use super::difference::Difference;
 use super::drives::Drives;
+use super::error::{At, BusError};
 use super::exchange::{Bus, Group, Reply, Running, MOST};
 use super::identity::{self, DeviceInfo, Groups};
 use super::objects::{self, Site};
 use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
 use super::options::BringUpOptions;
-use super::sdo::words;
 use crate::config::{Config, AXES};
 use crate::realtime::now_ns;
 use crate::wire::{Link, Wire};
@@ -34,10 +34,9 @@ pub(super) fn master<L: Link>(
     config: &Config,
     link: L,
     options: BringUpOptions,
-) -> Result<(Wire<L>, &'static MainDevice<'static>), String> {
+) -> Result<(Wire<L>, &'static MainDevice<'static>), BusError> {
     let storage: &'static Storage = Box::leak(Box::new(Storage::new()));
-    let (tx, rx, pdu_loop) =
-        storage.try_split().map_err(|()| "the bus is already open in this process".to_owned())?;
+    let (tx, rx, pdu_loop) = storage.try_split().map_err(|()| BusError::InUse)?;
     let synced = options.synced(config);
     let longest_cycle = Duration::from_millis(config.bus.lockstep_timeout_ms.max(200).into());
     let timeouts = Timeouts {
@@ -74,7 +73,7 @@ pub fn inspect<L: Link>(
     options: BringUpOptions,
     lists: Lists,
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
-) -> Result<Vec<(usize, u16, Difference)>, String> {
+) -> Result<Vec<At<Difference>>, BusError> {
     let (mut wire, main) = master(config, link, options)?;
     let work = async {
         let groups = find(config, main).await?;
@@ -92,9 +91,7 @@ pub fn inspect<L: Link>(
         Ok(found)
     };
     let done = wire.drive(work, now_ns() + TIMEOUT_NS);
-    done.unwrap_or_else(|| {
-        Err("no reply from the bus within 60 s: check cable and drives".to_owned())
-    })
+    done.unwrap_or(Err(BusError::Silent))
 }
 
 /// The drives in OP, disabled, with their watchdog set. `on_devices` gets the devices as soon as
@@ -104,7 +101,7 @@ pub fn bring_up<L: Link>(
     link: L,
     options: BringUpOptions,
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
-) -> Result<Bus<L>, String> {
+) -> Result<Bus<L>, BusError> {
     let (mut wire, main) = master(config, link, options)?;
     let drives = Drives::new(config);
     let mut others = false;
@@ -113,9 +110,7 @@ pub fn bring_up<L: Link>(
         on_devices(devices);
     };
     let work = prepare(config, main, options, drives.bytes(), &mut see);
-    let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| {
-        Err("no reply from the bus within 60 s: check cable and drives".to_owned())
-    })?;
+    let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or(Err(BusError::Silent))?;
     let mut order = [0; AXES];
     for (axis, place) in order.iter_mut().enumerate() {
         *place = config.place_on_bus(axis);
@@ -129,17 +124,10 @@ pub fn bring_up<L: Link>(
 pub(super) async fn find(
     config: &Config,
     main: &'static MainDevice<'static>,
-) -> Result<Groups, String> {
-    let status: u16 = Command::brd(al::STATUS).ignore_wkc().receive(main).await.map_err(|why| {
-        format!("no device replies ({why}): check the cable and that the drives are on")
-    })?;
-    if status & u16::from(al::OP) != 0 {
-        return Err(
-            "a device is already in OP: another master uses this bus, or one ended a moment ago: stop \
-             it and wait for the watchdog of the drives, or take them out of operation with \
-             `flexhex-gateway off`"
-                .to_owned(),
-        );
+) -> Result<Groups, BusError> {
+    let status = Command::brd(al::STATUS).ignore_wkc().receive::<u16>(main).await;
+    if status.map_err(BusError::NoDevice)? & u16::from(al::OP) != 0 {
+        return Err(BusError::AlreadyInOp);
     }
     find_any(config, main).await
 }
@@ -148,13 +136,13 @@ pub(super) async fn find(
 pub(super) async fn find_any(
     config: &Config,
     main: &'static MainDevice<'static>,
-) -> Result<Groups, String> {
+) -> Result<Groups, BusError> {
     main.init::<MOST, _>(now_ns, Groups::default(), |groups, device| {
         let position = device.configured_address() - FIRST_ADDRESS;
         Ok(if config.is_drive(position) { &groups.drives } else { &groups.others })
     })
     .await
-    .map_err(|why| format!("initialisation of the devices failed: {why}"))
+    .map_err(BusError::NotInitialised)
 }
 
 /// From unknown devices to a request of OP, with all drives configured.
@@ -164,7 +152,7 @@ async fn prepare(
     options: BringUpOptions,
     bytes: (usize, usize),
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
-) -> Result<Running, String> {
+) -> Result<Running, BusError> {
     let groups = find(config, main).await?;
     let devices = identity::scan(&groups, main).await;
     on_devices(&devices);
@@ -180,10 +168,7 @@ async fn prepare(
             clocks += 1;
         }
     }
-    let group = group
-        .into_pre_op_pdi(main)
-        .await
-        .map_err(|why| format!("mapping of the process data failed: {}", words(&why)))?;
+    let group = group.into_pre_op_pdi(main).await.map_err(BusError::NotMapped)?;
     objects::check_mapping(&group, main, bytes)?;
     objects::set_triggers(config, &group, main).await?;
     if clocks > 0 {
@@ -193,16 +178,16 @@ async fn prepare(
             sync0_shift: Duration::from_micros(config.bus.sync0_shift_us.into()),
         };
         let group = group.configure_dc_sync(main, plan).await;
-        let group = group.map_err(|why| format!("distributed clocks: {why}"))?;
+        let group = group.map_err(BusError::Clocks)?;
         let group: Result<Group<Op, HasDc>, _> = group.request_into_op(main).await;
         return match group {
             Ok(group) => Ok(Running::Synced(group)),
-            Err(why) => Err(not_reached(config, main, &why).await),
+            Err(why) => Err(not_reached(config, main, why).await),
         };
     }
     let group: Result<Group<Op>, _> = group.request_into_op(main).await;
     match group {
         Ok(group) => Ok(Running::Plain(group)),
-        Err(why) => Err(not_reached(config, main, &why).await),
+        Err(why) => Err(not_reached(config, main, why).await),
     }
 }

@@ -4,7 +4,7 @@ use ethercrab::{Command, MainDevice, SubDevice, SubDeviceRef};
 use std::ops::Deref;
 
 use super::difference::Difference;
-use super::sdo::words;
+use super::error::DriveError;
 
 const DIVIDER: u16 = 0x0400;
 const TICKS: u16 = 0x0420;
@@ -21,16 +21,14 @@ const OUTPUTS: u8 = 0x04;
 pub async fn set_period<S>(
     device: &SubDeviceRef<'_, S>,
     watchdog_ms: u32,
-) -> Result<Vec<Difference>, String>
+) -> Result<Vec<Difference>, DriveError>
 where
     S: Deref<Target = SubDevice>,
 {
     let mut found = Vec::new();
     let ticks = watchdog_ms as u16 * 10;
     for (register, value) in [(DIVIDER, DIVIDER_100_US), (TICKS, ticks)] {
-        let failed = |why: ethercrab::error::Error| {
-            format!("watchdog register {register:#06x}: {}", words(&why))
-        };
+        let failed = |why| DriveError::Register(register, why);
         device.register_write(register, value).await.map_err(failed)?;
         let actual: u16 = device.register_read(register).await.map_err(failed)?;
         if actual != value {
@@ -45,15 +43,13 @@ where
 
 /// Set the bit by which outputs trigger the watchdog, where the EEPROM of the drive leaves it out,
 /// and read it back. The sync managers are configured and the drive is in PRE-OP.
-pub async fn set_trigger<S>(device: &SubDeviceRef<'_, S>) -> Result<Option<Difference>, String>
+pub async fn set_trigger<S>(device: &SubDeviceRef<'_, S>) -> Result<Option<Difference>, DriveError>
 where
     S: Deref<Target = SubDevice>,
 {
     for index in 2..8 {
         let at = SYNC_MANAGERS + 8 * index;
-        let failed = |why: ethercrab::error::Error| {
-            format!("sync manager {index} (register {at:#06x}): {}", words(&why))
-        };
+        let failed = |why| DriveError::Register(at, why);
         let bytes: [u8; 8] = device.register_read(at).await.map_err(failed)?;
         let (control, active) = (bytes[4], bytes[6] & 1 == 1);
         if !active || control & KIND != OUTPUTS {
@@ -78,7 +74,7 @@ where
              the manufacturer's tool, or replace the drive",
         )));
     }
-    Err("no active sync manager for outputs (registers 0x0810 to 0x083f)".to_owned())
+    Err(DriveError::NoOutputs)
 }
 
 /// Whether the watchdog of the device at this station address runs; None without a reply.

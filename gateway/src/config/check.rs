@@ -3,21 +3,17 @@
 use std::path::Path;
 
 use super::hash::hash;
-use super::mistakes::Mistakes;
+use super::mistakes::{ConfigError, Mistake, Mistakes};
 use super::{check_profile, startup, toml_error, Config, Limits, AXES};
 
 /// The configuration in `file`, or every mistake with key, value, range and remedy.
 /// `changes`: `key=value`, each replaces one value of the file.
-pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
-    let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|why| {
-        format!("{name}: {why}: give a configuration file, for example gateway/machines/akd.toml")
-    })?;
-    let named = |all: String| {
-        let lines: Vec<_> = all.lines().map(|m| format!("{name}: {m}")).collect();
-        lines.join("\n")
-    };
-    let text = changed(&text, changes).map_err(named)?;
+pub fn read(file: &Path, changes: &[String]) -> Result<Config, ConfigError> {
+    let mend = "give a configuration file, for example gateway/machines/akd.toml";
+    let named = |why: ConfigError| why.of(file);
+    let text = std::fs::read_to_string(file);
+    let text = text.map_err(|why| named(Mistake::Unreadable(why, mend).into()))?;
+    let text = changed(&text, changes).map_err(|mistake| named(mistake.into()))?;
     let mut config = parse(&text).map_err(named)?;
     config.hash = hash(&text);
     config.system.ssp = Config::place(file, &config.system.ssp);
@@ -30,14 +26,14 @@ pub fn read(file: &Path, changes: &[String]) -> Result<Config, String> {
 }
 
 /// The text with single values replaced; unchanged text keeps its line numbers for errors.
-fn changed(text: &str, changes: &[String]) -> Result<String, String> {
+fn changed(text: &str, changes: &[String]) -> Result<String, Mistake> {
     if changes.is_empty() {
         return Ok(text.to_owned());
     }
     let mut all: toml::Table =
         toml::from_str(text).map_err(|why| toml_error::describe(text, &why))?;
     for change in changes {
-        let wrong = |why: &str| format!("--set {change}: {why}");
+        let wrong = |why: &str| Mistake::Change { change: change.clone(), why: why.to_owned() };
         let (key, value) = change.split_once('=').ok_or_else(|| wrong("write it as KEY=VALUE"))?;
         let value: toml::Table = toml::from_str(&format!("value = {value}"))
             .or_else(|_| toml::from_str(&format!("value = {value:?}")))
@@ -50,17 +46,17 @@ fn changed(text: &str, changes: &[String]) -> Result<String, String> {
         }
         table.insert(last.to_owned(), value["value"].clone());
     }
-    toml::to_string(&all).map_err(|why| why.to_string())
+    toml::to_string(&all).map_err(|why| Mistake::Form(why.to_string()))
 }
 
-/// The configuration in a text, or its mistakes, one a line.
-pub fn parse(text: &str) -> Result<Config, String> {
+/// The configuration in a text, or its mistakes.
+pub fn parse(text: &str) -> Result<Config, ConfigError> {
     let config: Config = toml::from_str(text).map_err(|why| toml_error::describe(text, &why))?;
     check(&config)?;
     Ok(config)
 }
 
-fn check(config: &Config) -> Result<(), String> {
+fn check(config: &Config) -> Result<(), ConfigError> {
     let mut mistakes = Mistakes::default();
     for (key, value, low, high, mend) in numbers(config) {
         mistakes.check_range(key, value, low..=high, mend);

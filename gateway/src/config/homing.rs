@@ -4,7 +4,7 @@ use flexhex_system::AXES;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-use super::mistakes::Mistakes;
+use super::mistakes::{Mistake, Mistakes};
 
 /// The file, and how `home --stops` seeks the end stops.
 #[derive(Clone, Debug, Deserialize)]
@@ -77,12 +77,15 @@ pub struct HomedAxis {
 
 impl Homed {
     /// The content of a file.
-    pub fn parse(text: &str) -> Result<Homed, String> {
-        let homed: Homed =
-            toml::from_str(text).map_err(|why| format!("no homing file ({})", why.message()))?;
+    pub fn parse(text: &str) -> Result<Homed, Mistake> {
+        let form = |why: toml::de::Error| format!("no homing file ({})", why.message());
+        let homed: Homed = toml::from_str(text).map_err(|why| Mistake::Form(form(why)))?;
         match homed.axis.len() {
             AXES => Ok(homed),
-            n => Err(format!("{n} axes, expected {AXES}: home the machine again")),
+            n => {
+                let why = format!("{n} axes, expected {AXES}: home the machine again");
+                Err(Mistake::Value(why))
+            }
         }
     }
 }
@@ -106,9 +109,10 @@ mod tests {
 
     #[test]
     fn a_file_of_something_else_is_refused() {
-        assert_eq!(Homed::parse(&toml::to_string(&homed()).unwrap()), Ok(homed()));
+        assert_eq!(Homed::parse(&toml::to_string(&homed()).unwrap()).unwrap(), homed());
         let five = Homed { axis: homed().axis[1..].to_vec(), ..homed() };
-        assert!(Homed::parse(&toml::to_string(&five).unwrap()).unwrap_err().contains("5 axes"));
-        assert!(Homed::parse("time,theta").unwrap_err().contains("no homing file"));
+        let why = |text: &str| Homed::parse(text).unwrap_err().to_string();
+        assert!(why(&toml::to_string(&five).unwrap()).contains("5 axes"));
+        assert!(why("time,theta").contains("no homing file"));
     }
 }

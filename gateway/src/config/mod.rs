@@ -26,6 +26,7 @@ pub use flexhex_system::AXES;
 pub use homing::{Homed, HomedAxis, Homing};
 pub use landing::Landing;
 pub use limits::{Limits, PoseLimit};
+pub use mistakes::ConfigError;
 pub use profile::{Pdo, Profile, Role, Scale};
 pub use startup::{Kind, Sdo};
 

@@ -1,27 +1,22 @@
 //! Takes the offsets of the encoders from the homing file into the configuration.
 
 use super::hash::hash;
+use super::mistakes::{ConfigError, Mistake};
 use super::{Config, Homed};
 
 impl Config {
     /// Takes the offsets of `homing.file`, and expects the drives that they were found with.
-    pub fn home(&mut self) -> Result<(), String> {
+    pub fn home(&mut self) -> Result<(), ConfigError> {
         let Some(path) = self.homing.file.clone() else { return Ok(()) };
-        let at = |why: String| format!("{}: {why}", path.display());
-        let text = std::fs::read_to_string(&path).map_err(|why| {
-            at(format!(
-                "{why}: home the machine with `flexhex-gateway home`, or leave homing.file out"
-            ))
-        })?;
+        let at = |mistake: Mistake| ConfigError::from(mistake).of(&path);
+        let mend = "home the machine with `flexhex-gateway home`, or leave homing.file out";
+        let text = std::fs::read_to_string(&path);
+        let text = text.map_err(|why| at(Mistake::Unreadable(why, mend)))?;
         let homed = Homed::parse(&text).map_err(at)?;
         for (k, (drive, axis)) in self.drive.iter_mut().zip(&homed.axis).enumerate() {
-            if let Some(serial) = drive.serial.filter(|serial| *serial != axis.serial) {
-                return Err(at(format!(
-                    "axis {}: homed with the drive of serial number {}, drive[{k}].serial = {serial}: \
-                     home the machine again",
-                    k + 1,
-                    axis.serial
-                )));
+            if let Some(configured) = drive.serial.filter(|serial| *serial != axis.serial) {
+                let homed = axis.serial;
+                return Err(at(Mistake::OtherDrive { axis: k, homed, configured }));
             }
             (drive.serial, drive.offset_counts) = (Some(axis.serial), axis.offset_counts);
         }
@@ -49,9 +44,9 @@ mod tests {
         assert_eq!((config.drive[5].offset_counts, config.drive[5].serial), (-42, Some(1006)));
         assert_ne!(config.hash, hash);
         config.drive[2].serial = Some(9);
-        let why = config.home().unwrap_err();
+        let why = config.home().unwrap_err().to_string();
         assert!(why.contains("axis 3: homed with the drive of serial number 1003"), "{why}");
         std::fs::remove_dir_all(&folder).unwrap();
-        assert!(config.home().unwrap_err().contains("flexhex-gateway home"));
+        assert!(config.home().unwrap_err().to_string().contains("flexhex-gateway home"));
     }
 }

@@ -6,7 +6,7 @@ const CIA402: &str = include_str!("../../machines/cia402.toml");
 
 fn refused(from: &str, to: &str) -> String {
     assert!(AKD.contains(from), "{from}");
-    parse(&AKD.replacen(from, to, 1)).unwrap_err()
+    parse(&AKD.replacen(from, to, 1)).unwrap_err().to_string()
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn unknown_and_missing_keys_are_refused_by_name() {
 #[test]
 fn five_drives_are_not_enough() {
     let at = AKD.rfind("[[drive]]").unwrap();
-    let text = parse(&AKD[..at]).unwrap_err();
+    let text = parse(&AKD[..at]).unwrap_err().to_string();
     assert!(text.contains("drive: 5 entries"), "{text}");
 }
 
@@ -78,7 +78,7 @@ fn single_values_are_changed_and_checked_like_the_file() {
         ("cable.length=5", "\"cable\""),
         ("nothing", "KEY=VALUE"),
     ] {
-        let text = read(change).unwrap_err();
+        let text = read(change).unwrap_err().to_string();
         assert!(text.contains(wanted), "{text}");
     }
 }

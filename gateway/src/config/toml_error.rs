@@ -1,12 +1,14 @@
 //! Errors of the TOML reader with line and plain names of types.
 
+use super::mistakes::Mistake;
+
 /// The error with its line number and line.
-pub fn describe(text: &str, why: &toml::de::Error) -> String {
+pub fn describe(text: &str, why: &toml::de::Error) -> Mistake {
     let start = why.span().map_or(0, |span| span.start.min(text.len()));
     let number = text.as_bytes()[..start].iter().filter(|byte| **byte == b'\n').count();
     let line = text.lines().nth(number).unwrap_or("").split(" #").next().unwrap_or("").trim();
     let quoted = if line.is_empty() { String::new() } else { format!(" `{line}`") };
-    format!("line {}{quoted}: {}", number + 1, plain(why.message()))
+    Mistake::Form(format!("line {}{quoted}: {}", number + 1, plain(why.message())))
 }
 
 /// Replaces the reader's names of Rust types.

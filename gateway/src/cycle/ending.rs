@@ -35,7 +35,7 @@ impl<L: Link> ControlLoop<'_, L> {
         };
         let mut kind = if powered { self.config.reactions.to(reason) } else { ReactionKind::Zero };
         if let (Phase::Lifting(_), Ending::Tripped(trip, _)) = (&self.phase, &ending) {
-            kind = of_motion(trip, kind);
+            kind = of_motion(trip, &self.config.reactions);
         }
         if stop::requested_twice() {
             kind = ReactionKind::Zero;

@@ -77,7 +77,7 @@ impl fmt::Display for Refusal {
             }
             Refusal::Angle { axis, theta, low, high } => write!(
                 f,
-                "axis {}: theta = {theta} rad, allowed {low} to {high} rad: move it by hand, or check \
+                "axis {}: theta = {theta:.4} rad, allowed {low:.4} to {high:.4} rad: move it by hand, or check \
                  drive[{axis}].offset_counts and direction",
                 axis + 1
             ),
@@ -88,7 +88,7 @@ impl fmt::Display for Refusal {
             ),
             Refusal::NotAtRestPose { axis, theta, wanted, limit } => write!(
                 f,
-                "axis {}: theta = {theta} rad, landing.rest_rad = {wanted} rad, more than {limit} rad away: \
+                "axis {}: theta = {theta:.4} rad, landing.rest_rad = {wanted} rad, more than {limit} rad away: \
                  check drive[{axis}].offset_counts and that nothing blocks the axis",
                 axis + 1
             ),

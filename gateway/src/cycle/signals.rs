@@ -6,6 +6,7 @@ use flexhex_system::{
 use std::time::Duration;
 
 use crate::config::{self, Config, PoseLimit, AXES};
+use crate::mismatch::Mismatch;
 use crate::rules::Reason;
 
 /// Longest wait for a thread and longest FMU step in lockstep: no clock applies there, but a
@@ -24,7 +25,7 @@ pub struct Signals {
 
 impl Signals {
     /// Err names the key of the configuration whose signal does not exist.
-    pub fn find(config: &Config, controller: &Controller) -> Result<Signals, String> {
+    pub fn find(config: &Config, controller: &Controller) -> Result<Signals, Mismatch> {
         let s = &config.system;
         let by_axis = |key: &str, name: &str| {
             let mut slots = [0; AXES];
@@ -32,7 +33,7 @@ impl Signals {
                 let signal = format!("{name}[{}]", axis + 1);
                 *entry = slot(controller, key, &signal)?;
             }
-            Ok::<_, String>(slots)
+            Ok::<_, Mismatch>(slots)
         };
         Ok(Signals {
             r: by_axis("system.reference", &s.reference)?,
@@ -50,27 +51,27 @@ impl Signals {
 }
 
 /// Slots of the signals in `config.pose`; refused where the machine would start outside.
-fn poses(config: &Config, controller: &Controller) -> Result<Vec<usize>, String> {
+fn poses(config: &Config, controller: &Controller) -> Result<Vec<usize>, Mismatch> {
     let place = |(k, limit): (usize, &PoseLimit)| {
         let key = format!("pose[{k}].signal");
         let slot = slot(controller, &key, &limit.signal)?;
         let value = controller.bus()[slot];
         match limit.allows(value) {
             true => Ok(slot),
-            false => Err(format!(
-                "{key}: {} starts at {value}, allowed {} to {}: correct the limits, or the start of the motion",
-                limit.signal, limit.min, limit.max
-            )),
+            false => {
+                let signal = limit.signal.clone();
+                Err(Mismatch::Start { key, signal, value, min: limit.min, max: limit.max })
+            }
         }
     };
     config.pose.iter().enumerate().map(place).collect()
 }
 
-fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, String> {
+fn slot(controller: &Controller, key: &str, signal: &str) -> Result<usize, Mismatch> {
     controller.slot(signal).ok_or_else(|| {
-        let names = controller.signals();
-        let near: Vec<_> = names.iter().filter(|n| n.ends_with("[1]")).take(8).collect();
-        format!("{key}: the system has no signal {signal:?}; some of its signals: {near:?}")
+        let names = controller.signals().iter().filter(|name| name.ends_with("[1]"));
+        let near = names.take(8).map(ToString::to_string).collect();
+        Mismatch::NoSignal { key: key.to_owned(), signal: signal.to_owned(), near }
     })
 }
 
@@ -82,7 +83,7 @@ pub fn open(
     system: &System,
     lockstep: bool,
     resume: Vec<State>,
-) -> Result<Controller, String> {
+) -> Result<Controller, Mismatch> {
     let steps =
         [("tau_step", config.profile.scale.tau_step()), ("theta_step", config.theta_step())];
     let mut parameters = Vec::new();
@@ -122,7 +123,7 @@ pub fn open(
             below
         }),
     };
-    Controller::open(system, &config.system.host, options).map_err(|why| why.to_string())
+    Controller::open(system, &config.system.host, options).map_err(Mismatch::System)
 }
 
 /// Reason and value of a failure of the controller.

@@ -1,4 +1,5 @@
-//! Reads an ESI file (EtherCAT slave information, XML of the maker): identity and process data of a drive.
+//! Reads an ESI file (EtherCAT slave information, XML of the maker): identity, process data and start-up list of a
+//! drive.
 
 mod template;
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::xml::{Device, Object, PdoMap};
+use super::xml::{Device, InitCmd, Object, PdoMap};
 
 /// Objects of the process data that the gateway needs.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +55,45 @@ pub fn template(device: &Device, roles: &Roles) -> Result<String, String> {
          scale = {{ rated_torque = {{ step_per_mille = 1.0, rated_torque_N_m = 0.0 }} }} # TODO: 0x6076\n",
         device.name, device.vendor_id, device.product_code, device.revision, roles.position,
     );
+    startup(&mut out, &device.startup);
     for (direction, maps) in [("rx", rx), ("tx", tx)] {
         for map in maps {
             pdo(&mut out, direction, map, roles);
         }
     }
     Ok(out)
+}
+
+/// Objects that the gateway writes by itself: mode, cycle time, synchronisation, assignment and content of PDOs.
+fn is_own(object: u16) -> bool {
+    matches!(object, 0x6060 | 0x60C2 | 0x1C32 | 0x1C33 | 0x1C12 | 0x1C13 | 0x1600..=0x17FF | 0x1A00..=0x1BFF)
+}
+
+/// The start-up list; what it cannot hold is named in a comment.
+fn startup(out: &mut String, all: &[InitCmd]) {
+    let mut list = String::new();
+    for InitCmd { object, sub, data, comment } in all.iter().filter(|c| !is_own(c.object)) {
+        let kind = match data.len() {
+            1 => "u8",
+            2 => "u16",
+            4 => "u32",
+            bytes => {
+                let _ = writeln!(
+                    list,
+                    "  # {object:#06x}:{sub} has {bytes} bytes, allowed 1, 2 or 4: {comment:?}"
+                );
+                continue;
+            }
+        };
+        let value = data.iter().rev().fold(0_u64, |value, byte| value << 8 | u64::from(*byte));
+        let _ = writeln!(
+            list,
+            "  {{ object = {object:#06x}, sub = {sub}, type = {kind:?}, value = {value}, name = {comment:?} }},"
+        );
+    }
+    if !list.is_empty() {
+        let _ = write!(out, "# from <InitCmd> of the file\nstartup = [\n{list}]\n");
+    }
 }
 
 /// A PDO that has all these objects, assigned ones first; else several that have no object twice.

@@ -41,7 +41,7 @@ fn a_profile_of_the_file_is_one_of_a_configuration() {
     let end = CIA402.find("[limits]").unwrap();
     let whole = [&CIA402[..begin], &text, &CIA402[end..]].join("\n");
     // what nobody knows yet is refused by name
-    let why = parse(&whole).unwrap_err();
+    let why = parse(&whole).unwrap_err().to_string();
     assert!(why.contains("profile.counts_per_revolution = 0"), "{why}");
     assert!(why.contains("rated_torque_N_m = 0") && why.lines().count() == 2, "{why}");
     let known = whole
@@ -71,5 +71,53 @@ fn what_no_pdo_has_and_what_is_no_esi_is_told() {
     ] {
         let why = devices(&file().replace(from, to)).unwrap_err();
         assert!(why.contains(wanted), "{why}");
+    }
+}
+
+fn init_cmd(index: &str, data: &str, comment: &str) -> String {
+    format!(
+        "<InitCmd><Transition>PS</Transition><Index>{index}</Index><SubIndex>1</SubIndex><Data>{data}</Data>\
+         <Comment>{comment}</Comment></InitCmd>"
+    )
+}
+
+#[test]
+fn what_the_maker_wants_to_be_written_becomes_the_start_up_list() {
+    let list = [
+        init_cmd("#x605A", "0600", "quick stop \"stays\""),
+        init_cmd("#x2100", "78563412", ""),
+        init_cmd("#x2101", "FF", "é"),
+        // written by the gateway itself
+        init_cmd("#x6060", "08", "mode"),
+        init_cmd("#x1C12", "00", "assignment"),
+        init_cmd("#x2102", "010203", "too long\nfor a list"),
+    ]
+    .join("");
+    let with = |list: &str| {
+        let mailbox = format!("<Mailbox><CoE>{list}</CoE></Mailbox></Device>");
+        devices(&file().replace("</Device>", &mailbox))
+    };
+    let text = template(&with(&list).unwrap()[0], &ROLES).unwrap();
+    assert!(
+        text.contains("# 0x2102:1 has 3 bytes, allowed 1, 2 or 4: \"too long\\nfor a list\""),
+        "{text}"
+    );
+    let table: toml::Table = toml::from_str(&text).unwrap();
+    let startup: Vec<crate::config::Sdo> = table["profile"]["startup"].clone().try_into().unwrap();
+    let found: Vec<_> = startup.iter().map(|s| (s.object, s.sub, s.kind, s.value)).collect();
+    use crate::config::Kind::{U16, U32, U8};
+    assert_eq!(found, [(0x605A, 1, U16, 6), (0x2100, 1, U32, 0x1234_5678), (0x2101, 1, U8, 255)]);
+    assert_eq!((startup[0].name.as_str(), startup[2].name.as_str()), ("quick stop \"stays\"", "é"));
+    assert!(!template(&devices(&file()).unwrap()[0], &ROLES).unwrap().contains("startup"));
+    for (data, wanted) in [
+        ("0", "<Data> \"0\" is no bytes"),
+        ("0g", "<Data> \"0g\" is no bytes"),
+        ("€a", "is no bytes"),
+    ] {
+        let why = with(&init_cmd("#x2100", data, "")).unwrap_err();
+        assert!(
+            why.starts_with("device \"A") && why.contains("<InitCmd>:") && why.contains(wanted),
+            "{why}"
+        );
     }
 }

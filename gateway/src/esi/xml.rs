@@ -12,6 +12,17 @@ pub struct Device {
     /// To the drive, and from it.
     pub rx: Vec<PdoMap>,
     pub tx: Vec<PdoMap>,
+    pub startup: Vec<InitCmd>,
+}
+
+/// An object that the maker wants to be written on the way to operation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InitCmd {
+    pub object: u16,
+    pub sub: u8,
+    /// In the order of the bus: the lowest byte first.
+    pub data: Vec<u8>,
+    pub comment: String,
 }
 
 /// A PDO with its entries.
@@ -69,8 +80,36 @@ fn device(node: Node, vendor_id: u32) -> Result<Device, String> {
         revision: attribute("RevisionNo").map_err(at)?,
         rx: maps("RxPdo").map_err(at)?,
         tx: maps("TxPdo").map_err(at)?,
+        startup: startup(node).map_err(at)?,
         name: name.clone(),
     })
+}
+
+/// `Mailbox/CoE/InitCmd`.
+fn startup(device: Node) -> Result<Vec<InitCmd>, String> {
+    let coe = child(device, "Mailbox").and_then(|mailbox| child(mailbox, "CoE"));
+    let list = coe.into_iter().flat_map(|coe| children(coe, "InitCmd"));
+    list.map(|node| init_cmd(node).map_err(|why| format!("<InitCmd>: {why}"))).collect()
+}
+
+fn init_cmd(node: Node) -> Result<InitCmd, String> {
+    let text =
+        |name: &str| child(node, name).and_then(|n| n.text()).unwrap_or("").trim().to_owned();
+    let sub = number(node, "SubIndex")?;
+    Ok(InitCmd {
+        object: small(number(node, "Index")?)?,
+        sub: u8::try_from(sub).map_err(|_| format!("{sub} is above 255"))?,
+        data: bytes(&text("Data"))
+            .ok_or_else(|| format!("<Data> {:?} is no bytes", text("Data")))?,
+        comment: text("Comment"),
+    })
+}
+
+/// Bytes written as hexadecimal digits.
+fn bytes(text: &str) -> Option<Vec<u8>> {
+    let even = text.is_ascii() && text.len().is_multiple_of(2);
+    let pairs = (0..text.len() / 2).map(|k| u8::from_str_radix(&text[2 * k..2 * k + 2], 16).ok());
+    even.then(|| pairs.collect()).flatten()
 }
 
 fn pdo(node: Node) -> Result<PdoMap, String> {

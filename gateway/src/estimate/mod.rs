@@ -1,5 +1,6 @@
 //! What the estimator has learned, from one run to the next: files beside the recordings.
 
+mod error;
 mod file;
 #[cfg(test)]
 mod tests;
@@ -7,17 +8,16 @@ mod tests;
 use flexhex_system::State;
 use std::path::{Path, PathBuf};
 
+pub use error::EstimateError;
+use error::{Fault, Unfit};
 use file::Estimates;
 
 /// The states in a file, or why no run may start from them. `range`: largest |p - p0| / scale.
-pub fn read(path: &Path, range: f64) -> Result<Vec<State>, String> {
-    let at = |why: String| format!("{}: {why}", path.display());
-    let mend = "give the -estimate.json of an earlier run";
-    let text = std::fs::read_to_string(path).map_err(|why| at(format!("{why}: {mend}")))?;
-    let states = Estimates::states(&text).map_err(|why| at(format!("{why}: {mend}")))?;
-    for state in &states {
-        check(state, range).map_err(at)?;
-    }
+pub fn read(path: &Path, range: f64) -> Result<Vec<State>, EstimateError> {
+    let at = |why: Fault| EstimateError { file: path.to_owned(), why };
+    let text = std::fs::read_to_string(path).map_err(|why| at(Fault::Unreadable(why)))?;
+    let states = Estimates::states(&text).map_err(|why| at(Fault::NoEstimate(why)))?;
+    states.iter().try_for_each(|state| check(state, range)).map_err(at)?;
     Ok(states)
 }
 
@@ -26,9 +26,9 @@ pub fn write(
     recording: &Path,
     states: &[State],
     origin: &[(String, String)],
-) -> Result<PathBuf, String> {
+) -> Result<PathBuf, EstimateError> {
     let path = beside(recording);
-    let failed = |why: std::io::Error| format!("{}: {why}: check the folder", path.display());
+    let failed = |why| EstimateError { file: path.clone(), why: Fault::NotWritten(why) };
     let text = Estimates::text(states, origin);
     let mut file = std::fs::File::create_new(&path).map_err(failed)?;
     std::io::Write::write_all(&mut file, text.as_bytes()).map_err(failed)?;
@@ -48,20 +48,20 @@ fn beside(recording: &Path) -> PathBuf {
 }
 
 /// Outputs are finite, no fault is shown, and every `p.x` with a parameter `p0.x` is near it.
-fn check(state: &State, range: f64) -> Result<(), String> {
-    let name = &state.component;
+fn check(state: &State, range: f64) -> Result<(), Fault> {
     let parameter = |name: String| {
         state.parameters.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
     };
     for (output, value) in &state.outputs {
-        let wrong = |why: String| {
-            Err(format!("{name}.{output} = {value}{why}: start without the saved state"))
+        let wrong = |why: Unfit| {
+            let (component, output) = (state.component.clone(), output.clone());
+            Err(Fault::Unfit { component, output, value: *value, why })
         };
         if !value.is_finite() {
-            return wrong(", must be finite".to_owned());
+            return wrong(Unfit::NotFinite);
         }
         if output == "fault" && *value != 0.0 {
-            return wrong(", must be 0".to_owned());
+            return wrong(Unfit::Fault);
         }
         let Some(element) = output.strip_prefix("p.") else { continue };
         let first = parameter(format!("p0.{element}"));
@@ -70,10 +70,7 @@ fn check(state: &State, range: f64) -> Result<(), String> {
         };
         let far = (value - first).abs() / scale;
         if far > range {
-            return wrong(format!(
-                ", {far:.3} times scale = {scale} from p0 = {first}, allowed {range} \
-                 (estimate.range)"
-            ));
+            return wrong(Unfit::Far { far, scale, first, range });
         }
     }
     Ok(())

@@ -34,13 +34,16 @@ fn what_is_written_is_read_to_the_last_bit() {
 #[test]
 fn an_estimate_is_refused_beyond_its_range_on_either_side() {
     for side in [-1.0, 1.0] {
-        assert_eq!(check(&with("p.m", 0.25 + side * 0.499), 5.0), Ok(()));
-        let why = check(&with("p.m", 0.25 + side * 0.501), 5.0).unwrap_err();
+        check(&with("p.m", 0.25 + side * 0.499), 5.0).unwrap();
+        let why = check(&with("p.m", 0.25 + side * 0.501), 5.0).unwrap_err().to_string();
         assert!(why.contains("K.p.m") && why.contains("allowed 5 (estimate.range)"), "{why}");
     }
-    assert!(check(&with("p.m", f64::NAN), 5.0).unwrap_err().contains("must be finite"));
+    assert!(check(&with("p.m", f64::NAN), 5.0).unwrap_err().to_string().contains("must be finite"));
     assert!(check(&with("p_std.m", f64::INFINITY), 5.0).is_err());
-    assert!(check(&with("fault", 3.0), 5.0).unwrap_err().contains("K.fault = 3, must be 0"));
+    assert!(check(&with("fault", 3.0), 5.0)
+        .unwrap_err()
+        .to_string()
+        .contains("K.fault = 3, must be 0"));
 }
 
 #[test]
@@ -68,8 +71,8 @@ fn no_file_is_overwritten() {
         (0..2).map(|_| write(&folder.join("a.csv"), &[state()], &[]).unwrap()).collect();
     let names: Vec<_> = written.iter().map(|path| path.file_name().unwrap()).collect();
     assert_eq!(names, ["a-estimate.json", "a-estimate-2.json"]);
-    let far = read(&written[0], 0.1).unwrap_err();
+    let far = read(&written[0], 0.1).unwrap_err().to_string();
     assert!(far.contains("a-estimate.json: K.p.m"), "{far}");
-    assert_eq!(read(&written[1], 100.0), Ok(vec![state()]));
+    assert_eq!(read(&written[1], 100.0).unwrap(), vec![state()]);
     std::fs::remove_dir_all(&folder).unwrap();
 }

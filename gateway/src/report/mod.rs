@@ -4,6 +4,7 @@ mod summary;
 mod terminal;
 
 use serde_json::json;
+use std::fmt::Display;
 
 use crate::bus::{cia402, DeviceInfo};
 use crate::cycle::{Ending, Outcome};
@@ -27,8 +28,9 @@ impl Reporter {
         }
     }
 
-    pub fn refused(&self, why: &str) {
-        self.mark(false, why);
+    pub fn refused(&self, why: impl Display) {
+        let why = why.to_string();
+        self.mark(false, &why);
         self.event("refused", json!({ "message": why }));
     }
 

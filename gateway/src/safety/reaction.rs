@@ -2,7 +2,7 @@
 
 use crate::bus::cia402::{self, State};
 use crate::config::AXES;
-use crate::rules::{ReactionKind, Reason, Trip};
+use crate::rules::{ReactionKind, Reactions, Reason, Trip};
 
 /// Cycles that a drive may take to follow a controlword before the next one is sent regardless.
 const RESPONSE_LIMIT: u32 = 400;
@@ -37,11 +37,11 @@ impl Disabling {
 
 /// The stop that follows on a trip in a motion of the gateway itself. An axis that its feedback does not keep on
 /// a slow path is not landed by the same feedback: its encoder or its drive is wrong.
-pub fn of_motion(trip: &Trip, kind: ReactionKind) -> ReactionKind {
+pub fn of_motion(trip: &Trip, reactions: &Reactions) -> ReactionKind {
     let lost = matches!(trip.reason, Reason::Speed | Reason::FollowingError | Reason::Position);
-    match (kind, trip.axis) {
-        (ReactionKind::Land, Some(_)) if lost => ReactionKind::Damp,
-        _ => kind,
+    match (reactions.to(trip.reason), trip.axis) {
+        (ReactionKind::Land, Some(_)) if lost => reactions.frozen_encoder,
+        (kind, _) => kind,
     }
 }
 

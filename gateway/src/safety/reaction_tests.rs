@@ -1,6 +1,6 @@
 use super::{disabled, in_landing, of_motion, Disabling, InLanding};
 use crate::config::AXES;
-use crate::rules::{ReactionKind, Reason, Trip};
+use crate::rules::{ReactionKind, Reactions, Reason, Trip};
 
 const OFF: [u16; AXES] = [0x0250; AXES];
 const ON: [u16; AXES] = [0x0237; AXES];
@@ -80,13 +80,18 @@ fn a_landing_goes_on_only_while_five_encoders_and_all_drives_are_sound() {
 #[test]
 fn an_axis_that_leaves_the_path_of_a_lift_off_is_not_landed_by_its_own_feedback() {
     use ReactionKind::{Damp, Land, QuickStop, Zero};
-    let stop = |reason, axis, kind| of_motion(&Trip::of(reason, axis, 1.0, 0.0, -7), kind);
+    let stop = |reason, axis, kind| {
+        let mut reactions = Reactions { frozen_encoder: Damp, ..Reactions::default() };
+        (reactions.speed, reactions.following_error, reactions.position) = (kind, kind, kind);
+        of_motion(&Trip::of(reason, axis, 1.0, 0.0, -7), &reactions)
+    };
     for reason in [Reason::Speed, Reason::FollowingError, Reason::Position] {
-        assert_eq!(stop(reason, Some(2), Land), Damp);
+        assert_eq!(stop(reason, Some(2), Land), Damp, "as an encoder that is frozen");
+        assert_eq!(stop(reason, None, Land), Land);
         for kind in [Damp, QuickStop, Zero] {
             assert_eq!(stop(reason, Some(2), kind), kind, "as configured");
         }
     }
-    assert_eq!(stop(Reason::Overrun, None, Land), Land);
-    assert_eq!(stop(Reason::Torque, Some(1), Land), Land);
+    assert_eq!(stop(Reason::Overrun, None, Zero), Land);
+    assert_eq!(stop(Reason::Torque, Some(1), Zero), Land);
 }

@@ -15,6 +15,7 @@ mod cable;
 mod clock;
 #[cfg(test)]
 mod fuzz_tests;
+mod port_error;
 mod replay;
 mod socket;
 #[cfg(test)]
@@ -27,9 +28,10 @@ use std::task::{Context, Poll, Waker};
 
 use crate::realtime::now_ns;
 pub use cable::Cable;
+pub use port_error::PortError;
 #[cfg(test)]
 pub use replay::pcap;
-pub use replay::Replay;
+pub use replay::{CaptureError, Replay};
 pub use socket::{Link, Socket};
 
 const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1

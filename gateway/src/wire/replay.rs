@@ -24,6 +24,35 @@ const CLOCKS: std::ops::Range<u16> = 0x900..0xA00;
 /// A request is looked for among so many that follow: polls may have been more or fewer.
 const AHEAD: usize = 20_000;
 
+/// Why a file is no capture that can be judged.
+#[derive(Debug)]
+pub enum CaptureError {
+    Unreadable(std::io::Error),
+    /// Shorter than the head of a capture.
+    Short,
+    NoPcap,
+    LinkType(u32),
+    NoRequest,
+}
+
+impl std::fmt::Display for CaptureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            CaptureError::Unreadable(why) => why.fmt(f),
+            CaptureError::Short => f.write_str("no capture: shorter than its head"),
+            CaptureError::NoPcap => f.write_str(
+                "no pcap file: save the capture as pcap, for example `tcpdump -w FILE`, or `tshark -F pcap`",
+            ),
+            CaptureError::LinkType(kind) => {
+                write!(f, "link type {kind}, expected {ETHERNET} (Ethernet): capture the port of the drives")
+            }
+            CaptureError::NoRequest => f.write_str(
+                "no EtherCAT frame that a gateway sent: capture the port of the drives during a run",
+            ),
+        }
+    }
+}
+
 /// A request of the capture, and its reply.
 struct Exchange {
     request: Vec<u8>,
@@ -38,7 +67,7 @@ pub struct Replay {
 
 impl Replay {
     /// From the content of a file, or why it is none.
-    pub fn of(capture: &[u8]) -> Result<Replay, String> {
+    pub fn of(capture: &[u8]) -> Result<Replay, CaptureError> {
         let mut exchanges: VecDeque<Exchange> = VecDeque::new();
         for frame in frames(capture)? {
             if frame.len() <= INDEX || frame[TYPE] != ETHERCAT {
@@ -57,7 +86,7 @@ impl Replay {
         }
         match exchanges.is_empty() {
             false => Ok(Replay { exchanges, arriving: VecDeque::new() }),
-            true => Err("no EtherCAT frame that a gateway sent".to_owned()),
+            true => Err(CaptureError::NoRequest),
         }
     }
 
@@ -109,21 +138,20 @@ fn alike(one: &[u8], other: &[u8]) -> bool {
 }
 
 /// The frames of a capture.
-fn frames(capture: &[u8]) -> Result<Vec<&[u8]>, String> {
-    let head = capture.get(..FILE_HEAD).ok_or("no capture: shorter than its head")?;
+fn frames(capture: &[u8]) -> Result<Vec<&[u8]>, CaptureError> {
+    let head = capture.get(..FILE_HEAD).ok_or(CaptureError::Short)?;
     let word = |bytes: &[u8]| [bytes[0], bytes[1], bytes[2], bytes[3]];
     let little = [MAGIC, MAGIC_NS].contains(&u32::from_le_bytes(word(head)));
     let big = [MAGIC, MAGIC_NS].contains(&u32::from_be_bytes(word(head)));
     if !little && !big {
-        return Err("no pcap file: save the capture as pcap, for example `tcpdump -w FILE`, or `tshark -F pcap`"
-            .to_owned());
+        return Err(CaptureError::NoPcap);
     }
     let number = |bytes: &[u8]| match little {
         true => u32::from_le_bytes(word(bytes)),
         false => u32::from_be_bytes(word(bytes)),
     };
     if number(&head[20..]) != ETHERNET {
-        return Err(format!("link type {}, expected {ETHERNET} (Ethernet)", number(&head[20..])));
+        return Err(CaptureError::LinkType(number(&head[20..])));
     }
     let (mut at, mut found) = (FILE_HEAD, Vec::new());
     while let Some(head) = capture.get(at..at + FRAME_HEAD) {

@@ -71,7 +71,7 @@ fn requests_are_answered_as_they_were_whatever_their_numbers_are() {
 fn what_is_no_capture_is_told_and_a_cut_one_ends_early() {
     let one = frame(4, 1, &[7]);
     let whole = pcap(&[one.clone(), reply(&one, 1)]);
-    let why = |bytes: &[u8]| Replay::of(bytes).err().unwrap();
+    let why = |bytes: &[u8]| Replay::of(bytes).err().unwrap().to_string();
     assert!(why(b"pcapng").contains("shorter than its head"));
     assert!(why(&[7; 100]).contains("tshark -F pcap"));
     assert!(why(&pcap(&[])).contains("no EtherCAT frame"));

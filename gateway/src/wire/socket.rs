@@ -5,6 +5,8 @@ use std::io::{Error, ErrorKind};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener};
 
+use super::port_error::{PortError, PortFault};
+
 const ETHERTYPE: u16 = 0x88A4;
 
 /// A link that carries frames.
@@ -30,21 +32,16 @@ impl Socket {
         std::path::Path::new("/sys/class/net").join(interface).join("device").exists()
     }
 
-    /// Errors name the interface and the remedy.
-    pub fn open(interface: &str) -> Result<Socket, String> {
-        let name = CString::new(interface)
-            .map_err(|_| format!("bus.interface = {interface:?}: not a valid name"))?;
+    pub fn open(interface: &str) -> Result<Socket, PortError> {
+        let wrong = |why: PortFault| Err(why.of(interface));
+        let Ok(name) = CString::new(interface) else { return wrong(PortFault::BadName) };
         // SAFETY: the name is a C string that outlives the call.
         let index = unsafe { libc::if_nametoindex(name.as_ptr()) };
         if index == 0 {
-            return Err(format!(
-                "bus.interface = {interface:?}: no such network interface: `ip link` lists them"
-            ));
+            return wrong(PortFault::NotThere);
         }
         if !is_up(interface) {
-            return Err(format!(
-                "bus.interface = {interface:?}: the interface is down: `ip link set {interface} up`"
-            ));
+            return wrong(PortFault::Down);
         }
         let claim = claim(interface)?;
         let kind = libc::SOCK_RAW | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC;
@@ -52,11 +49,7 @@ impl Socket {
         let handle =
             unsafe { libc::socket(libc::AF_PACKET, kind, libc::c_int::from(ETHERTYPE.to_be())) };
         if handle < 0 {
-            return Err(format!(
-                "bus.interface = {interface:?}: no raw socket ({}): run as root or grant \
-                 CAP_NET_RAW (`setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep`)",
-                Error::last_os_error()
-            ));
+            return wrong(PortFault::NoSocket(Error::last_os_error()));
         }
         let socket = Socket { handle, _claim: claim };
         // SAFETY: an all-zero sockaddr_ll is valid; the fields that matter are set below.
@@ -68,10 +61,7 @@ impl Socket {
         // SAFETY: address and size belong together and outlive the call.
         let bound = unsafe { libc::bind(handle, std::ptr::from_ref(&address).cast(), size) };
         if bound != 0 {
-            let why = Error::last_os_error();
-            return Err(format!(
-                "bus.interface = {interface:?}: {why}: check that the interface is up"
-            ));
+            return wrong(PortFault::NotBound(Error::last_os_error()));
         }
         Ok(socket)
     }
@@ -86,15 +76,14 @@ fn is_up(interface: &str) -> bool {
 }
 
 /// Claims the interface for this process with an abstract socket name, which leaves no file.
-fn claim(interface: &str) -> Result<UnixListener, String> {
+fn claim(interface: &str) -> Result<UnixListener, PortError> {
     let name = SocketAddr::from_abstract_name(format!("flexhex-gateway {interface}"));
     let claim = name.and_then(|name| UnixListener::bind_addr(&name));
-    claim.map_err(|why| match why.kind() {
-        ErrorKind::AddrInUse => format!(
-            "bus.interface = {interface:?}: another flexhex-gateway uses this interface: stop it first"
-        ),
-        _ => format!("bus.interface = {interface:?}: {why}"),
-    })
+    let fault = |why: Error| match why.kind() {
+        ErrorKind::AddrInUse => PortFault::Taken,
+        _ => PortFault::NotClaimed(why),
+    };
+    claim.map_err(|why| fault(why).of(interface))
 }
 
 impl Drop for Socket {

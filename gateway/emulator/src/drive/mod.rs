@@ -112,6 +112,11 @@ impl Drive {
         0.0 - self.setting.braking * self.rate
     }
 
+    /// Speed of the axis [rad/s].
+    pub fn rate(&self) -> f64 {
+        self.rate
+    }
+
     /// Takes the measurements of the plant `[rad]`, `[N m]`; dt `[s]` since the last call, None: at rest.
     pub fn measure(&mut self, angle: f64, torque: f64, dt: Option<f64>) {
         let setting = &self.setting;

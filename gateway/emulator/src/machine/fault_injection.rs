@@ -6,6 +6,10 @@ use crate::faults::{Counting, Fault, FaultKind, LossTime};
 use crate::replies::Fate;
 use crate::segment::{self, Line};
 
+/// What holds an axis that jams [N m/rad], [N m s/rad]: 1 mrad at 5 N m.
+const STIFFNESS: f64 = 5000.0;
+const DAMPING: f64 = 20.0;
+
 impl Machine {
     /// Faults of drives, encoders and states that begin or end at this cycle.
     pub(super) fn begin_faults(&mut self, cycle: u64) {
@@ -36,6 +40,11 @@ impl Machine {
                 FaultKind::TorqueFrozen => drive.freeze_target(),
                 FaultKind::Sto => {
                     self.cut_power();
+                    self.count(place);
+                    continue;
+                }
+                FaultKind::Pause => {
+                    self.pauses = true;
                     self.count(place);
                     continue;
                 }
@@ -105,17 +114,25 @@ impl Machine {
         }
     }
 
-    /// Torque of somebody who pushes at the axis of a position [N m].
-    pub(super) fn pushed_by(&mut self, position: usize) -> f64 {
+    /// Torque from outside on the axis of a position [N m]: somebody pushes, or something jams it.
+    pub(super) fn pushed_by(&mut self, position: usize, axis: usize) -> f64 {
         let mut torque = 0.0;
+        let mut jam = None;
         for place in 0..self.faults.len() {
-            let fault = &self.faults[place];
-            if fault.kind == FaultKind::Push && fault.position == position && self.acts(place) {
-                torque += self.faults[place].size as f64 * 1e-3;
-                self.count(place);
+            let (kind, size) = (self.faults[place].kind, self.faults[place].size);
+            if self.faults[place].position != position || !self.acts(place) {
+                continue;
             }
+            match kind {
+                FaultKind::Push => torque += size as f64 * 1e-3,
+                FaultKind::Jam => jam = Some(self.jammed_at[axis].unwrap_or(self.theta[axis])),
+                _ => continue,
+            }
+            self.count(place);
         }
-        torque
+        self.jammed_at[axis] = jam;
+        let rate = self.devices[position].drive().rate();
+        torque - jam.map_or(0.0, |at| STIFFNESS * (self.theta[axis] - at) + DAMPING * rate)
     }
 
     /// The first fault of this kind that is active now.

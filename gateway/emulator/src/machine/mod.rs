@@ -1,6 +1,8 @@
 //! Six drives on one plant: start, cycle, and faults at their exact cycles.
 mod fault_injection;
+mod happened;
 mod motion;
+mod seen;
 
 use crate::error::Error;
 use crate::event::{Event, EventKind};
@@ -10,6 +12,7 @@ use crate::replies::{Fate, Replies};
 use crate::segment;
 use crate::subdevice::SubDevice;
 use crate::trajectory::Trajectory;
+use seen::{states, Extremes, States};
 
 pub struct Machine {
     pub devices: Vec<SubDevice>,
@@ -34,21 +37,16 @@ pub struct Machine {
     pushed: [bool; AXES],
     /// Torque of somebody at the axis `[N m]`.
     pushed_from_outside: [f64; AXES],
+    /// Angle at which something holds an axis [rad].
+    jammed_at: [Option<f64>; AXES],
+    /// Since the first frame.
+    pub extremes: Extremes,
+    /// This process is to stand still before it answers.
+    pauses: bool,
     seen: Vec<States>,
     replies: Replies,
     pub trajectory: Trajectory,
     pub events: Vec<Event>,
-}
-
-/// The states of the last recorded events.
-#[derive(Clone, Copy, PartialEq)]
-struct States {
-    layer: &'static str,
-    drive: &'static str,
-}
-
-fn states(device: &SubDevice) -> States {
-    States { layer: device.layer.state.name(), drive: device.drive().machine.state.name() }
 }
 
 impl Machine {
@@ -78,6 +76,9 @@ impl Machine {
             tau_meas: [0.0; AXES],
             pushed: [false; AXES],
             pushed_from_outside: [0.0; AXES],
+            jammed_at: [None; AXES],
+            extremes: Extremes::default(),
+            pauses: false,
             replies: Replies::default(),
             trajectory,
             events: Vec::new(),
@@ -182,40 +183,14 @@ impl Machine {
         }
         let Some(cycle) = self.cycle else {
             self.measure((!self.held).then_some(self.dt));
+            self.extremes.note(&self.theta, self.dt);
             return Ok(());
         };
         self.cycle = Some(cycle + 1);
         self.measure(Some(self.dt));
+        self.extremes.note(&self.theta, self.dt);
         self.begin_faults(cycle + 1);
         Ok(())
-    }
-
-    pub fn record(&mut self, what: EventKind) {
-        self.events.push(Event { cycle: self.cycle, frame: self.frames, what });
-    }
-
-    /// Records an event for each state that has changed.
-    fn record_changes(&mut self) {
-        for position in 0..self.devices.len() {
-            if self.devices[position].drive_mut().parameters.take_stored() {
-                self.record(EventKind::Stored { position });
-            }
-            let device = &self.devices[position];
-            let (now, before) = (states(device), self.seen[position]);
-            if now == before {
-                continue;
-            }
-            let (code, error) = (device.layer.code, device.drive().machine.error);
-            self.seen[position] = now;
-            if now.layer != before.layer {
-                let (from, to) = (before.layer, now.layer);
-                self.record(EventKind::State { position, from, to, code });
-            }
-            if now.drive != before.drive {
-                let (from, to) = (before.drive, now.drive);
-                self.record(EventKind::Drive { position, from, to, error });
-            }
-        }
     }
 
     /// True angles of the axes [rad].
@@ -223,18 +198,18 @@ impl Machine {
         self.theta
     }
 
-    /// Some axis had torque in the last step.
+    /// Axes whose drive gave torque in the last step.
+    pub fn powered(&self) -> [bool; AXES] {
+        self.pushed
+    }
+
     pub fn has_torque(&self) -> bool {
         self.pushed.contains(&true)
     }
 
-    pub fn stop(&mut self) -> Result<(), Error> {
-        let names = self.faults.iter().map(|fault| fault.kind.name());
-        let faults = names.zip(self.counts.iter().copied()).collect();
-        let digest = self.trajectory.finish()?;
-        let (frames, dropped) = (self.frames, self.dropped);
-        self.record(EventKind::Stopped { digest, frames, dropped, faults });
-        Ok(())
+    /// Whether a fault wants this process to stand still; once.
+    pub fn take_pause(&mut self) -> bool {
+        std::mem::take(&mut self.pauses)
     }
 }
 

@@ -17,6 +17,7 @@ impl Machine {
             self.push()?;
             self.measure(Some(self.dt));
         }
+        self.extremes.note(&self.theta, self.dt);
         Ok(())
     }
 
@@ -37,7 +38,7 @@ impl Machine {
         for (position, axis) in self.order.clone().into_iter().enumerate() {
             let Some(axis) = axis else { continue };
             // the plant has no other input for it; the drive does not measure it
-            self.pushed_from_outside[axis] = self.pushed_by(position);
+            self.pushed_from_outside[axis] = self.pushed_by(position, axis);
             tau[axis] += self.pushed_from_outside[axis];
         }
         self.plant.step(&tau)

@@ -62,3 +62,46 @@ fn a_drive_without_power_brakes_only_where_it_is_told_to() {
     // explicit steps: d dt / J = 0.006 of the braked one in each of 400 steps is 0.7 %
     assert!((share / (far(1.2) / far(0.2)) - 1.0).abs() < 0.03, "{share}");
 }
+
+#[test]
+fn an_axis_that_jams_stays_where_it_is_under_torque_until_the_fault_ends() {
+    let fault = "kind = \"jam\"\ncycle = 200\ncount = 300\nposition = 3";
+    let mut bench = Bench::new(&format!("drives.count = 6\n[[fault]]\n{fault}"));
+    bench.enable();
+    let mut seen = Vec::new();
+    while bench.machine.cycle().is_none_or(|cycle| cycle < 600) {
+        bench.cycle(15, 1000);
+        seen.push(bench.machine.theta);
+    }
+    let moved = |axis: usize, from: usize, to: usize| seen[to][axis] - seen[from][axis];
+    // 3 N m on a spring of 5000 N m/rad, once its swing has died down: m / c = 2.5 ms
+    assert!((moved(3, 200, 450) - 3.0 / 5000.0).abs() < 1e-3, "{}", moved(3, 200, 450));
+    assert!(moved(3, 300, 480).abs() < 1e-5, "{}", moved(3, 300, 480));
+    assert!(moved(2, 300, 480) > 0.1 && moved(3, 520, 590) > 0.01);
+}
+
+#[test]
+fn the_process_is_to_stand_still_once() {
+    let mut bench = Bench::new("drives.count = 6\n[[fault]]\nkind = \"pause\"\ncycle = 3");
+    bench.enable();
+    let pauses: Vec<_> = (0..8)
+        .map(|_| {
+            bench.cycle(15, 0);
+            (bench.machine.cycle(), bench.machine.take_pause())
+        })
+        .filter(|(_, paused)| *paused)
+        .collect();
+    assert_eq!(pauses, [(Some(3), true)]);
+}
+
+#[test]
+fn extremes_are_of_the_mean_over_four_steps_and_of_either_sign() {
+    let mut extremes = Extremes::default();
+    for k in 0..5 {
+        let mut theta = [0.0; AXES];
+        theta[2] = -0.1 * f64::from(k);
+        extremes.note(&theta, 0.5);
+    }
+    assert!((extremes.fastest - 0.4 / 2.0).abs() < 1e-12, "{}", extremes.fastest);
+    assert!((extremes.farthest - 0.4).abs() < 1e-12);
+}

@@ -4,5 +4,6 @@ mod panic;
 mod property;
 mod replay;
 mod rig;
+mod stall;
 
 use super::*;

@@ -19,16 +19,12 @@ pub const LRW: u8 = 12;
 pub const COMMAND: usize = 16;
 const TS: f64 = 0.00025;
 
-/// The emulated line, which sees how the machine moves.
+/// The emulated line.
 pub struct Line {
     pub line: Loopback,
     pub arriving: VecDeque<Vec<u8>>,
     /// Frames of process data.
     pub frames: u64,
-    past: VecDeque<[f64; AXES]>,
-    /// Largest speed [rad/s], mean over 1 ms, and largest angle [rad] of any axis.
-    pub fastest: f64,
-    pub farthest: f64,
 }
 
 impl Line {
@@ -41,28 +37,13 @@ impl Line {
             line: Loopback::open(&toml::from_str(&text).unwrap()).unwrap(),
             arriving: VecDeque::new(),
             frames: 0,
-            past: VecDeque::new(),
-            fastest: 0.0,
-            farthest: 0.0,
         }
-    }
-
-    pub fn look(&mut self) {
-        let now = self.line.angles();
-        self.past.push_back(now);
-        if self.past.len() > 5 {
-            self.past.pop_front();
-            let speed = |k: usize| (now[k] - self.past[0][k]).abs() / (4.0 * TS);
-            self.fastest = (0..AXES).map(speed).fold(self.fastest, f64::max);
-        }
-        self.farthest = now.iter().fold(self.farthest, |far, angle| far.max(angle.abs()));
     }
 
     /// Nothing is sent any more for a time [s].
     pub fn leave_alone(&mut self, time: f64) {
         for _ in 0..(time / TS) as usize {
             self.line.wait().unwrap();
-            self.look();
         }
     }
 }
@@ -72,7 +53,6 @@ impl Link for &mut Line {
         let replies = self.line.answer(frame).unwrap();
         if frame[COMMAND] == LRW {
             self.frames += 1;
-            self.look();
         }
         self.arriving.extend(replies);
         true
@@ -112,27 +92,45 @@ impl Ran {
     }
 }
 
+/// The configuration of the template.
+pub fn config() -> Config {
+    parse(include_str!("../../../machines/akd.toml")).unwrap()
+}
+
 /// A run of so many cycles of the controller over a link, in lockstep.
 pub fn run<L: Link>(link: L, cycles: i64) -> Ran {
+    run_with(&config(), link, cycles, |_| ())
+}
+
+/// The same with another configuration; `first` does the first cycles.
+pub fn run_with<L: Link>(
+    config: &Config,
+    link: L,
+    cycles: i64,
+    first: impl FnOnce(&mut ControlLoop<L>),
+) -> Ran {
     let path = ssp();
     let system = System::open(&path).unwrap_or_else(|e| panic!("{e}: set FLEXHEX_SSP"));
-    let config = parse(include_str!("../../../machines/akd.toml")).unwrap();
-    let controller = signals::open(&config, &system, true, Vec::new()).unwrap();
-    let signals = Signals::find(&config, &controller).unwrap();
-    let mechanics = session::mechanics(&config, &system).unwrap();
+    let parameters: Vec<_> = config.system.parameters.clone().into_iter().collect();
+    let system = system.with(&parameters).unwrap();
+    let controller = signals::open(config, &system, true, Vec::new()).unwrap();
+    let signals = Signals::find(config, &controller).unwrap();
+    let mechanics = session::mechanics(config, &system).unwrap();
     let columns = Columns::with(&[]);
     let (sink, mut source) = ring(ROWS, columns.len());
     let cycle = Duration::from_secs_f64(system.base_step());
     let (lockstep, reset_faults, replayed) = (true, false, false);
     let options = BringUpOptions { cycle, lockstep, reset_faults, replayed, cyclic: true };
-    let bus = bring_up(&config, link, options, &mut |_| ()).unwrap();
+    let bus = bring_up(config, link, options, &mut |_| ()).unwrap();
     let board = Board::new(columns.len());
     let options = RunOptions { cycles, dry_run: false, lockstep, reset_faults };
     let sinks = (sink, Preallocated::new(columns.len()));
     let parts = (controller, signals, mechanics);
     let base_step = system.base_step();
     let task = (options, crate::tasks::Task::Control);
-    let out = ControlLoop::new(&config, task, bus, parts, sinks, (&board, base_step)).run();
+    let mut control = ControlLoop::new(config, task, bus, parts, sinks, (&board, base_step));
+    first(&mut control);
+    let out = control.run();
     let (mut row, mut rows) = (vec![0.0; columns.len()], Vec::new());
     while source.take(&mut row) {
         rows.push(row.clone());

@@ -1,0 +1,73 @@
+//! Why no run may start from a saved estimate, or none was saved.
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::path::PathBuf;
+
+#[derive(Debug)]
+pub struct EstimateError {
+    pub file: PathBuf,
+    pub why: Fault,
+}
+
+#[derive(Debug)]
+pub enum Fault {
+    Unreadable(io::Error),
+    NotWritten(io::Error),
+    /// It is no file of an estimate: no JSON, another format, no state, no digits.
+    NoEstimate(String),
+    /// An output of a component that no run may start from.
+    Unfit {
+        component: String,
+        output: String,
+        value: f64,
+        why: Unfit,
+    },
+}
+
+#[derive(Debug)]
+pub enum Unfit {
+    NotFinite,
+    Fault,
+    /// Times `scale` from `first`, allowed `range`.
+    Far {
+        far: f64,
+        scale: f64,
+        first: f64,
+        range: f64,
+    },
+}
+
+const MEND: &str = "give the -estimate.json of an earlier run";
+
+impl Display for EstimateError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "{}: {}", self.file.display(), self.why)
+    }
+}
+
+impl Display for Fault {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Fault::Unreadable(why) => write!(f, "{why}: {MEND}"),
+            Fault::NotWritten(why) => write!(f, "{why}: check the folder"),
+            Fault::NoEstimate(why) => write!(f, "{why}: {MEND}"),
+            Fault::Unfit { component, output, value, why } => {
+                write!(f, "{component}.{output} = {value}{why}: start without the saved state")
+            }
+        }
+    }
+}
+
+impl Display for Unfit {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Unfit::NotFinite => f.write_str(", must be finite"),
+            Unfit::Fault => f.write_str(", must be 0"),
+            Unfit::Far { far, scale, first, range } => write!(
+                f,
+                ", {far:.3} times scale = {scale} from p0 = {first}, allowed {range} (estimate.range)"
+            ),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+"""Signals to the gateway's process at an exact cycle, of a machine with weight."""
+
+from __future__ import annotations
+
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.gateway.bench import Acts, Bench, Process, drive, stops
+from tests.gateway.fault_table import Table
+from tests.gateway.test_landing import ALL, AT
+from tests.gateway.weight import Fallen, free
+
+LIFTING, LANDING = 6000, AT + 1000
+"""Cycles since enabling: in the lift-off, and in the landing after a signal at AT."""
+SILENT = "silence_s = 0.3\n"
+"""After this time without frames the plant goes on by itself."""
+NO_TRIGGER = "".join(drive(k, "output_control = 0x24") for k in range(6))
+
+
+def paused(*cycles: int) -> str:
+    """The drives' process stands still in these cycles, until something continues it."""
+    return "".join(f'[[fault]]\nkind = "pause"\ncycle = {cycle}\n' for cycle in cycles)
+
+
+def goes_on(drives: Process) -> None:
+    """Continue the drives' process."""
+    drives.send_signal(signal.SIGCONT)
+
+
+def gets(kind: signal.Signals) -> Acts:
+    """The gateway gets a signal while it waits for a reply."""
+
+    def act(gateway: Process, drives: Process) -> None:
+        gateway.send_signal(kind)
+        goes_on(drives)
+
+    return act
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A wish to end, the cycle in which it comes, and what is said."""
+
+    name: str
+    kind: signal.Signals
+    cycle: int = AT
+
+
+ASKED = (
+    Asked("Ctrl-C (SIGINT)", signal.SIGINT),
+    Asked("SIGTERM", signal.SIGTERM),
+    Asked("closed terminal (SIGHUP)", signal.SIGHUP),
+    Asked("Ctrl-C in the lift-off", signal.SIGINT, LIFTING),
+)
+
+
+@pytest.mark.parametrize("asked", ASKED, ids=lambda asked: asked.name)
+def test_signal_lands_the_machine(
+    asked: Asked, hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    act, cycle = gets(asked.kind), asked.cycle
+    fallen = free(Bench(hexapod_ssp, tmp_path), paused(cycle), paused=act, seconds=100.0)
+    assert fallen.ran.code == 0, fallen.ran.words
+    assert "stopped on request, drives disabled" in fallen.ran.words
+    fallen.ends_at_rest(cycle)
+    falls.add(fallen.row(asked.name, "none", "land", cycle))
+
+
+def test_second_request_takes_the_torque_at_once(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    def twice(gateway: Process, drives: Process) -> None:
+        gets(signal.SIGINT)(gateway, drives)
+        assert stops(drives, gateway)
+        gets(signal.SIGINT)(gateway, drives)
+
+    options = paused(AT, LANDING)
+    fallen = free(Bench(hexapod_ssp, tmp_path), options, paused=twice, seconds=100.0)
+    # the torque of the frame that was on its way, and no other
+    tau = np.abs(fallen.tau).max(axis=1)
+    assert tau[LANDING - 1] > 0.1
+    off = {e["cycle"] for e in fallen.ran.happened("torque_zero")}
+    assert off <= {LANDING, LANDING + 1}, off
+    fallen.ends_at_rest(LANDING)
+    falls.add(fallen.row("second Ctrl-C in the landing", "none", "zero", LANDING))
+
+
+def test_closed_terminal_lands_the_machine(hexapod_ssp: Path, tmp_path: Path, falls: Table) -> None:
+    """Nobody reads what the gateway writes any more."""
+
+    def close(gateway: Process, drives: Process) -> None:
+        assert gateway.stderr is not None
+        gateway.stderr.close()
+        gateway.stderr = None
+        gets(signal.SIGHUP)(gateway, drives)
+
+    fallen = free(Bench(hexapod_ssp, tmp_path), paused(AT), paused=close, seconds=100.0)
+    assert fallen.ran.code == 0
+    assert fallen.ran.one("summary")["not_disabled"] == []
+    fallen.ends_at_rest(AT)
+    falls.add(fallen.row("nobody reads the output any more", "none", "land", AT))
+
+
+def watchdogs(fallen: Fallen, since: int, cycles: int) -> int:
+    """The gateway is gone: all watchdogs act, the windings brake. Cycles to zero torque."""
+    assert {e["position"] for e in fallen.ran.happened("watchdog")} == {0, 1, 2, 3, 4, 5}
+    after = {e["cycle"] - since for e in fallen.ran.happened("torque_zero")}
+    assert len(after) == 1
+    (found,) = after
+    assert found in range(cycles - 1, cycles + 2)
+    fallen.ends_at_rest(since)
+    return int(found)
+
+
+@dataclass(frozen=True)
+class Killed:
+    """A gateway that ends at once, the drives' watchdog [ms], and when."""
+
+    name: str
+    watchdog: int = 5
+    options: str = ""
+    cycle: int = AT
+
+
+KILLED = (
+    Killed("gateway killed (SIGKILL), watchdog 5 ms"),
+    Killed("gateway killed, watchdog 20 ms", 20),
+    Killed("gateway killed, no watchdog trigger in the EEPROM (0x24)", options=NO_TRIGGER),
+    Killed("gateway killed in the lift-off", cycle=LIFTING),
+)
+
+
+@pytest.mark.parametrize("killed", KILLED, ids=lambda killed: killed.name)
+def test_killed_gateway_falls_braked(
+    killed: Killed, hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    cycle, changes = killed.cycle, (("watchdog_ms = 5 ", f"watchdog_ms = {killed.watchdog} "),)
+    options = SILENT + paused(cycle) + killed.options
+    bench, act = Bench(hexapod_ssp, tmp_path), gets(signal.SIGKILL)
+    fallen = free(bench, options, changes=changes, paused=act, seconds=100.0, linger=1.0)
+    assert fallen.ran.code == -signal.SIGKILL
+    cycles = watchdogs(fallen, cycle, killed.watchdog * 4)
+    row = fallen.row(
+        killed.name, "watchdog of the drives", "zero", cycle, cycles=cycles, unknown=ALL
+    )
+    falls.add(row)
+
+
+def test_stopped_gateway_trips_when_it_goes_on_and_reads_the_drives_back(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    """Longer than the drives wait."""
+
+    def stop(gateway: Process, drives: Process) -> None:
+        gets(signal.SIGSTOP)(gateway, drives)
+        time.sleep(1.0)
+        gateway.send_signal(signal.SIGCONT)
+
+    fallen = free(Bench(hexapod_ssp, tmp_path), SILENT + paused(AT), paused=stop, seconds=100.0)
+    trip = fallen.ran.one("trip")
+    assert (trip["reason"], trip["reaction"], trip["cycles_to_zero"]) == ("al_state", "zero", 1)
+    assert fallen.ran.one("summary")["not_disabled"] == []
+    watchdogs(fallen, AT, 20)
+    falls.add(fallen.row("gateway stopped and continued later (SIGSTOP)", "al_state", "zero", AT))
