@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from flexhex.diagnosis.reversals import hysteresis_filter
+from flexhex.diagnosis.reversals import hysteresis_filter, turning
 from flexhex.fmus.common.machine.effect_use import EffectUse
 
 Array = NDArray[np.float64]
@@ -46,6 +46,13 @@ class Motion:
     def steady(self) -> Array:
         """Angles (samples, n) without the way that noise goes."""
         return self.theta if self.noise is None else hysteresis_filter(self.theta, self.noise)
+
+    @cached_property
+    def turning(self) -> Array:
+        """How much later than its sample each angle turned (samples, n), in samples."""
+        return turning(
+            self.theta, np.zeros(self.theta.shape[1]) if self.noise is None else self.noise
+        )
 
     @property
     def time(self) -> Array:

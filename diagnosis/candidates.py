@@ -184,21 +184,25 @@ class Bench:
                 for _ in range(round((run.start - now) / length)):
                     state = item.along(state, followed, fixed)[-1]
                 now = run.start + length
-            found[k] = self._along(item, state, followed, fixed)
+            found[k] = self._along(item, state, followed, fixed, k, axis)
             state = found[k][-1]
         return [found[k] for k in range(len(blocks))]
 
-    def _along(self, item: Compiled, state: Array, followed: Array, fixed: Array) -> Array:
+    def _along(
+        self, item: Compiled, state: Array, followed: Array, fixed: Array, k: int, axis: int
+    ) -> Array:
         """States (samples, states) along a block. What turns with the motion turns between two
-        samples: so of each sample the mean of half a step before and after it."""
+        samples: so of each sample the mean of half a step before and after it, or more of one of
+        them by how much later the motion turned."""
         assert item.along is not None
         if not item.by_way:
             return item.along(state, followed, fixed)
         finer = np.empty((2 * len(followed) - 1, followed.shape[1]))
         finer[::2], finer[1::2] = followed, (followed[1:] + followed[:-1]) / 2
         states = item.along(state, finer, fixed)
-        halfway, found = states[1::2], states[::2].copy()
-        found[1:-1] = (halfway[1:] + halfway[:-1]) / 2
+        before, after, found = states[1:-2:2], states[3::2], states[::2].copy()
+        late = self.made.blocks[k].run.motion.turning[1:-1, axis, None]
+        found[1:-1] = (0.5 + late) * before + (0.5 - late) * after
         return found
 
     def _followed(self, item: Compiled, axis: int, k: int) -> Array:

@@ -64,6 +64,21 @@ def hysteresis_filter(theta: Array, noise: Array) -> Array:
     return np.stack(found, axis=1)
 
 
+def turning(theta: Array, noise: Array) -> Array:
+    """How much later than its sample an angle turned (samples, n), in samples, -0.5 to 0.5: by the
+    parabola through its neighbours, or the middle of equally extreme ones. Zero elsewhere."""
+    found = np.zeros_like(theta)
+    for i, sigma in enumerate(noise):
+        for first, last, _ in _reversals(theta[:, i], REACH * sigma):
+            k = (first + last) // 2
+            found[k, i] = (first + last) / 2 - k
+            if first == last and 0 < k < len(theta) - 1:
+                before, now, after = theta[k - 1 : k + 2, i]
+                bend = before - 2 * now + after
+                found[k, i] = (before - after) / (2 * bend) if bend else 0.0
+    return np.clip(found, -0.5, 0.5)
+
+
 def _monotone(angle: Array, sigma: float) -> Array:
     out, way, start = np.empty_like(angle), 0, 0
     turns = _reversals(angle, REACH * sigma)

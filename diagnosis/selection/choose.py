@@ -84,7 +84,8 @@ def beyond_chance(score: Score, known: Sequence[Score], bars: Bars, criteria: Cr
     whole = any((k.hypothesis.id, k.hypothesis.axis) == effect for k in known)
     large = whole or score.size > criteria.smallest_effect
     least = bars.again if again else bars.first
-    return large and score.gain > least + log(score.hypothesis.choices)
+    least += log(score.hypothesis.choices) + blurred(score, known, criteria)
+    return large and score.gain > least
 
 
 def _again(score: Score, known: Sequence[Score]) -> bool:
@@ -103,6 +104,14 @@ def form_error(score: Score, criteria: Criteria) -> float:
     """Relative error of a hypothesis' functional form."""
     exact = isinstance(score.hypothesis, EffectHypothesis) and score.hypothesis.exact
     return criteria.exact_form_error if exact else criteria.form_error
+
+
+def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
+    """What errors in the form of accepted effects on the same axis may have left [nats] that their
+    columns (`form.py`) do not show, as they are smooth: how friction turns over, above all."""
+    axis = score.hypothesis.axis
+    own = [k for k in known if axis is None or k.hypothesis.axis in (axis, None)]
+    return sum(form_error(k, criteria) ** 2 * k.gain for k in own)
 
 
 def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:

@@ -9,7 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.motion import dahl_states
-from flexhex.diagnosis.reversals import REACH, angle_noise, encoder_step, hysteresis_filter
+from flexhex.diagnosis.reversals import (
+    REACH,
+    angle_noise,
+    encoder_step,
+    hysteresis_filter,
+    turning,
+)
 from flexhex.diagnosis.window import curvature
 
 Array = NDArray[np.float64]
@@ -53,6 +59,19 @@ def test_an_encoder_turns_in_the_middle_of_its_last_step() -> None:
     noise = np.array([1 / np.sqrt(12)])
     assert (_turns(steps, 0.0), _turns(10 * steps, noise[0])) == ([6], [4])
     assert np.abs(hysteresis_filter(10 * steps, noise) - 10 * steps).max() < 0.3
+
+
+def test_turns_are_placed_between_samples() -> None:
+    step, pace = 0.05, 2 * np.pi / 2.17
+    t = np.arange(0.0, 40.0, step)
+    angle = 0.1 * np.sin(pace * t)[:, None]
+    found = turning(angle, np.zeros(1))[:, 0]
+    true = (np.arange(int(40.0 * pace / np.pi)) + 0.5) * np.pi / pace / step
+    places = np.flatnonzero(found)
+    assert len(places) == len(true)
+    np.testing.assert_allclose(places + found[places], true, atol=0.01)
+    steps = np.array([0.0, 1.0, 2.0, 2.0, 1.0, 0.0])[:, None]
+    assert turning(steps, np.array([0.05])).ravel().tolist() == [0.0, 0.0, 0.5, 0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize("deviation", [1e-5, 1e-4])
