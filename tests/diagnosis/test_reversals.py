@@ -66,7 +66,7 @@ def test_turns_are_placed_between_samples() -> None:
     t = np.arange(0.0, 40.0, step)
     angle = 0.1 * np.sin(pace * t)[:, None]
     found = turning(angle, np.zeros(1))[:, 0]
-    true = (np.arange(int(40.0 * pace / np.pi)) + 0.5) * np.pi / pace / step
+    true = np.arange(0.5, t[-1] * pace / np.pi, 1.0) * np.pi / pace / step
     places = np.flatnonzero(found)
     assert len(places) == len(true)
     np.testing.assert_allclose(places + found[places], true, atol=0.01)
