@@ -116,6 +116,7 @@ results: build $(DEV)
 	$(RECORD) missing python -m flexhex run --only missing --json
 	$(RECORD) speed python -m benchmarks --json
 	$(BIN)/python -m results.render
+	$(BIN)/flexhex export out/hexapod.ssp --trajectory examples/motion.csv
 	$(BIN)/python -m results.plots
 
 results-studies: build gateway $(DEV)

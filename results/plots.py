@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
 DRAWN = (*ROOMS, "machine")
 """FMUs of every build, with a README and a plot."""
+EXPORT = "flexhex export out/hexapod.ssp --trajectory examples/motion.csv writes it"
 COLOURS = ("#1f6fb2", "#d1731d", "#2e8b57", "#8a4fb0", "#b03a48", "#555555")
 LEFT, WIDTH, RIGHT = 78, 440, 152
 """Dots: of the scale, of a panel, of the names of its lines."""
@@ -195,6 +196,8 @@ def main() -> None:
     parser.add_argument("--fmus", type=Path, default=Path("out/fmus"), help="built FMUs")
     parser.add_argument("--export", type=Path, default=Path("out/export"), help="with the player")
     given = parser.parse_args()
+    if not (given.export / "player.fmu").exists():
+        parser.error(f"{given.export}/player.fmu is not there: {EXPORT}")
     for name, folder in (*((name, given.fmus) for name in DRAWN), ("player", given.export)):
         path = ROOT / "fmus" / name / "plot.svg"
         path.write_text(plot(name, folder), encoding="utf-8")
