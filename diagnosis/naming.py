@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from flexhex.diagnosis.answer import Joint, shares
 from flexhex.diagnosis.found import Part
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.form import PLACES
 from flexhex.diagnosis.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
@@ -53,11 +57,20 @@ def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
     found = {}
     kind = held.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
-        found[gain.name] = _estimate(float(value), float(std), kind.unit(gain.unit))
+        alike = [v for g, v in zip(effect.gains, held.beta[k], strict=True) if g.unit == gain.unit]
+        wide = float(np.hypot(std, mean_error(effect.exact) * np.linalg.norm(alike)))
+        found[gain.name] = _estimate(float(value), wide, kind.unit(gain.unit))
     for shape in effect.shapes:
         std = held.shape_deviation[k].get(shape.name, 0.0)
         found[shape.name] = _estimate(part.shape[shape.name], std, kind.unit(shape.unit))
     return found
+
+
+def mean_error(exact: bool) -> float:
+    """What the error of a form does to a gain, relative, one standard deviation: the mean of a
+    factor that is smooth over as many places (`selection/form.py`)."""
+    error = USUAL.exact_form_error if exact else USUAL.form_error
+    return float(error / np.sqrt(PLACES))
 
 
 def _estimate(value: float, std: float, unit: str) -> Estimate:

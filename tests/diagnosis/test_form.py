@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.naming import mean_error
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, with_form_error
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.search import select
-from flexhex.diagnosis.selection.side import nameless
+from flexhex.diagnosis.selection.side import nameless, selected
 from tests.diagnosis.test_selection import RMS, bench_of, moved, names
 
 Array = NDArray[np.float64]
@@ -58,6 +59,18 @@ def test_a_second_effect_larger_than_the_error_of_the_first_is_named_too(tmp_pat
         bench_of(tmp_path, lambda q, v, a: worn(q, v, a) + 0.03 * RMS * np.sin(60.0 * q))
     )
     assert sorted(names(selection)) == ["cogging_harmonic", "coulomb_friction"]
+
+
+def test_interval_of_a_gain_holds_the_error_of_its_form(tmp_path: Path) -> None:
+    """The friction's mean over the motion is not its value in the middle of the stroke."""
+    side = selected(bench_of(tmp_path, worn), (), lambda text: None)
+    ((effect,),) = [side.named]
+    estimate = effect.parameters["F_c"]
+    low, high = estimate.ci95
+    assert low < FRICTION < high
+    relative = (high - low) / 2 / estimate.value
+    assert 1.96 * mean_error(exact=False) <= relative < 2.5 * mean_error(exact=False)
+    assert mean_error(exact=True) == pytest.approx(0.2 * mean_error(exact=False))
 
 
 @pytest.mark.parametrize("rate", [1000.0, 250.0])
