@@ -30,6 +30,7 @@ from flexhex.diagnosis.selection.choose import (
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
     Columns,
@@ -83,7 +84,7 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     others = None
     if judged:
         others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
-    return [Side(held, others, tuple(named_of(held)))]
+    return [Side(held, others, tuple(named_of(held, mean_errors(criteria))))]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:

@@ -9,14 +9,13 @@ import numpy as np
 
 from flexhex.diagnosis.answer import Joint, shares
 from flexhex.diagnosis.found import Part
-from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.form import PLACES
 from flexhex.diagnosis.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
 
-def named_of(held: Joint) -> list[Named]:
-    """Effects of a fit, each with all its axes."""
+def named_of(held: Joint, errors: Mapping[bool, float]) -> list[Named]:
+    """Effects of a fit, each with all its axes. errors: what the error of a form does to a gain,
+    relative, one standard deviation, by whether the form is exact."""
     rivals = {effect.id: effect.rivals for effect in held.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(held) if held.bench.made.between else [math.nan] * len(held.effects)
@@ -27,7 +26,7 @@ def named_of(held: Joint) -> list[Named]:
     known = {id: item.effect for id, item in held.bench.effects.items()} | dict(library())
     made = []
     for name, places in grouped.items():
-        parts = [(_axis(held.parts[k]), _estimates(held, k)) for k in places]
+        parts = [(_axis(held.parts[k]), _estimates(held, k, errors)) for k in places]
         axes = tuple(sorted({axis for axis, _ in parts if axis}))
         others = tuple(r for r in rivals.get(name, ()) if r not in grouped)
         made.append(
@@ -49,7 +48,7 @@ def _axis(part: Part) -> int:
     return 0 if part.axis is None else part.axis + 1
 
 
-def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
+def _estimates(held: Joint, k: int, errors: Mapping[bool, float]) -> dict[str, Estimate]:
     """Gains, then shapes, of one part."""
     part = held.parts[k]
     item = held.bench.effects.get(part.id)
@@ -58,19 +57,12 @@ def _estimates(held: Joint, k: int) -> dict[str, Estimate]:
     kind = held.bench.scales.kinds[part.axis or 0]
     for gain, value, std in zip(effect.gains, held.beta[k], held.deviation[k], strict=True):
         alike = [v for g, v in zip(effect.gains, held.beta[k], strict=True) if g.unit == gain.unit]
-        wide = float(np.hypot(std, mean_error(effect.exact) * np.linalg.norm(alike)))
+        wide = float(np.hypot(std, errors[effect.exact] * np.linalg.norm(alike)))
         found[gain.name] = _estimate(float(value), wide, kind.unit(gain.unit))
     for shape in effect.shapes:
         std = held.shape_deviation[k].get(shape.name, 0.0)
         found[shape.name] = _estimate(part.shape[shape.name], std, kind.unit(shape.unit))
     return found
-
-
-def mean_error(exact: bool) -> float:
-    """What the error of a form does to a gain, relative, one standard deviation: the mean of a
-    factor that is smooth over as many places (`selection/form.py`)."""
-    error = USUAL.exact_form_error if exact else USUAL.form_error
-    return float(error / np.sqrt(PLACES))
 
 
 def _estimate(value: float, std: float, unit: str) -> Estimate:

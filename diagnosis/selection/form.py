@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.generic import hats
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
@@ -41,6 +42,13 @@ def with_form_error(
     width = len(arguments) * PLACES
     prior = np.r_[np.full(width, len(arguments)), 1.0] / relative**2
     return Term(raw, white, np.concatenate([term.prior, prior]))
+
+
+def mean_errors(criteria: Criteria) -> dict[bool, float]:
+    """What the error of a form does to a gain, relative, one standard deviation, by whether the
+    form is exact: the mean of a factor over its places."""
+    sizes = {True: criteria.exact_form_error, False: criteria.form_error}
+    return {exact: float(size / np.sqrt(PLACES)) for exact, size in sizes.items()}
 
 
 def _errors(rows: Rows, torque: Array, factors: Array) -> Array:

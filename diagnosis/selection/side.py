@@ -18,6 +18,7 @@ from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.selection.choose import Accepted, shown
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
     EffectHypothesis,
@@ -117,7 +118,7 @@ def selected(
     return Side(
         held,
         others,
-        tuple(named_of(held)),
+        tuple(named_of(held, mean_errors(criteria))),
         (*payloads, *changed),
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),

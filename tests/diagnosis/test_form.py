@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.naming import mean_error
 from flexhex.diagnosis.selection.criteria import USUAL
-from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, with_form_error
+from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, mean_errors, with_form_error
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.search import select
@@ -69,8 +68,9 @@ def test_interval_of_a_gain_holds_the_error_of_its_form(tmp_path: Path) -> None:
     low, high = estimate.ci95
     assert low < FRICTION < high
     relative = (high - low) / 2 / estimate.value
-    assert 1.96 * mean_error(exact=False) <= relative < 2.5 * mean_error(exact=False)
-    assert mean_error(exact=True) == pytest.approx(0.2 * mean_error(exact=False))
+    wanted = 1.96 * mean_errors(USUAL)[False]
+    assert wanted <= relative < 1.3 * wanted
+    assert mean_errors(USUAL) == pytest.approx({True: 0.02 / np.sqrt(5), False: 0.1 / np.sqrt(5)})
 
 
 @pytest.mark.parametrize("rate", [1000.0, 250.0])
