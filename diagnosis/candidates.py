@@ -13,10 +13,11 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.compiled import N_SIGNAL, Compiled
+from flexhex.diagnosis.compiled import Compiled
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.scales import Scales
 from flexhex.diagnosis.signals import TORQUES, entering, signals_of, slow_motions
+from flexhex.diagnosis.turning import followed, states_along
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
@@ -175,47 +176,19 @@ class Bench:
         found: dict[int, Array] = {}
         blocks, state, now = self.made.blocks, None, 0.0
         for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
-            followed, run = self._followed(item, axis, k), blocks[k].run
+            run = blocks[k].run
+            signals = followed(item, self._inputs(item, axis)[k], run.motion, axis)
             if state is None or not self.across:
-                rest = item.effect.start(float(followed[0, 0]), shape)
+                rest = item.effect.start(float(signals[0, 0]), shape)
                 state = np.array(ca.DM(rest), dtype=float).ravel()
             if self.across:
-                length = run.motion.ts * len(followed)
+                length = run.motion.ts * len(signals)
                 for _ in range(round((run.start - now) / length)):
-                    state = item.along(state, followed, fixed)[-1]
+                    state = item.along(state, signals, fixed)[-1]
                 now = run.start + length
-            found[k] = self._along(item, state, followed, fixed, k, axis)
+            found[k] = states_along(item, state, signals, fixed, run.motion, axis)
             state = found[k][-1]
         return [found[k] for k in range(len(blocks))]
-
-    def _along(
-        self, item: Compiled, state: Array, followed: Array, fixed: Array, k: int, axis: int
-    ) -> Array:
-        """States (samples, states) along a block. What turns with the motion turns between two
-        samples: so of each sample the mean of half a step before and after it, or more of one of
-        them by how much later the motion turned."""
-        assert item.along is not None
-        if not item.by_way:
-            return item.along(state, followed, fixed)
-        finer = np.empty((2 * len(followed) - 1, followed.shape[1]))
-        finer[::2], finer[1::2] = followed, (followed[1:] + followed[:-1]) / 2
-        states = item.along(state, finer, fixed)
-        before, after, found = states[1:-2:2], states[3::2], states[::2].copy()
-        late = self.made.blocks[k].run.motion.turning[1:-1, axis, None]
-        found[1:-1] = (0.5 + late) * before + (0.5 - late) * after
-        return found
-
-    def _followed(self, item: Compiled, axis: int, k: int) -> Array:
-        """Signals of a block that states follow: angles without their noise where ways count."""
-        inputs = self._inputs(item, axis)[k]
-        if not item.by_way:
-            return inputs
-        steady = self.made.blocks[k].run.motion.steady
-        followed = inputs.copy()
-        followed[:, 0] = steady[:, axis]
-        if not item.alone:
-            followed[:, N_SIGNAL::N_SIGNAL] = steady
-        return followed
 
     @cached_property
     def _slow(self) -> list[tuple[Motion, csr_array]]:

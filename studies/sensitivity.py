@@ -53,7 +53,7 @@ ELSEWHERE = (
     ("noise", "INEXACT"),
     ("rests", "SLOW"),
     ("rests", "TURN"),
-    ("play", "REACH"),
+    ("reversals", "REACH"),
     ("prepare", "MOVES"),
     ("window", "NOISE"),
     ("window", "GAP"),

@@ -25,11 +25,13 @@ from flexhex.diagnosis.selection.hypothesis import (
     EffectHypothesis,
     Products,
 )
-from flexhex.diagnosis.selection.moments import Left, Moments
+from flexhex.diagnosis.selection.moments import Left, Moments, Term
 
 Array = NDArray[np.float64]
 INEXACT = 0.1
 """Share by which a fitted gain may lie beyond what a machine can have, as forms are not exact."""
+ROUNDED = 1e-10
+"""Eigenvalues below it, relative to the largest, are rounding."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
 
@@ -158,3 +160,20 @@ def log_evidence(values: Array, turned: Array, prior: float) -> float:
     """Evidence for coefficients that all have the same inverse variance."""
     A = values + prior
     return float((turned**2 / A - np.log(A / prior)).sum()) / 2
+
+
+def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
+    """What terms of a model add, all of them, to the log predictive density of its folds [nats];
+    rest: the model without them."""
+    own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
+    others = np.setdiff1d(np.arange(moments.m), own)
+    size, total = moments.prior[own] ** -0.5, dict[Left, float]()
+    for left in [None, *moments.rows.folds]:
+        (G, b), fit = moments.gram(left), rest.fit(left)
+        cross = G[np.ix_(others, own)]
+        S = G[np.ix_(own, own)] - cross.T @ fit.solve(cross)
+        right = (b[own] - cross.T @ fit.q) * size
+        # errors of a form are small beside the effect itself
+        values, turned, _ = turned_to(S * np.outer(size, size), right, ROUNDED)
+        total[left] = log_evidence(values, turned, 1.0)
+    return sum(total[None] - total[fold] for fold in moments.rows.folds)

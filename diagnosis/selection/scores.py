@@ -32,8 +32,6 @@ from flexhex.diagnosis.selection.moments import Left, Moments, Term
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
-ROUNDED = 1e-10
-"""Eigenvalues below it, relative to the largest, are rounding."""
 HALVINGS = 4
 """Of the distance between shapes of a grid."""
 
@@ -203,23 +201,6 @@ def generic_score(
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
-
-
-def together(moments: Moments, rest: Moments, terms: Sequence[Term]) -> float:
-    """What terms of a model add, all of them, to the log predictive density of its folds [nats];
-    rest: the model without them."""
-    own = np.concatenate([np.arange(moments.m)[moments.place(term)] for term in terms])
-    others = np.setdiff1d(np.arange(moments.m), own)
-    size, total = moments.prior[own] ** -0.5, dict[Left, float]()
-    for left in [None, *moments.rows.folds]:
-        (G, b), fit = moments.gram(left), rest.fit(left)
-        cross = G[np.ix_(others, own)]
-        S = G[np.ix_(own, own)] - cross.T @ fit.solve(cross)
-        right = (b[own] - cross.T @ fit.q) * size
-        # errors of a form are small beside the effect itself
-        values, turned, _ = turned_to(S * np.outer(size, size), right, ROUNDED)
-        total[left] = log_evidence(values, turned, 1.0)
-    return sum(total[None] - total[fold] for fold in moments.rows.folds)
 
 
 def change_scores(

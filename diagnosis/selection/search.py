@@ -27,6 +27,7 @@ from flexhex.diagnosis.selection.choose import (
     unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, with_form_error
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -37,10 +38,10 @@ from flexhex.diagnosis.selection.hypothesis import (
     Payload,
 )
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
-from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score, together
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
 
 Say = Callable[[str], None]
 
@@ -157,7 +158,7 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            found = self.chosen(self.moments, self.known(), listed, number)
+            found = chosen(self.moments, self.known(), listed, self.bars, number, self.criteria)
             wanted = self.stale & self._against(found)
             if not wanted:
                 return found, listed
@@ -178,12 +179,6 @@ class Search:
         """Scores of what was accepted, but for one."""
         return [each.score for k, each in enumerate(self.accepted) if k != but]
 
-    def chosen(
-        self, moments: Moments, known: list[Score], scores: list[Score], number: int
-    ) -> Accepted | None:
-        """See `choose.chosen`."""
-        return chosen(moments, known, scores, self.bars, number, self.criteria)
-
     def accept(self, found: Accepted, place: int | None = None, term: Term | None = None) -> None:
         """Put a hypothesis into the model, at a place of the list or at its end; term: of the same
         effect before, whose products with others are known."""
@@ -203,9 +198,9 @@ class Search:
         term = effect_term(self.moments, self.hypotheses, score)
         longer = self.moments.extended(term)
         gains = longer.fit(None).q[longer.place(term)]
-        error, rows = form_error(score, self.criteria), self.hypotheses.rows
-        loaded = self.hypotheses.with_torque(score.hypothesis.id)
-        return with_form_error(rows, term, gains, error, LOADED if loaded else ARGUMENTS)
+        arguments = LOADED if self.hypotheses.with_torque(score.hypothesis.id) else ARGUMENTS
+        error = form_error(score, self.criteria)
+        return with_form_error(self.hypotheses.rows, term, gains, error, arguments)
 
     def revise(self, axis: int | None) -> None:
         """Choose the earlier effects of an axis anew beside the later ones: the first may have
@@ -245,7 +240,7 @@ class Search:
         self.moments = self.moments.without(term)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        found = self.chosen(self.moments, known, scores, before.round)
+        found = chosen(self.moments, known, scores, self.bars, before.round, self.criteria)
         if found is None:
             return
         again = found.score.effect == before.score.effect

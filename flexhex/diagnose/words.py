@@ -140,15 +140,11 @@ def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
 
 def verdict(found: Diagnosis) -> str:
     """The answer in one or two plain sentences, what runs carried, and how sure that is."""
-    return " ".join([SENTENCES[found.verdict](found), *_carriers(found), *_confidence(found)])
-
-
-def _confidence(found: Diagnosis) -> list[str]:
-    known = found.confidence
-    if known is None:
-        return []
-    counts = f"{known.right} of {known.of} such answers in the study were right"
-    return [f"Confidence {percent(known.share)}: {counts}."]
+    sentences = [SENTENCES[found.verdict](found), *_carriers(found)]
+    if sure := found.confidence:
+        counts = f"{sure.right} of {sure.of} such answers in the study were right"
+        sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
+    return " ".join(sentences)
 
 
 def _named(found: Diagnosis) -> str:
