@@ -21,11 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from flexhex.diagnosis.selection.hypothesis import (
-    EffectHypothesis,
-    Products,
-)
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
+from flexhex.diagnosis.selection.products import Products
 
 Array = NDArray[np.float64]
 INEXACT = 0.1
@@ -34,19 +32,6 @@ ROUNDED = 1e-10
 """Eigenvalues below it, relative to the largest, are rounding."""
 GONE = 1e-5
 """Share of a column's square below which the base model explains all of it."""
-
-
-def products(moments: Moments, effect: EffectHypothesis, left: Left) -> Products:
-    """Products of an effect's columns beside a model, of all folds but one."""
-    folds = [fold for fold in moments.rows.folds if fold != left]
-    kept = [effect.products(moments.rows, fold) for fold in folds]
-    cross = [sum(part.cross for part in kept)]
-    cross += [sum(effect.beside(term, moments.rows, f) for f in folds) for term in moments.terms]
-    return Products(
-        np.vstack(cross),
-        np.sum([part.right for part in kept], axis=0),
-        np.sum([part.own for part in kept], axis=0),
-    )
 
 
 @dataclass(frozen=True)
@@ -61,8 +46,9 @@ class Tried:
 def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
     """An effect beside a model: fitted to all folds, and to all but each. A shape whose gain of all
     folds no machine can have has no evidence: something else looks like it."""
-    prior, lefts = free(moments, effect), [None, *moments.rows.folds]
-    found = {left: _fitted(moments, left, effect, prior) for left in lefts}
+    products, lefts = effect.beside(moments), [None, *moments.rows.folds]
+    prior = free(moments, effect, products)
+    found = {left: _fitted(moments, left, effect, products, prior) for left in lefts}
     odd = _beyond(effect, found[None].gains)
     for fit in found.values():
         fit.evidence[odd] = -np.inf
@@ -79,26 +65,26 @@ def _beyond(effect: EffectHypothesis, gains: Array) -> NDArray[np.bool_]:
     return np.asarray(odd)
 
 
-def free(moments: Moments, effect: EffectHypothesis) -> Array:
+def free(moments: Moments, effect: EffectHypothesis, products: Products) -> Array:
     """Inverse variances (shapes, k) of an effect's gains: its torque may be as large as all that
     the axis feels."""
     rows = moments.rows
-    own = np.sum([effect.products(rows, fold).own for fold in rows.folds], axis=0)
-    squares = np.diagonal(own, axis1=1, axis2=2) / rows.count
+    squares = np.diagonal(products.own.sum(axis=0), axis1=1, axis2=2) / rows.count
     torque = np.mean([rows.white_rms[i] ** 2 for i in effect.felt])
     return np.asarray(np.maximum(squares, np.finfo(float).tiny) / torque)
 
 
-def _fitted(moments: Moments, left: Left, effect: EffectHypothesis, priors: Array) -> Tried:
-    fit, k, found = moments.fit(left), effect.width, products(moments, effect, left)
-    moved = fit.solve(found.cross)
-    rest = (found.right - found.cross.T @ fit.q).reshape(-1, k)
-    cross, taken = (v.reshape(len(v), -1, k).transpose(1, 2, 0) for v in (found.cross, moved))
-    S = found.own - cross @ taken.transpose(0, 2, 1)
-    own, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (found.own, S))
-    there = (alone > GONE * own).all(axis=1)
+def _fitted(
+    moments: Moments, left: Left, effect: EffectHypothesis, products: Products, priors: Array
+) -> Tried:
+    fit, k, (cross, right, own) = moments.fit(left), effect.width, products.without(left)
+    rest = (right - cross.T @ fit.q).reshape(-1, k)
+    half = fit.half(cross).reshape(moments.m, -1, k).transpose(1, 2, 0)
+    S = own - half @ half.transpose(0, 2, 1)
+    whole, alone = (np.diagonal(v, axis1=1, axis2=2) for v in (own, S))
+    there = (alone > GONE * whole).all(axis=1)
     evidence, gains = np.zeros(len(priors)), np.zeros((len(priors), k))
-    A = (S + S.transpose(0, 2, 1))[there] / 2 + priors[there, :, None] * np.eye(k)
+    A = S[there] + priors[there, :, None] * np.eye(k)
     gains[there], fall = bounded(A, rest[there], effect.low)
     if effect.taken is not None:
         # a limit takes all beyond it: one that is not quite the best takes too much or too little

@@ -30,6 +30,7 @@ from flexhex.diagnosis.selection.orders import (
     fundamentals,
     promising_orders,
 )
+from flexhex.diagnosis.selection.products import Known
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
@@ -48,6 +49,7 @@ class Hypotheses:
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}
+        self._known = dict[tuple[object, ...], Known]()
         self._keep = Keep()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
@@ -121,18 +123,20 @@ class Hypotheses:
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
-        first = self._columns(name, axis, shapes[:1]) if shapes else Columns({}, {})
-        felt, width = tuple(first.white), next((v.shape[1] for v in first.white.values()), 0)
+        first = self._white(name, axis, shapes[:1]) if shapes else {}
+        felt, width = tuple(first), next((v.shape[1] for v in first.values()), 0)
+        known = tuple(self._known_of(name, axis, shape) for shape in shapes)
 
-        def columns() -> Columns:
-            return self._columns(name, axis, shapes)
+        def columns(chosen: Sequence[Mapping[str, float]]) -> Mapping[int, Array]:
+            return self._white(name, axis, chosen)
 
         made = (name, axis, tuple(shapes), columns, felt)
         if item is None:
-            return EffectHypothesis(*made, np.full(width, -np.inf), width, "", False, 1)
+            low = np.full(width, -np.inf)
+            return EffectHypothesis(*made, low, width, "", False, 1, known=known)
         effect = item.effect
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
-        known = (item.freedom, effect.extends, effect.exact, effect.most)
+        kind = (item.freedom, effect.extends, effect.exact, effect.most)
         places = {gain.name: k for k, gain in enumerate(effect.gains)}
         most = [(gain.name, *gain.below) for gain in effect.gains if gain.below]
         ordered = tuple((places[name], places[more], times) for name, more, times in most)
@@ -144,29 +148,45 @@ class Hypotheses:
         return EffectHypothesis(
             *made,
             bounds[0],
-            *known,
+            *kind,
             high=bounds[1],
             taken=taken if effect.entered else None,
             ordered=ordered,
+            known=known,
         )
 
-    def _columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
-        key = name, axis, repr(shapes)
-        return self._keep.columns(key, lambda: self._new_columns(name, axis, shapes))
+    def columns(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> Columns:
+        """Columns of one shape of an effect."""
+        thin = self._thin(effect.id, effect.axis, shape)
+        raw = {i: self.rows.raw(own) for i, own in thin.items()}
+        return Columns(raw, self._white(effect.id, effect.axis, [shape]))
 
-    def _new_columns(self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]) -> Columns:
-        thin = [self.bench.thin(name, axis or 0, shape) for shape in shapes]
-        felt = range(self.rows.n) if thin[0][0].ndim == 3 else [axis or 0]
-        raw, white = dict[int, Array](), dict[int, Array]()
-        for i in felt:
-            own = [
-                np.hstack([v[:, i] if v.ndim == 3 else v for v in block])
-                for block in zip(*thin, strict=True)
-            ]
-            white[i] = self.rows.white(i, own)
-            if len(shapes) == 1:
-                raw[i] = self.rows.raw(own)
-        return Columns(raw, white)
+    def _thin(
+        self, name: str, axis: Axis, shape: Mapping[str, float]
+    ) -> Mapping[int, Sequence[Array]]:
+        """Smoothed columns (m, k) of each block, of each axis that feels them."""
+        thin = self.bench.thin(name, axis or 0, shape)
+        if thin[0].ndim == 3:
+            return {i: [v[:, i] for v in thin] for i in range(self.rows.n)}
+        return {axis or 0: thin}
+
+    def _white(
+        self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
+    ) -> Mapping[int, Array]:
+        """Whitened columns (R, shapes * k) of each axis that feels them; kept shape by shape."""
+        keys = [(name, axis, tuple(shape.items())) for shape in shapes]
+        new = {key: shape for key, shape in zip(keys, shapes, strict=True) if key not in self._keep}
+        thin = [self._thin(name, axis, shape) for shape in new.values()]
+        for i in thin[0] if thin else ():
+            own = [np.hstack(block) for block in zip(*(t[i] for t in thin), strict=True)]
+            parts = np.split(self.rows.white(i, own), len(new), axis=1)
+            for key, part in zip(new, parts, strict=True):
+                self._keep.add(key, i, part)
+        return self._keep.side_by_side(keys)
+
+    def _known_of(self, name: str, axis: Axis, shape: Mapping[str, float]) -> Known:
+        """Products of a shape that are known already, whichever grid it is in."""
+        return self._known.setdefault((name, axis, tuple(shape.items())), Known())
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:

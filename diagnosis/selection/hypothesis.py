@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import Criteria
-from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.moments import Moments, Term
+from flexhex.diagnosis.selection.products import Known, Products
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
@@ -22,19 +22,9 @@ AGAIN = 1.0
 
 
 @dataclass(frozen=True)
-class Products:
-    """Of whitened columns with the model's (m, shapes * k), with the torque (shapes * k,) and with
-    each other (shapes, k, k)."""
-
-    cross: Array
-    right: Array
-    own: Array
-
-
-@dataclass(frozen=True)
 class Columns:
-    """Columns of all shapes side by side on each axis that feels them, per unit of their gains: raw
-    (R, shapes * k) [N m] where there is one shape alone, white the same whitened."""
+    """Columns (R, k) of one shape on each axis that feels them, per unit of its gains: raw [N m],
+    white the same whitened."""
 
     raw: Mapping[int, Array]
     white: Mapping[int, Array]
@@ -42,18 +32,19 @@ class Columns:
 
 @dataclass(frozen=True, eq=False)
 class EffectHypothesis:
-    """An effect with all shapes of its grid. columns: makes them, as they take most of the memory;
-    felt: axes that feel it; low, high (k,): least gains, largest ones or None for none; freedom:
-    numbers that a fit may choose; extends: the simpler effect that it becomes without its further
-    gains; choices: shapes that those of the grid were picked from; taken: makes the share
-    (R, shapes) of a change of the reported torque that a gain of one takes away, if the columns
-    are of that torque; ordered: pairs of gains of which the first is at most so many
-    times the second."""
+    """An effect with all shapes of its grid. columns: makes whitened ones (R, shapes * k) of some
+    shapes, side by side, on each axis that feels them, as they take most of the memory; felt: axes
+    that feel it; low, high (k,): least gains, largest ones or None for none; freedom: numbers that
+    a fit may choose; extends: the simpler effect that it becomes without its further gains;
+    choices: shapes that those of the grid were picked from; taken: makes the share (R, shapes) of a
+    change of the reported torque that a gain of one takes away, if the columns are of that torque;
+    ordered: pairs of gains of which the first is at most so many times the second; known: of each
+    shape."""
 
     id: str
     axis: Axis
     shapes: tuple[Mapping[str, float], ...]
-    columns: Callable[[], Columns]
+    columns: Callable[[Sequence[Mapping[str, float]]], Mapping[int, Array]]
     felt: tuple[int, ...]
     low: Array
     freedom: int
@@ -64,6 +55,7 @@ class EffectHypothesis:
     high: Array | None = None
     taken: Callable[[], Array] | None = None
     ordered: tuple[tuple[int, int, float], ...] = ()
+    known: tuple[Known, ...] = field(default_factory=lambda: (Known(),))
 
     @property
     def width(self) -> int:
@@ -88,56 +80,71 @@ class EffectHypothesis:
         assert self.taken is not None
         return self.taken()
 
+    def beside(self, moments: Moments) -> Products:
+        """Products of all shapes' columns with a model's; of each shape kept, as a search comes
+        back to it beside many models."""
+        self._fill(moments.rows)
+        common = [t for t in moments.terms if t.white.keys() & set(self.felt)]
+        for term in common:
+            self._fill_beside(term, moments)
+        with_base, right, own = self._with_base
+        cross = np.zeros((len(with_base), moments.m, with_base.shape[2]))
+        cross[:, : moments.rows.nb] = with_base
+        for term in common:
+            cross[:, moments.place(term)] = np.concatenate([k.terms[term] for k in self.known], 2)
+        return Products(moments.rows.folds, cross, right, own)
+
     @cached_property
-    def _known(self) -> dict[Term | None, dict[int, Any]]:
-        """Products with the base model, None, and with terms, of each fold."""
-        return {}
+    def _with_base(self) -> tuple[Array, Array, Array]:
+        parts = [known.base for known in self.known if known.base is not None]
+        cross, right, own = zip(*parts, strict=True)
+        return np.concatenate(cross, 2), np.concatenate(right, 1), np.stack(own, 1)
 
-    def products(self, rows: Rows, fold: int) -> Products:
-        """Products of the columns with the base model's, with the torque, and with each other;
-        these not between passes: noise in a column must not make it seem small. Kept."""
-        if None not in self._known:
-            self._known[None] = self._products(rows)
-        found: Products = self._known[None][fold]
-        return found
-
-    def _products(self, rows: Rows) -> dict[int, Products]:
-        width, count = self.width, len(self.shapes)
-        size = count * width
-        found = {
-            f: Products(np.zeros((rows.nb, size)), np.zeros(size), np.zeros((count, width, width)))
-            for f in rows.folds
-        }
-        for i, columns in self.columns().white.items():
+    def _fill(self, rows: Rows) -> None:
+        """With the base model's columns and the torque; products of columns with each other are not
+        between passes: noise in a column must not make it seem small."""
+        new = [s for s, known in enumerate(self.known) if known.base is None]
+        if not new:
+            return
+        folds, k, size = len(rows.folds), self.width, len(new) * self.width
+        cross, right = np.zeros((folds, rows.nb, size)), np.zeros((folds, size))
+        own = np.zeros((folds, len(new), k, k))
+        for i, columns in self._white(new).items():
             across = rows.across(columns)
-            for f, part in rows.parts.items():
-                found[f].cross[:] += rows.white_B.pulled(i, across[part], part)
-                found[f].right[:] += columns[part].T @ rows.twin_y[i][part]
-                single = columns[part].reshape(-1, count, width).transpose(1, 2, 0)
-                found[f].own[:] += single @ single.transpose(0, 2, 1)
-        return found
+            for f, part in enumerate(rows.parts.values()):
+                cross[f] += rows.white_B.pulled(i, across[part], part)
+                right[f] += columns[part].T @ rows.twin_y[i][part]
+                single = columns[part].reshape(-1, len(new), k).transpose(1, 2, 0)
+                own[f] += single @ single.transpose(0, 2, 1)
+        for at, s in self._placed(new):
+            self.known[s].base = cross[:, :, at], right[:, at], own[:, at.start // k]
 
-    def beside(self, term: Term, rows: Rows, fold: int) -> Array:
-        """Products (k', shapes * k) of an accepted term's columns with these, between passes.
-        Kept."""
-        if term not in self._known:
-            common = term.white.keys() & set(self.felt)
-            white = self.columns().white if common else {}
-            twins = {i: rows.across(term.white[i]) for i in common}
-            empty = np.zeros((len(term.prior), len(self.shapes) * self.width))
-            self._known[term] = {
-                f: sum((twins[i][p].T @ white[i][p] for i in common), empty)
-                for f, p in rows.parts.items()
-            }
-        found: Array = self._known[term][fold]
-        return found
+    def _fill_beside(self, term: Term, moments: Moments) -> None:
+        """With the columns of an accepted term, between passes."""
+        new = [s for s, known in enumerate(self.known) if term not in known.terms]
+        if not new:
+            return
+        white, twins, parts = self._white(new), moments.twins(term), moments.rows.parts
+        common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
+        found = [sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()]
+        for at, s in self._placed(new):
+            self.known[s].terms[term] = np.stack(found)[:, :, at]
+
+    def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
+        return self.columns([self.shapes[s] for s in chosen])
+
+    def _placed(self, chosen: Sequence[int]) -> Iterator[tuple[slice, int]]:
+        """Where the columns of some shapes stand side by side."""
+        return ((slice(j * self.width, (j + 1) * self.width), s) for j, s in enumerate(chosen))
 
 
 @dataclass(frozen=True)
 class NamelessHypothesis:
-    """Columns of something without a name, and how their coefficients go together, each (k, k')."""
+    """Columns of something without a name, raw (R, k) [N m] on each axis that feels them, and how
+    their coefficients go together, each (k, k')."""
 
     columns: EffectHypothesis
+    raw: Mapping[int, Array]
     ways: tuple[Array, ...]
 
 
@@ -222,5 +229,8 @@ def nameless(
     """Something without a name from its columns (R, k) on an axis or on several."""
     felt, count = tuple(made.raw), next(iter(made.raw.values())).shape[1]
     low = np.full(count, -np.inf)
-    columns = EffectHypothesis(argument, axis, ({},), lambda: made, felt, low, count, "", False, 1)
-    return NamelessHypothesis(columns, ways)
+    white = made.white
+    columns = EffectHypothesis(
+        argument, axis, ({},), lambda _: white, felt, low, count, "", False, 1
+    )
+    return NamelessHypothesis(columns, made.raw, ways)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
 from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.selection.rows import Rows
@@ -34,10 +34,21 @@ class Term:
 
 @dataclass(frozen=True)
 class Solved:
-    """A fit: coefficients q (m,), and (G + prior)^-1 applied to right-hand sides."""
+    """A fit: coefficients q (m,); factor R and sizes s (m,) of G + prior = s R' R s."""
 
     q: Array
-    solve: Callable[[Array], Array]
+    factor: Array
+    size: Array
+
+    def solve(self, right: Array) -> Array:
+        """(G + prior)^-1 right, right (m,) or (m, k)."""
+        across = self.size if right.ndim == 1 else self.size[:, None]
+        return np.asarray(cho_solve((self.factor, False), right / across) / across)
+
+    def half(self, right: Array) -> Array:
+        """The half (m, k) of it whose square is right' (G + prior)^-1 right."""
+        scaled = right / self.size[:, None]
+        return np.asarray(solve_triangular(self.factor, scaled, trans=1, check_finite=False))
 
 
 class Moments:
@@ -62,6 +73,7 @@ class Moments:
         self.fits: dict[Left, Solved] = {}
         self._grams: dict[int, tuple[Array, Array]] = {}
         self._squares: dict[int, Array] = {}
+        self._twins: dict[Term, Mapping[int, Array]] = {}
 
     def sizes(self, c: Array) -> Array:
         """RMS of X c on each axis (n,) [N m]."""
@@ -114,7 +126,8 @@ class Moments:
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
         longer = Moments(self.rows, (*self.terms, term), self.freed)
-        across = {i: self.rows.across(white) for i, white in term.white.items()}
+        longer._twins = dict(self._twins)
+        across = longer.twins(term)
         for fold in self.rows.folds:
             (G, b), part, m = self.grams(fold), self.rows.parts[fold], self.m
             whole, right = np.zeros((longer.m, longer.m)), np.zeros(longer.m)
@@ -132,8 +145,15 @@ class Moments:
         gone = np.concatenate([np.arange(self.m)[self.place(term)] for term in terms])
         kept = np.setdiff1d(np.arange(self.m), gone)
         shorter = Moments(self.rows, [t for t in self.terms if t not in terms], self.freed)
+        shorter._twins = {t: self.twins(t) for t in shorter.terms}
         shorter._grams = {f: (G[np.ix_(kept, kept)], b[kept]) for f, (G, b) in self._grams.items()}
         return shorter
+
+    def twins(self, term: Term) -> Mapping[int, Array]:
+        """Whitened columns (R, k) of a term as the other passes have them, of each axis."""
+        if term not in self._twins:
+            self._twins[term] = {i: self.rows.across(white) for i, white in term.white.items()}
+        return self._twins[term]
 
     def place(self, term: Term) -> slice:
         """Where the columns of a term stand."""
@@ -143,7 +163,7 @@ class Moments:
         """With another inverse variance of base parameters."""
         freed = {**self.freed, **dict.fromkeys(places, prior)}
         looser = Moments(self.rows, self.terms, freed)
-        looser._grams = self._grams
+        looser._grams, looser._twins = self._grams, self._twins
         return looser
 
     def grams(self, fold: int) -> tuple[Array, Array]:
@@ -174,26 +194,21 @@ class Moments:
         """The fit to all folds but one."""
         if left not in self.fits:
             G, b = self.gram(left)
-            solve = _solver(G, self.prior)
-            self.fits[left] = Solved(solve(b), solve)
+            fit = Solved(b, *_factor(G, self.prior))
+            self.fits[left] = replace(fit, q=fit.solve(b))
         return self.fits[left]
 
 
-def _solver(G: Array, prior: Array) -> Callable[[Array], Array]:
-    """(G + prior)^-1 as a function; directions that nothing determines stay where they are."""
+def _factor(G: Array, prior: Array) -> tuple[Array, Array]:
+    """Factor and sizes of G + prior; directions that nothing determines stay where they are."""
     own = np.abs(np.diag(G) + prior)
     size = np.sqrt(np.where(own > 0, own, 1.0))
     scaled = (G + np.diag(prior)) / np.outer(size, size)
     scaled[np.diag_indices_from(scaled)] += FIRM
     try:
-        factor = cho_factor(scaled)
+        factor, _ = cho_factor(scaled)
     except LinAlgError:
         # products between passes of what hardly repeats may be negative
         values, vectors = np.linalg.eigh(scaled)
-        factor = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
-
-    def solve(right: Array) -> Array:
-        across = size if right.ndim == 1 else size[:, None]
-        return np.asarray(cho_solve(factor, right / across) / across)
-
-    return solve
+        factor, _ = cho_factor((vectors * np.maximum(values, UNSURE)) @ vectors.T)
+    return factor, size

@@ -43,33 +43,34 @@ def promising_orders(
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
-    made, base = rows.made, rows.made.base
-    pairs = [(b, b.run.motion) for b in made.blocks]
-    angle = rows.raw([b.smooth(m.theta[:, axis]) for b, m in pairs])
-    rate = np.abs(rows.raw([b.smooth(m.thetad[:, axis]) for b, m in pairs]))
+    made, window = rows.made, rows.made.base.window
+    angle, rate = rows.angles[:, axis], np.abs(rows.rates[:, axis])
     if weight is not None:
-        loaded = [b.smooth(w[:, axis]) for (b, _), w in zip(pairs, weight, strict=True)]
+        loaded = [b.smooth(w[:, axis]) for b, w in zip(made.blocks, weight, strict=True)]
         left = left * rows.raw(loaded)
-    stroke, window = float(np.ptp(angle)), base.window
+    stroke = float(np.ptp(angle))
     low = 2 * np.pi * PERIODS / stroke
     slow = np.sort(rate)[min(SHOWN, len(rate) - 1)]
     high = max(2 * np.pi / max(slow * window, 1e-9 * stroke), 2 * low)
-    count = int(min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS))
-    count = next_fast_len(count, real=True)
-    place = np.minimum((angle - angle.min()) / stroke * count, count - 1).astype(int)
-    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * count // 2 + 1)
+    finest = min(np.ceil(BINS * stroke * high / (2 * np.pi)), len(angle) * BINS)
+    place, coarsest = (angle - angle.min()) / stroke, min(SHOWN**2, finest)
+    orders = 2 * np.pi / (FINER * stroke) * np.arange(FINER * int(finest) // 2 + 1)
     clear = np.zeros(len(orders))
     for octave in range(int(np.ceil(np.log2(high / low)))):
         first = low * 2.0**octave
-        part = (orders >= first) & (orders < min(2 * first, high))
+        a, b = np.searchsorted(orders, (first, min(2 * first, high)))
+        # the lower the octave, the fewer bins show it
+        wanted = 4 * BINS * stroke * first / (2 * np.pi)
+        count = next_fast_len(int(np.clip(wanted, coarsest, finest)), real=True)
+        bins = np.minimum(place * count, count - 1).astype(int)
         weights = smoothed(2**0.5 * first * rate * window / (2 * np.pi))
-        filled = np.bincount(place, weights**2, count)
+        filled = np.bincount(bins, weights**2, count)
         if np.minimum(filled, 1.0).sum() < SHOWN:
             break
-        level = np.bincount(place, weights * left, count) / np.maximum(filled, 1.0)
+        level = np.bincount(bins, weights * left, count) / np.maximum(filled, 1.0)
         # beside noise of one size in all rows
         size = np.linalg.norm(filled**0.5 / np.maximum(filled, 1.0))
-        clear[part] = np.abs(rfft(level, FINER * count))[part] / size
+        clear[a:b] = np.abs(rfft(level, FINER * count)[a:b]) / size
     there = np.flatnonzero(clear)
     best = there[np.argsort(-clear[there])[:most]]
     return sorted(float(order) for order in orders[best]), -(-len(there) // FINER)

@@ -121,6 +121,16 @@ class Rows:
         return np.asarray(self.torque_rms / self.made.noise.scale)
 
     @cached_property
+    def angles(self) -> Array:
+        """Smoothed angles (R, n)."""
+        return self.raw([b.smooth(b.run.motion.theta) for b in self.made.blocks])
+
+    @cached_property
+    def rates(self) -> Array:
+        """Smoothed rates (R, n)."""
+        return self.raw([b.smooth(b.run.motion.thetad) for b in self.made.blocks])
+
+    @cached_property
     def runs(self) -> list[slice]:
         """Rows of each run."""
         edges = np.cumsum([0, *(int(good.sum()) for good in self.made.kept)])

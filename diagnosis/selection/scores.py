@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from flexhex.diagnosis.selection.evidence import (
     evidences,
     free,
     log_evidence,
-    products,
     tried,
     turned_to,
 )
@@ -106,7 +105,7 @@ def effect_score(
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
-    columns = hypotheses.shaped(effect, effect.shapes[shape]).columns()
+    columns = hypotheses.columns(effect, effect.shapes[shape])
     torque = {i: own @ gains for i, own in columns.raw.items()}
     rows = moments.rows
     cross = moments.pulled({i: rows.across(own @ gains) for i, own in columns.white.items()})
@@ -163,10 +162,10 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
     negative."""
     effect = score.hypothesis
     assert isinstance(effect, EffectHypothesis)
-    columns = hypotheses.shaped(effect, effect.shapes[score.shape]).columns()
+    columns = hypotheses.columns(effect, effect.shapes[score.shape])
     there = [k for k in range(effect.width) if k not in score.still]
     raw, white = ({i: v[:, there] for i, v in of.items()} for of in (columns.raw, columns.white))
-    return Term(raw, white, free(moments, effect)[score.shape][there])
+    return Term(raw, white, free(moments, effect, effect.beside(moments))[score.shape][there])
 
 
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
@@ -185,19 +184,20 @@ def generic_score(
     """Something without a name, of any of these kinds and sizes, on left-out folds."""
     rows, total = moments.rows, dict[Left, float]()
     best, size, priors = listed[0].columns, 0.0, [size**-2.0 for size in sizes]
+    beside = [kind.columns.beside(moments) for kind in listed]
     for left in [None, *rows.folds]:
         evidence = list[float]()
-        for kind in listed:
-            fit, found = moments.fit(left), products(moments, kind.columns, left)
-            moved = fit.solve(found.cross)
-            S, r = found.own[0] - found.cross.T @ moved, found.right - found.cross.T @ fit.q
+        for kind, products in zip(listed, beside, strict=True):
+            fit, (cross, right, own) = moments.fit(left), products.without(left)
+            moved = fit.solve(cross)
+            S, r = own[0] - cross.T @ moved, right - cross.T @ fit.q
             for way in kind.ways:
                 values, turned, vectors = turned_to(way.T @ S @ way, way.T @ r)
                 evidence += [log_evidence(values, turned, prior) for prior in priors]
                 if left is None and max(evidence[-len(priors) :]) == max(evidence):
                     prior = priors[int(np.argmax(evidence[-len(priors) :]))]
                     gains = way @ vectors @ (turned / (values + prior))
-                    torque = {i: raw @ gains for i, raw in kind.columns.columns().raw.items()}
+                    torque = {i: raw @ gains for i, raw in kind.raw.items()}
                     best, size = kind.columns, size_of(moments, -(moved @ gains), torque)
         total[left] = float(logsumexp(evidence) - np.log(len(evidence)))
     return Score(best, total[None], np.array([total[fold] for fold in rows.folds]), size)
@@ -207,7 +207,7 @@ def change_scores(
     moments: Moments, changes: Iterable[ChangedParameter], criteria: Criteria
 ) -> list[Score]:
     """Parameters that may leave their tolerances, on left-out folds; not those whose values no
-    machine can have."""
+    machine can have. What gains nothing has no size."""
     lefts, nb = [None, *moments.rows.folds], moments.rows.nb
     grams = {left: moments.gram(left) for left in lefts}
     moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
@@ -230,8 +230,8 @@ def change_scores(
                 possible = change.possible(own)
         if not possible:
             continue
-        without = np.array([total[fold] for fold in moments.rows.folds])
-        score = Score(change, total[None], without, 0.0)
-        size = float((moments.sizes(step) / moments.rows.torque_rms).max())
-        found.append(replace(score, size=size))
+        without, size = np.array([total[fold] for fold in moments.rows.folds]), 0.0
+        if total[None] > 0:
+            size = float((moments.sizes(step) / moments.rows.torque_rms).max())
+        found.append(Score(change, total[None], without, size))
     return found

@@ -18,10 +18,8 @@ def swept(share: float) -> Any:
     """Rows of one axis; this share of them is slow [0.5 rad/s], the others are fast [20 rad/s]."""
     angle = np.linspace(0.0, STROKE, 8000)
     rate = np.where(np.arange(len(angle)) < share * len(angle), 0.5, 20.0)
-    motion = SimpleNamespace(theta=angle[:, None], thetad=rate[:, None])
-    block = SimpleNamespace(smooth=lambda x: x, run=SimpleNamespace(motion=motion))
-    made = SimpleNamespace(base=SimpleNamespace(window=WINDOW), blocks=[block])
-    return SimpleNamespace(made=made, raw=np.concatenate)
+    made = SimpleNamespace(base=SimpleNamespace(window=WINDOW))
+    return SimpleNamespace(made=made, angles=angle[:, None], rates=rate[:, None])
 
 
 @pytest.mark.parametrize(
@@ -32,7 +30,7 @@ def swept(share: float) -> Any:
 def test_wave_is_tried_where_slow_rows_show_it(share: float, shown: bool) -> None:
     """At 20 rad/s the window averages 6 of its periods, and nothing but noise is left."""
     rows, order = swept(share), 100.0
-    angle, rate = (v[:, 0] for v in vars(rows.made.blocks[0].run.motion).values())
+    angle, rate = rows.angles[:, 0], rows.rates[:, 0]
     passing = smoothed(order * rate * WINDOW / (2 * np.pi))
     left = passing * np.cos(order * angle) + 0.02 * np.random.default_rng(1).normal(size=len(angle))
     orders, _ = promising_orders(rows, 0, left, TRIED)
@@ -52,6 +50,5 @@ def test_share_that_a_window_leaves_is_its_transform() -> None:
 
 def test_few_places_show_no_wave() -> None:
     rows = swept(1.0)
-    motion = rows.made.blocks[0].run.motion
-    motion.theta, motion.thetad = motion.theta[::200], motion.thetad[::200]
-    assert promising_orders(rows, 0, np.cos(3.0 * motion.theta[:, 0]), TRIED) == ([], 0)
+    rows.angles, rows.rates = rows.angles[::200], rows.rates[::200]
+    assert promising_orders(rows, 0, np.cos(3.0 * rows.angles[:, 0]), TRIED) == ([], 0)

@@ -21,7 +21,6 @@ from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
 from flexhex.diagnosis.selection.hypothesis import (
-    Columns,
     EffectHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Moments
@@ -47,8 +46,8 @@ def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
 
 def effect_of(columns: Array) -> EffectHypothesis:
     """An effect of one shape with these columns (R, k)."""
-    low, own = np.full(columns.shape[1], -np.inf), Columns({0: columns}, {0: columns})
-    return EffectHypothesis("any", 0, ({},), lambda: own, (0,), low, 1, "", False, 1)
+    low = np.full(columns.shape[1], -np.inf)
+    return EffectHypothesis("any", 0, ({},), lambda _: {0: columns}, (0,), low, 1, "", False, 1)
 
 
 def log_density(y: Array, columns: Array, variance: Array) -> float:

@@ -1,0 +1,40 @@
+"""Products of an effect's columns with a model's, fold by fold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.selection.moments import Left, Term
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Products:
+    """Of each fold, of whitened columns with a model's (folds, m, shapes * k), with the torque
+    (folds, shapes * k) and with each other (folds, shapes, k, k)."""
+
+    folds: Sequence[int]
+    cross: Array
+    right: Array
+    own: Array
+
+    def without(self, left: Left) -> tuple[Array, Array, Array]:
+        """Sums of all folds but one."""
+        kept = [fold != left for fold in self.folds]
+        cross, right, own = (v[kept].sum(axis=0) for v in (self.cross, self.right, self.own))
+        return cross, right, own
+
+
+@dataclass(eq=False)
+class Known:
+    """Products of the columns of one shape that are known already: with the base model's columns,
+    with the torque, with each other, of each fold; with those of each term (folds, k', k)."""
+
+    base: tuple[Array, Array, Array] | None = None
+    terms: WeakKeyDictionary[Term, Array] = field(default_factory=WeakKeyDictionary)
