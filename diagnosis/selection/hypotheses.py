@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.payloads import GROUP
+from flexhex.diagnosis.selection.feedback import with_feedback
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -45,7 +46,8 @@ class Hypotheses:
     """All hypotheses beside a calibrated base model; columns are made when asked for, and kept."""
 
     def __init__(self, bench: Bench, rows: Rows) -> None:
-        self.bench, self.rows, self.moments = bench, rows, Moments(rows)
+        self.bench, self.rows = bench, rows
+        self.moments = with_feedback(Moments(rows))
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}

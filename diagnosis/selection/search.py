@@ -24,7 +24,6 @@ from flexhex.diagnosis.selection.choose import (
     one_cause,
     parameter_scores,
     passes,
-    unrepeated,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.evidence import together
@@ -53,16 +52,15 @@ class Selection:
 
     explained: relative RMS, on each axis, of the torque of all effects together beyond what the
     base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
-    something without a name beside all that was accepted; unsure: nats below which it may be noise,
-    by axis; instead: of an axis something without a name that predicts better than all that was
-    accepted there. bench: of the base model with the payloads that were found.
+    something without a name beside all that was accepted; instead: of an axis something without a
+    name that predicts better than all that was accepted there. bench: of the base model with the
+    payloads that were found.
     """
 
     accepted: tuple[Accepted, ...]
     explained: tuple[float, ...]
     arbitrated: bool
     beside: tuple[Score, ...]
-    unsure: Mapping[int | None, float]
     instead: Mapping[int, Score]
     before: tuple[Rest, ...]
     rest: tuple[Rest, ...]
@@ -108,7 +106,6 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
         tuple(beside),
-        unrepeated(moments, search.known()),
         search.instead(),
         before,
         rest_of(moments),
@@ -158,7 +155,7 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            found = chosen(self.moments, self.known(), listed, self.bars, number, self.criteria)
+            found = chosen(self.known(), listed, self.bars, number, self.criteria)
             wanted = self.stale & self._against(found)
             if not wanted:
                 return found, listed
@@ -218,7 +215,7 @@ class Search:
         """Of each axis something without a name that predicts better, in the place of all effects
         that were accepted there, than these do, with the errors of their form: then they only
         imitate it."""
-        unsure, found = unrepeated(self.moments, self.known()), dict[int, Score]()
+        found = dict[int, Score]()
         for axis in range(self.hypotheses.rows.n):
             pairs = zip(self.accepted, self.terms, strict=True)
             own = [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
@@ -227,7 +224,7 @@ class Search:
             terms = [term for _, term in own]
             rest = self.moments.without(*terms)
             other = generic_score(rest, self.hypotheses.generic(axis))
-            gain = together(self.moments, rest, terms) + unsure[axis]
+            gain = together(self.moments, rest, terms)
             gain -= sum(log(score.hypothesis.choices) for score, _ in own)
             error = max(form_error(score, self.criteria) for score, _ in own)
             if not as_good(gain, other.gain, error, self.criteria):
@@ -240,7 +237,7 @@ class Search:
         self.moments = self.moments.without(term)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        found = chosen(self.moments, known, scores, self.bars, before.round, self.criteria)
+        found = chosen(known, scores, self.bars, before.round, self.criteria)
         if found is None:
             return
         again = found.score.effect == before.score.effect

@@ -174,8 +174,8 @@ def nameless(
             criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
         )
         # what repeats is the size of what goes with the motion, too, where it is well known
-        sure, nats = left.deviations > criteria.deviations, max(chance, selection.unsure[axis])
-        goes = selection.arbitrated and beside.gain > nats and shown(beside, criteria)
+        sure = left.deviations > criteria.deviations
+        goes = selection.arbitrated and beside.gain > chance and shown(beside, criteria)
         size = left.size if sure else beside.size if goes else 0.0
         if size > least:
             what = f": it goes with {beside.hypothesis.id}" if goes else ""
