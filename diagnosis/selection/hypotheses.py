@@ -209,8 +209,7 @@ class Hypotheses:
     def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
         """Masses and rotors, with the moments that go with them."""
         known, scale = self.rows.made.known, self.rows.made.scale
-        owned = {p for places in bodies.values() for p in places}
-        rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and p not in owned}
+        rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and "." not in k.name}
         for name, places in {**bodies, **rotors}.items():
             heavy = [p for p in places if known[p].unit in MASSES and scale[p] > 0]
             if any(known[p].positive for p in heavy):
