@@ -70,7 +70,8 @@ def _share_cache(folder: Path) -> None:
 
 def show(number: int, seed: int, machines: int, out: Path) -> Line:
     """One machine from its logs to the closed loop."""
-    began, folder = time.monotonic(), out / f"{number:02d}"
+    # of its own draw: logs of another machine of this number are not to be found there
+    began, folder = time.monotonic(), out / f"{seed}-{machines}" / f"{number:02d}"
     hidden = drawn(seed, number, machines) if number else ()
     own = 100 * seed + number
     machine_file = write_machine(DEFAULT, folder, hidden, own) if number else DEFAULT
