@@ -22,6 +22,7 @@ from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.choose import Accepted, Bars, one_cause, passes
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import ChangedParameter, HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
@@ -66,6 +67,17 @@ def test_body_is_found_where_several_of_its_parameters_changed() -> None:
     assert body.gain > single.gain
 
 
+def test_each_rotor_may_have_another_inertia() -> None:
+    """All together and each alone, whatever group they are in."""
+    known = [Known(f"J_r[{i + 1}]", "kg m2", 0.5, 0.1, "J_r", i) for i in range(2)]
+    hypotheses = Hypotheses.__new__(Hypotheses)
+    made: Any = SimpleNamespace(known=known, scale=np.full(2, LOOSE * 0.1))
+    hypotheses.rows = SimpleNamespace(made=made)  # type: ignore[assignment]
+    heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
+    assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
+    assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / (LOOSE * 0.1)]] * 2
+
+
 def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:
     """An effect that explains more is found first, though its scores are not there yet."""
     rows = SimpleNamespace(n=2)
@@ -75,7 +87,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
     monkeypatch.setattr(search, "payload_score", lambda *_: None)
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
-    monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
+    monkeypatch.setattr(search, "chosen", lambda known, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
     found, _ = search.Search(hypotheses, USUAL).next(1)
