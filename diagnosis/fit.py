@@ -124,15 +124,21 @@ def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
     size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
     weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
     left, found = dict[int, float](), dict[int, Array]()
-    for k in range(-most, most + 1):
+
+    def later(k: int) -> Array:
         y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
-        rows = np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
-        # each axis counts by its own torque
-        unit = np.maximum(rows.std(axis=0), np.finfo(float).tiny)
-        C, v = (B * weight / unit[:, None]).reshape(-1, len(weight)), (rows / unit).ravel()
-        G = C.T @ C + prior + FIRM * np.diag((C**2).sum(axis=0) + 1.0)
-        found[k] = np.linalg.solve(G, C.T @ v)
-        left[k] = float(v @ v - v @ C @ found[k])
+        return np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
+
+    # each axis counts by its own torque
+    unit = np.maximum(later(0).std(axis=0), np.finfo(float).tiny)
+    C = (B * weight / unit[:, None]).reshape(-1, len(weight))
+    own = C.T @ C
+    G = own + prior + FIRM * np.diag(np.diag(own) + 1.0)
+    for k in range(-most, most + 1):
+        v = (later(k) / unit).ravel()
+        right = C.T @ v
+        found[k] = np.linalg.solve(G, right)
+        left[k] = float(v @ v - right @ found[k])
     best = min(left, key=lambda k: (left[k], abs(k)))
     best = best if left[best] < left[0] / 2 else 0
     count = len(nominal)

@@ -24,7 +24,9 @@ OVERLAP = 0.5
 STEPS = 8
 NEAR = 20
 """Samples beside a coarse minimum among which the best is taken."""
-POINTS = 100_000
+POINTS = 20_000
+"""Samples of a run that are compared at most: noise of an encoder, averaged over so many, moves no
+shift."""
 MOVES = 8.0
 """Standard deviations of its noise beyond which a signal moves: noise is no motion."""
 OTHER_UNIT = 20.0
@@ -224,23 +226,23 @@ def _lag(a: Array, b: Array) -> int:
 
 def nearer(a: Channel, b: Channel, shift: float) -> tuple[float | None, float | None]:
     """Step towards the best shift, and the relative difference at this one."""
-    time, other = a.time, b.time
-    inside = a.valid & (time + shift >= other[0] + b.ts) & (time + shift <= other[-1] - b.ts)
-    rows = np.flatnonzero(inside)
-    if len(rows) < 8:
+    every = slice(None, None, max(1, len(a.values) // POINTS))
+    at, other = a.time[every] + shift, b.time
+    inside = a.valid[every] & (at >= other[0] + b.ts) & (at <= other[-1] - b.ts)
+    at, wanted = at[inside], a.values[every][inside]
+    if len(at) < 8:
         return None, None
-    rows = rows[:: max(1, len(rows) // POINTS)]
-    at = time[rows] + shift
-    slope_of = np.gradient(b.values, b.ts, axis=0)
-    moved = np.column_stack([np.interp(at, other, column) for column in b.values.T])
-    slope = np.column_stack([np.interp(at, other, column) for column in slope_of.T])
+    before, moved, after = (
+        np.column_stack([np.interp(t, other, column) for column in b.values.T])
+        for t in (at - b.ts, at, at + b.ts)
+    )
+    slope = (after - before) / (2 * b.ts)
     trust = np.interp(at, other, b.valid.astype(float)) > 0.999
-    apart, slope = (a.values[rows] - moved)[trust], slope[trust]
+    apart, slope, wanted = (v[trust] for v in (wanted - moved, slope, wanted))
     if len(apart) < 8 or not (slope**2).sum() > 0:
         return None, None
     # an offset between passes is no difference of motion
     apart = apart - apart.mean(axis=0)
-    wanted = a.values[rows][trust]
     size = float(np.sqrt(((wanted - wanted.mean(axis=0)) ** 2).mean()))
     step = float((slope * apart).sum() / (slope**2).sum())
     limit = 2 * COARSE
