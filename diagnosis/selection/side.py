@@ -93,10 +93,11 @@ def selected(
             notes.append(f"{torque} and is explained by no effect of the library{left.what}")
         else:
             notes.append(f"{torque} beside what was found: its form is not exact")
+    # where nothing has a name, parameters only imitate what is left
     bodies = [
         a.score.hypothesis.places
         for a in selection.accepted
-        if isinstance(a.score.hypothesis, ChangedParameter)
+        if isinstance(a.score.hypothesis, ChangedParameter) and (kept or not remains)
     ]
     freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
     held = joint(bench, grouped(bench, kept), freed)
