@@ -26,9 +26,8 @@ from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import Case
 from flexhex.ssp.executor import run
 from flexhex.ssp.results import Result
-from tests.conftest import OUT, one_at_a_time
+from tests.conftest import OBJECTS, OUT, one_at_a_time
 from tests.effects.machines import Array, machine_file, on_axes, only, use
-from tests.rooms.loaded import CACHE
 
 REST, MOVING, PERIOD = 1.0, 2.0, 0.03
 IDS = [id for id in on_axes() if compensated(library()[id])]
@@ -124,5 +123,5 @@ def test_fmus_with_all_effects_are_valid(builder: Builder) -> None:
 def test_fmus_with_one_effect_are_valid(id: str, tmp_path: Path) -> None:
     subject = load_machine(machine_file(tmp_path, use(id)))
     for room in ("plant", "filter", "feedforward", "estimator"):
-        fmu = build_room(room, subject, tmp_path, cache=CACHE)
+        fmu = build_room(room, subject, tmp_path, cache=OBJECTS)
         assert not validate_fmu(str(fmu)), room
