@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from flexhex.fmugen import cache as store
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.builder import Builder
@@ -22,6 +23,8 @@ OUT = ROOT / "out" / "test"
 # one cache for the tests, none of the user's; a warning of the compiler fails them
 os.environ.setdefault("FLEXHEX_CACHE", str(ROOT / "out" / "cache"))
 os.environ.setdefault("FLEXHEX_WERROR", "1")
+OBJECTS = store.objects(OUT / "cache")
+"""Object files of whatever C a test compiles as the product does: by content, each of them once."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from flexhex.fmugen import cache as store
 from flexhex.fmugen.container import build_container
 from flexhex.fmugen.container_parts import NAME, Container, Link, Part
 from flexhex.fmus.common.errors import InterfaceError
@@ -49,8 +49,7 @@ def export_container(path: Path, out: Path, platforms: Sequence[str] = ()) -> li
     outside = (*players, *OUTSIDE)
     container = container_of(package, outside)
     out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as cache:
-        built = build_container(container, out, Path(cache), platforms)
+    built = build_container(container, out, store.objects(out / "cache"), platforms)
     system = system_around(package, container)
     beside = []
     for instance in package.instances:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.adapter import toys
 from tests.adapter.slave import Binary, Slave
-from tests.conftest import OUT
+from tests.conftest import OBJECTS
 
 Make = Callable[..., Slave]
 
@@ -17,7 +17,7 @@ Make = Callable[..., Slave]
 @pytest.fixture(scope="session")
 def toy_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """toy.fmu with a sample time of two base steps."""
-    return toys.build(tmp_path_factory.mktemp("toy"), OUT / "cache")
+    return toys.build(tmp_path_factory.mktemp("toy"), OBJECTS)
 
 
 @pytest.fixture(scope="session")

@@ -103,7 +103,7 @@ def draw() -> Callable[[int], Array]:
     return lambda size: generator.uniform(-1.5, 1.5, size)
 
 
-@pytest.mark.sample(8)
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("kind", "room"), CASES)
 def test_rooms_have_the_bits_of_casadis_own_c(

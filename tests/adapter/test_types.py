@@ -15,7 +15,7 @@ from tests.adapter import toys
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.adapter.test_archive import changed
 from tests.adapter.toys import VR
-from tests.conftest import OUT
+from tests.conftest import OBJECTS
 
 MODES = (Item("off", "no output"), Item("single", "u"), Item("double", "2 u"))
 
@@ -30,7 +30,7 @@ def interface() -> Interface:
 @pytest.fixture(scope="module")
 def binary(tmp_path_factory: pytest.TempPathFactory) -> Binary:
     folder = tmp_path_factory.mktemp("typed")
-    path = build_fmu(interface(), toys.functions(), toys.STEP_C, folder, cache=OUT / "cache")
+    path = build_fmu(interface(), toys.functions(), toys.STEP_C, folder, cache=OBJECTS)
     assert validate_fmu(str(path)) == []
     return Binary(path, folder / "unpacked")
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from tests.adapter import toys
-from tests.conftest import OUT
+from tests.conftest import OBJECTS
 
 
 @pytest.fixture(scope="session")
 def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """toy.fmu with a sample time of two base steps."""
-    return toys.build(tmp_path_factory.mktemp("toy"), OUT / "cache")
+    return toys.build(tmp_path_factory.mktemp("toy"), OBJECTS)

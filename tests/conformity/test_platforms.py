@@ -22,7 +22,7 @@ from flexhex.fmugen.rooms import build_room
 from flexhex.fmus.common.errors import BuildError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from tests.adapter import toys
-from tests.conftest import OUT
+from tests.conftest import OBJECTS
 from tests.golden.golden import FOLDER, read
 from tests.golden.test_golden import RECORDED
 
@@ -97,7 +97,7 @@ def test_other_computers_answer_alike(
     machine: Machine, tmp_path: Path, name: str, platform: str
 ) -> None:
     able(platform)
-    fmu = build_room(name, machine, tmp_path, cache=OUT / "cache", platforms=(host(), platform))
+    fmu = build_room(name, machine, tmp_path, cache=OBJECTS, platforms=(host(), platform))
     folder = tmp_path / "unpacked"
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)

@@ -17,14 +17,15 @@ import pytest
 from flexhex.check.binary import make_plan
 from flexhex.check.slave import Instance
 from flexhex.check.subject import Subject
-from flexhex.fmugen.compile import SMALL, compile_object, compiler
+from flexhex.fmugen.compile import HIDDEN, SMALL, compile_object, compiler
 from flexhex.fmugen.page import BUILD
 from flexhex.fmugen.rooms import ROOMS
 from tests.conformity.archives import members
+from tests.conftest import OBJECTS
 
 HERE = Path(__file__).parent
 NAMES = (*ROOMS, "machine")
-CACHE = HERE.parents[1] / "out" / "cache" / "static"
+STATIC = ("-DFLEXHEX_STATIC",)
 STRICT = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 STEPS, BASE = 1000, 0.00025
 
@@ -84,9 +85,10 @@ def together(fmu_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[st
         sources = unpack(fmu_dir / f"{name}.fmu", folder / name) / "sources"
         headers = "\0".join(p.read_text() for p in sorted(sources.glob("*.h")))
         for source in sorted(sources.glob("*.c")):
-            more = SMALL if source.name.endswith("_casadi.c") else ()
-            flags = ("-DFLEXHEX_STATIC", *more)
-            objects.append(compile_object(source, headers + name, CACHE, flags))
+            generated = source.name.endswith("_casadi.c")
+            # equations are those of the shared library: they know of nothing else
+            seen, flags = ("", (*HIDDEN, *SMALL)) if generated else (headers + name, STATIC)
+            objects.append(compile_object(source, seen, OBJECTS, flags))
     for source in (HERE / "all.c", HERE.parent / "adapter" / "arena.h"):
         shutil.copyfile(source, folder / source.name)
     headers = f"-I{folder / 'plant' / 'sources'}"

@@ -17,7 +17,7 @@ from flexhex.fmugen.rooms import ROOMS, build_room
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from tests.conformity.test_sources import HERE, run, unpack
-from tests.conftest import OUT, ROOT
+from tests.conftest import OBJECTS, ROOT
 from tests.effects.machines import everything
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror")
@@ -44,7 +44,7 @@ def sources(kind: str, name: str, fmu_dir: Path, folder: Path) -> Path:
     """Folder with the C files of an FMU and the program that steps it."""
     fmu = fmu_dir / f"{name}.fmu"
     if kind != "nominal":
-        fmu = build_room(name, machine_of(kind), folder, cache=OUT / "cache")
+        fmu = build_room(name, machine_of(kind), folder, cache=OBJECTS)
     unpacked = unpack(fmu, folder) / "sources"
     for source in (HERE / "all.c", HERE.parent / "adapter" / "arena.h"):
         shutil.copyfile(source, unpacked / source.name)

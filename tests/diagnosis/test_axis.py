@@ -31,6 +31,7 @@ def said(friction: float, runs: tuple[tuple[int, int], ...]) -> Diagnosis:
 TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("friction", [0.12, 0.02])
 def test_axis_with_bristles_has_dry_friction(friction: float) -> None:
     diagnosis = said(friction, TWICE)

@@ -47,6 +47,7 @@ def test_creeping_offset_is_named_with_its_rate(tmp_path: Path) -> None:
     assert time.value == pytest.approx(TIME, rel=0.3)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("corner", [0.05, 0.5, 5.0])
 def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     rng = np.random.default_rng(11)
@@ -54,6 +55,7 @@ def test_slow_noise_is_no_drift(tmp_path: Path, corner: float) -> None:
     assert found.effects == ()
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", [1, 12])
 def test_random_walk_is_no_drift(tmp_path: Path, seed: int) -> None:
     """Of 2 % of the torque at the end of all runs; the second one looks like a straight line."""

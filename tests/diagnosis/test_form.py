@@ -18,6 +18,7 @@ from flexhex.diagnosis.selection.side import nameless, selected
 from tests.diagnosis.test_selection import RMS, bench_of, moved, names
 
 Array = NDArray[np.float64]
+several = pytest.mark.sample(2, of="errors of form")
 FRICTION = 0.15 * RMS
 WIDTH = len(ARGUMENTS) * PLACES
 
@@ -44,6 +45,7 @@ def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
     assert term.prior.tolist() == pytest.approx([0.0, *[200.0] * WIDTH, 100.0])
 
 
+@several
 def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path) -> None:
     bench = bench_of(tmp_path, worn)
     selection = select(bench)
@@ -53,6 +55,7 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
     assert names(exact) != ["coulomb_friction"] or nameless(exact, USUAL)
 
 
+@several
 def test_a_second_effect_larger_than_the_error_of_the_first_is_named_too(tmp_path: Path) -> None:
     selection = select(
         bench_of(tmp_path, lambda q, v, a: worn(q, v, a) + 0.03 * RMS * np.sin(60.0 * q))
@@ -60,6 +63,7 @@ def test_a_second_effect_larger_than_the_error_of_the_first_is_named_too(tmp_pat
     assert sorted(names(selection)) == ["cogging_harmonic", "coulomb_friction"]
 
 
+@several
 def test_interval_of_a_gain_holds_the_error_of_its_form(tmp_path: Path) -> None:
     """The friction's mean over the motion is not its value in the middle of the stroke."""
     side = selected(bench_of(tmp_path, worn), (), lambda text: None)

@@ -14,6 +14,7 @@ from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]
+several = pytest.mark.sample(3, of="forms of friction")
 OPTIONS = Options(base="axis")
 RUNS = ((1, 1), (1, 2), (2, 1), (2, 2), (3, 1), (3, 2))
 """Motion and pass; the last motion is judged on."""
@@ -33,6 +34,7 @@ def said(folder: Path, friction: Callable[[Array], Array], steps: float = 1e-6) 
     return diagnose(paths[:4], paths[4:], options=OPTIONS)
 
 
+@several
 def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
     """It turns over within less than a sample: no angle of presliding is to be seen."""
     found = said(tmp_path, lambda rate: F * np.tanh(rate / 0.002))
@@ -43,6 +45,7 @@ def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
     assert after < 1.1 * floor
 
 
+@several
 def test_friction_of_a_gear_grows_with_its_load(tmp_path: Path) -> None:
     """Teeth that lose 3 % of the torque, beside bearings that lose always the same: two effects."""
     paths = []
@@ -58,6 +61,7 @@ def test_friction_of_a_gear_grows_with_its_load(tmp_path: Path) -> None:
     assert not (*first.rivals, *second.rivals)
 
 
+@several
 def test_lopsided_friction_is_one_friction(tmp_path: Path) -> None:
     """A second one beside it, of the other sign, would follow what is left of it."""
 
@@ -69,6 +73,7 @@ def test_lopsided_friction_is_one_friction(tmp_path: Path) -> None:
     assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.05)
 
 
+@several
 def test_peak_of_slow_motion_is_found_with_its_rate(tmp_path: Path) -> None:
     found = said(tmp_path, lambda rate: F * np.sign(rate) * (1 + np.exp(-((rate / 0.2) ** 2))))
     (effect,) = found.effects
@@ -79,6 +84,7 @@ def test_peak_of_slow_motion_is_found_with_its_rate(tmp_path: Path) -> None:
     assert values["v_s"] == pytest.approx(0.2, rel=0.2)
 
 
+@several
 def test_noise_of_the_angles_is_no_way_that_friction_forgets(tmp_path: Path) -> None:
     """10 microradians of noise go 10 mrad in a second; Stribeck's law seemed the better for it."""
     (effect,) = said(tmp_path, lambda rate: F * np.tanh(rate / 0.002), steps=5e-6).effects

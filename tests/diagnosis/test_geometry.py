@@ -62,6 +62,7 @@ def torque(arm: Arm, motion: Motion, p: Array) -> Array:
     return RigidArmBase(arm, TS).torque(motion, p)
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("name", ERRORS)
 def test_column_of_an_arm_is_the_difference_of_its_torques(name: str) -> None:
     base, rng = RigidArmBase(HEAVY, TS), np.random.default_rng(0)

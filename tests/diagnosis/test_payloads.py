@@ -39,6 +39,9 @@ Torque = Callable[[int, int], Array | float]
 """Further torque of a motion and a pass."""
 
 
+several = pytest.mark.sample(2, of="payloads of several kinds")
+
+
 def carried(motion: int, mass: float = MASS) -> Array:
     """Torque (samples,) [N m] of a payload on the axis."""
     theta, _, acceleration = moved(CLOCK, motion)
@@ -70,6 +73,7 @@ def within(change: Changed, value: float) -> bool:
     return low <= value <= high
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("heavy", [(2, 4), (1, 3), (1, 2, 4)], ids=str)
 def test_payload_on_some_passes_is_found_with_its_runs(
     heavy: tuple[int, ...], tmp_path: Path
@@ -114,6 +118,7 @@ def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
     assert within(found.changed[0], MASS * ARM**2)
 
 
+@several
 def test_trajectories_of_one_load_alone_are_sorted_too(tmp_path: Path) -> None:
     """About their own mean all of their passes are alike."""
     paths = on_axis(tmp_path, lambda m, k: carried(m) * (m == 2 or (m == 3 and k > 2)))
@@ -122,6 +127,7 @@ def test_trajectories_of_one_load_alone_are_sorted_too(tmp_path: Path) -> None:
     assert [Path(run).stem for run in runs] == heavy
 
 
+@several
 def test_two_payloads_are_two(tmp_path: Path) -> None:
     """The second one stands on the first one."""
     sizes = {1: 0.0, 2: 0.0, 3: 1.0, 4: 1.6}
@@ -133,6 +139,7 @@ def test_two_payloads_are_two(tmp_path: Path) -> None:
     assert within(second, 0.6 * MASS * ARM**2)
 
 
+@several
 def test_three_levels_at_even_distances_are_told_apart(tmp_path: Path) -> None:
     """No cut in two stands out among them."""
     sizes = {1: 0.0, 2: 1.0, 3: 1.0, 4: 2.0}
@@ -192,6 +199,7 @@ def test_feedback_answers_noise_beside_a_payload_that_leaves_no_repeats(
     assert bool(with_feedback(Moments(Rows.of(made))).terms) == heavy
 
 
+@several
 def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), motions=3)
     found = answer(paths[:8], paths[8:])
@@ -236,6 +244,7 @@ def test_payload_of_an_arm_has_mass_and_centre(planar: str, tmp_path: Path) -> N
     assert [Path(run).stem for run in changed["payload"].runs] == ["12", "14", "22", "24"]
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("said", ["0.8", "0.824"], ids=["right", "3 % off"])
 def test_announced_payload_of_an_arm_is_no_effect(said: str, planar: str, tmp_path: Path) -> None:
     found = answer(arm_logs(tmp_path, said), base=planar)

@@ -21,6 +21,7 @@ from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
 
+several = pytest.mark.sample(2, of="several effects of an axis")
 ORDERS = (29.0, 58.0, 87.0, 116.0, 145.0)
 
 
@@ -30,6 +31,7 @@ def orders(selection: Selection) -> list[float]:
     return sorted(order for order in found if order is not None)
 
 
+@several
 def test_all_harmonics_of_an_axis_are_named(tmp_path: Path) -> None:
     """With their common torque, and nothing else."""
     selection = chosen(tmp_path, lambda q, v, a: 0.01 * RMS * sum(np.sin(n * q) for n in ORDERS))
@@ -41,6 +43,7 @@ def test_all_harmonics_of_an_axis_are_named(tmp_path: Path) -> None:
     assert 0.6 * whole < selection.explained[0] < 1.05 * whole
 
 
+@several
 def test_first_of_two_waves_that_are_close_is_revised(tmp_path: Path) -> None:
     """Alone it stands in for both, with an order between them."""
     selection = chosen(
@@ -49,6 +52,7 @@ def test_first_of_two_waves_that_are_close_is_revised(tmp_path: Path) -> None:
     np.testing.assert_allclose(orders(selection), (18.0, 24.0), atol=0.7)
 
 
+@several
 def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
     """Together they explain nearly all of it; one smooth function of the angle says it in fewer
     numbers. A wave itself is said better by its own name."""

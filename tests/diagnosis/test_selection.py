@@ -162,6 +162,7 @@ def test_nothing_is_chosen_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert not nameless(selection, USUAL)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("order", [18.0, 53.0, 211.0])
 def test_cogging_is_named_with_its_order_and_nothing_else(order: float, tmp_path: Path) -> None:
     selection = chosen(tmp_path, lambda q, v, a: 0.01 * RMS * np.sin(order * q + 0.4))
@@ -184,6 +185,7 @@ def test_two_effects_on_one_axis_are_both_named(tmp_path: Path) -> None:
     assert not nameless(selection, USUAL)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     "strange",
     [

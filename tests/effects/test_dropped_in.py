@@ -14,8 +14,8 @@ from flexhex.fmus.common.effects import Effect, Experiment, Gain, check, library
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.parameters import parameters
+from tests.conftest import OBJECTS
 from tests.effects.machines import machine_file
-from tests.rooms.loaded import CACHE
 
 DROPPED_IN = '''
 """A bump in the torque at one angle."""
@@ -71,7 +71,7 @@ def test_user_adds_an_effect_by_one_file(dropped_in: Path, tmp_path: Path) -> No
     bumpy = load_machine(tmp_path / "bumpy.toml")
     assert [p.name for p in parameters(bumpy)[162:]] == ["torque_bump.B[2]", "torque_bump.B[5]"]
     for room in ("filter", "feedforward"):
-        assert not validate_fmu(str(build_room(room, bumpy, tmp_path, cache=CACHE)))
+        assert not validate_fmu(str(build_room(room, bumpy, tmp_path, cache=OBJECTS)))
 
 
 @pytest.mark.parametrize(

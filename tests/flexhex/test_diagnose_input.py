@@ -235,7 +235,7 @@ def test_numbers_that_are_missing_change_no_name(user: User) -> None:
 
 
 def test_torque_constant_that_is_not_used_is_told(user: User) -> None:
-    done = user.call(*user.good, "--torque-constant", "3.0")
+    done = user.call(user.good[0], "--torque-constant", "3.0")
     assert "the torque constant that was given is not used" in shown(done.out)
 
 

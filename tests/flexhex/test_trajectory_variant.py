@@ -103,6 +103,7 @@ def test_joints_are_played_as_they_stand(variants: dict[str, Path], tmp_path: Pa
     assert np.abs(result["feedback.e"]).max() < 2e-4
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_variant_passes_the_checks(variants: dict[str, Path], kind: str) -> None:
     words = [sys.executable, "-m", "flexhex", "check", str(variants[kind])]
@@ -110,6 +111,7 @@ def test_variant_passes_the_checks(variants: dict[str, Path], kind: str) -> None
     assert (done.returncode, done.stdout.strip()[-4:]) == (0, ": ok"), done.stdout + done.stderr
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_fmpy_gives_the_same_bits(variants: dict[str, Path], kind: str) -> None:
     """0.08 s, of which the motion takes 0.06 s: FMPy is slow."""
@@ -120,6 +122,7 @@ def test_fmpy_gives_the_same_bits(variants: dict[str, Path], kind: str) -> None:
     assert np.ptp(rows["reference.r[1]"]) > 1e-5, "nothing moved"
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_libcosim_gives_the_same_bits(variants: dict[str, Path], tmp_path: Path, kind: str) -> None:
     with zipfile.ZipFile(variants[kind]) as archive:
@@ -201,11 +204,11 @@ def test_values_that_would_be_lost_are_refused(hexapod_ssp: Path, tmp_path: Path
         with_trajectory(changed, EXAMPLE, MACHINE_FILE, tmp_path)
 
 
-def test_a_system_without_the_loop_is_refused(
-    variants: dict[str, Path], hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    words = ["export", str(hexapod_ssp), "--container", "--out", str(tmp_path)]
-    assert CliRunner().invoke(app, words).exit_code == 0
-    inside = tmp_path / "hexapod-controller.ssp"
+def test_a_system_without_the_loop_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.ssp"
+    with zipfile.ZipFile(hexapod_ssp) as old, zipfile.ZipFile(other, "w") as new:
+        for name in old.namelist():
+            data = old.read(name)
+            new.writestr(name, data.replace(b'"N_F"', b'"N"') if name.endswith(".ssd") else data)
     with pytest.raises(InterfaceError, match=r"has no component 'N_F': is it a hexapod.ssp\?"):
-        with_trajectory(inside, EXAMPLE, MACHINE_FILE, tmp_path)
+        with_trajectory(other, EXAMPLE, MACHINE_FILE, tmp_path)

@@ -79,6 +79,7 @@ def held(bench: Bench, constant: float, mass: float, *more: object) -> Ran:
     return free(bench, options, command=(*TORQUE, *POWER, *more)).ran
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("constant", [3.0, 3.0 / math.sqrt(2)])
 def test_torque_constant_is_found_by_a_mass(
     constant: float, hexapod_ssp: Path, tmp_path: Path

@@ -152,6 +152,7 @@ LOST, AFTER = 'kind = "frame_lost"', '\nacting = "after"'
 OFTEN = "\ncount = 0\nprobability = "
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(
     ("name", "fault", "seconds"),
     [

@@ -25,6 +25,7 @@ LATE: dict[str, tuple[str, list[int], Callable[[str], bool]]] = {
 }  # fmt: skip
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", LATE)
 def test_fault_in_the_landing_of_a_good_run_is_judged(
     name: str, hexapod_ssp: Path, tmp_path: Path, falls: Table
@@ -46,6 +47,7 @@ GO_ON = {
 }
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("name", GO_ON)
 def test_bad_cable_from_lift_off_to_landing_stops_nothing(
     name: str, hexapod_ssp: Path, tmp_path: Path, falls: Table

@@ -13,6 +13,7 @@ from tests.gateway.bench import Bench
 from tests.gateway.cargo import GATEWAY
 from tests.gateway.fault_table import MARGINS, Margin, Table
 from tests.gateway.weight import free
+from tests.sampling import draw
 
 SEEDS = (1, 2, 3)
 SECONDS = 10.0
@@ -65,12 +66,15 @@ def margins(request: pytest.FixtureRequest) -> Table:
     return Table(bool(request.config.getoption("--update")), MARGINS)
 
 
-@pytest.mark.sample(1)
 def test_good_runs_stay_away_from_the_limits(
     machine_ssp: Path, tmp_path: Path, margins: Table
 ) -> None:
-    """Noise, friction and cogging of the simulated real machine, with lift-off and landing."""
-    adaptive = [shares(machine_ssp, tmp_path, {}, seed) for seed in SEEDS]
+    """Noise, friction and cogging of the simulated real machine, with lift-off and landing.
+
+    The table is of all seeds.
+    """
+    seeds = draw(SEEDS, 1, "noise of good runs")
+    adaptive = [shares(machine_ssp, tmp_path, {}, seed) for seed in seeds]
     fixed = shares(machine_ssp, tmp_path, NEVER, SEEDS[0])
     none = NEVER | dict.fromkeys([f"K.{name}" for name in estimates(machine_ssp)], 0.0)
     unjudged = ("feedback_torque_N_m = 0.6", "feedback_torque_N_m = 0.0")
@@ -81,7 +85,8 @@ def test_good_runs_stay_away_from_the_limits(
         most = {k: max(run.get(rule, 0.0) for run in adaptive) for k in adaptive[0]}.get(rule)
         cells = [most, fixed.get(rule), alone.get(rule)]
         rounded = tuple(None if cell is None else round(100 * cell) for cell in cells)
-        margins.add(Margin(rule, f"{config[table][key]:g} {unit}", rounded))
+        if len(seeds) == len(SEEDS):
+            margins.add(Margin(rule, f"{config[table][key]:g} {unit}", rounded))
         seen += sum(share is not None for share in rounded)
         # feedback alone has a large error by design
         assert all(share <= HALF for share in rounded[:2] if share is not None), (rule, rounded)

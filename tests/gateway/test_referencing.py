@@ -73,6 +73,7 @@ def test_run_with_these_offsets_tracks_as_with_the_right_ones(
     assert max(fallen.ran.one("summary")["largest_error_rad"]) < 0.01
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize(
     ("change", "why"),
     [
@@ -93,6 +94,7 @@ def test_what_is_no_stop_is_refused_and_lands(
     fallen.ends_at_rest(0)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("cycle", [1000, 2000, 3200, 9000])
 def test_frozen_encoder_is_no_stop(
     cycle: int, hexapod_ssp: Path, tmp_path: Path, falls: Table

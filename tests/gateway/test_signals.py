@@ -59,6 +59,7 @@ ASKED = (
 )
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("asked", ASKED, ids=lambda asked: asked.name)
 def test_signal_lands_the_machine(
     asked: Asked, hexapod_ssp: Path, tmp_path: Path, falls: Table
@@ -135,6 +136,7 @@ KILLED = (
 )
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("killed", KILLED, ids=lambda killed: killed.name)
 def test_killed_gateway_falls_braked(
     killed: Killed, hexapod_ssp: Path, tmp_path: Path, falls: Table

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,27 @@ TS = 0.00025
 
 @dataclass(frozen=True)
 class Fallen:
-    """A run, and what the machine did from enabling to rest: (cycles, 6)."""
+    """A run, and the log of what the machine did from enabling to rest."""
 
     ran: Ran
-    theta: Rows
-    tau: Rows
+    log: Path
+
+    @cached_property
+    def _table(self) -> dict[str, Rows]:
+        """Its columns, which take longer to read than a short run takes; none without a frame."""
+        return columns(self.log) if self.log.stat().st_size > 1000 else {}
 
     @property
+    def theta(self) -> Rows:
+        """Angles (cycles, 6) [rad]."""
+        return self._table.get("theta", np.empty((0, 6)))
+
+    @property
+    def tau(self) -> Rows:
+        """Torques (cycles, 6) [N m] that the drives were sent."""
+        return self._table.get("tau", np.empty((0, 6)))
+
+    @cached_property
     def speed(self) -> Rows:
         """Largest speed of the axes in each cycle, mean over 1 ms [rad/s]."""
         moved = np.abs(self.theta[4:] - self.theta[:-4]).max(axis=1)
@@ -122,9 +137,8 @@ def free(
     **more: Any,
 ) -> Fallen:
     """A run against a machine that nothing holds; resting: time before the first frame [s]."""
-    log = bench.folder / "drives.csv"
+    # one file for each run: what an earlier one did may be read after a later one
+    log = bench.folder / f"drives-{len(list(bench.folder.glob('drives-*.csv')))}.csv"
     text = f'log = "{log}"\nplant.resting_s = {resting}\ndrives.braking = {braking}\n'
     ran = bench.run(options=text + options, changes=changes, **more)
-    table = columns(log) if Path(log).stat().st_size > 1000 else {}
-    none = np.empty((0, 6))
-    return Fallen(ran, table.get("theta", none), table.get("tau", none))
+    return Fallen(ran, log)

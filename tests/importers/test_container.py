@@ -15,6 +15,7 @@ from flexhex.fmugen.container_parts import Link
 from flexhex.fmugen.container_table import parts_header
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.read import read_ssp
+from tests.conftest import OBJECTS
 from tests.importers.loop import BASE
 from tests.ssp import toys
 from tests.typed import outputs_of, values_of
@@ -32,7 +33,7 @@ def contained(
     """
     system = toys.ring(limit)
     package = read_ssp(toys.pack(system, folder))
-    path = build_container(container_of(package, ("src",), SHOWN), folder / "one", folder / "cache")
+    path = build_container(container_of(package, ("src",), SHOWN), folder / "one", OBJECTS)
     description, unpacked = fmpy.read_model_description(str(path)), fmpy.extract(str(path))
     fmu = FMU2Slave(
         guid=description.guid,

@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmugen import codegen, sources
-from flexhex.fmugen.compile import LOOPS, compile_object, link_shared, strict
+from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, compile_object, link_shared, strict
 from flexhex.fmugen.fmu import RUNTIME
 from flexhex.fmugen.rooms import room_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
+from tests.conftest import OBJECTS
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
-CACHE = ROOT / "out" / "cache" / "rooms"
 _START = ctypes.CFUNCTYPE(
     ctypes.c_bool, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p,
     ctypes.c_size_t,
@@ -118,8 +118,8 @@ def machine() -> Machine:
 
 @cache
 def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, Interface]:
-    """Shared library and interface of a room, compiled as the FMU's own sources are; only its
-    symbols are not hidden, since they are called here. flags: for step.c."""
+    """Shared library and interface of a room, compiled as the FMU's own sources are; only the
+    symbols of step.c are not hidden, since they are called here. flags: for step.c."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
     interface, functions = room_interface(room, of), equations.functions(of)
     step = step_file(room)
@@ -131,16 +131,15 @@ def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, In
         f"{room}_casadi.c": codegen.casadi_source(functions, room, room),
     }
     headers = "\0".join(text for name, text in texts.items() if name.endswith(".h"))
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=CACHE) as folder:
+    with tempfile.TemporaryDirectory(dir=OBJECTS) as folder:
         work = Path(folder)
         for name, text in texts.items():
             (work / name).write_text(text, encoding="utf-8")
         objects = [
-            compile_object(work / f"{room}_casadi.c", "", CACHE),
-            compile_object(work / f"{room}_step.c", headers, CACHE, (*LOOPS, *strict(), *flags)),
+            compile_object(work / f"{room}_casadi.c", "", OBJECTS, (*HIDDEN, *SMALL)),
+            compile_object(work / f"{room}_step.c", headers, OBJECTS, (*LOOPS, *strict(), *flags)),
         ]
-        library = CACHE / ("-".join(path.stem for path in objects) + ".so")
+        library = OBJECTS / ("-".join(path.stem for path in objects) + ".so")
         return link_shared(objects, library), interface
 
 

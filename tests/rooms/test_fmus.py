@@ -16,7 +16,8 @@ import pytest
 from fmpy.fmi2 import FMU2Slave
 
 from flexhex.fmugen.rooms import ROOMS, build_room
-from tests.rooms.loaded import CACHE, Array, Struct, load, machine
+from tests.conftest import OBJECTS
+from tests.rooms.loaded import Array, Struct, load, machine
 from tests.typed import outputs_of, values_of
 
 STARTS: dict[str, dict[str, float]] = {"reference": {"t_start": 0.00025}}
@@ -87,7 +88,7 @@ def compare(slave: Any, room: str, ticks: int) -> None:
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("room", ROOMS)
 def test_fmu_equals_its_room_also_after_reset(room: str, tmp_path: Path) -> None:
-    fmu = build_room(room, machine(), tmp_path / "fmu", STARTS.get(room, {}), cache=CACHE)
+    fmu = build_room(room, machine(), tmp_path / "fmu", STARTS.get(room, {}), cache=OBJECTS)
     with running(fmu, tmp_path / "unzipped") as slave:
         compare(slave, room, ticks=12)
         slave.reset()

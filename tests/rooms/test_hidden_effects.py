@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from flexhex.fmugen.compile import compile_object, link_shared
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.machine.truth import KINDS, WIDTH, Hidden, load_truth
-from tests.conftest import MACHINE_FILE
-from tests.rooms.loaded import CACHE, ROOT
+from tests.conftest import MACHINE_FILE, OBJECTS, ROOT
 
 Array = NDArray[np.float64]
 TS, N = 0.00025, 6
@@ -49,11 +48,10 @@ AXIS = 2
 @pytest.fixture(scope="module")
 def library() -> ctypes.CDLL:
     header = ROOT / "fmus" / "machine" / "hidden_effects.h"
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=CACHE) as folder:
+    with tempfile.TemporaryDirectory(dir=OBJECTS) as folder:
         source = Path(folder) / "hidden.c"
         source.write_text(WRAPPER.format(header=header), encoding="utf-8")
-        made = compile_object(source, header.read_text(encoding="utf-8"), CACHE)
+        made = compile_object(source, header.read_text(encoding="utf-8"), OBJECTS)
         return ctypes.CDLL(str(link_shared([made], Path(folder) / "hidden.so")))
 
 

@@ -15,6 +15,7 @@ from flexhex.fmugen.fmu import build_fmu
 from flexhex.fmus.common.interface import Interface, Item, Variable
 from flexhex.ssp.system import BASE_STEP, Component, System
 from flexhex.ssp.write import write_ssp
+from tests.conftest import OBJECTS
 
 SOURCE_C = """#include <math.h>
 #include <string.h>
@@ -130,7 +131,7 @@ def build(interface: Interface, folder: Path) -> Path:
     step = folder / "rooms" / room / "step.c"
     step.parent.mkdir(parents=True, exist_ok=True)
     step.write_text(SOURCE_C if room == "source" else RELAY_C)
-    return build_fmu(interface, [], step, folder)
+    return build_fmu(interface, [], step, folder, cache=OBJECTS)
 
 
 def chain(*steps: int) -> System:

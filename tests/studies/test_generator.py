@@ -99,7 +99,7 @@ def test_trajectory_stays_within_stroke_and_knows_its_derivatives(kind: str) -> 
     assert_close(np.gradient(v, t, axis=1)[:, inner], a[:, inner], atol=0.05)
 
 
-@pytest.mark.sample(8)
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("id", ALL)
 def test_effect_reaches_the_torque_at_its_size(id: str) -> None:
     """What is logged, less the base model at the logged motion and the disturbance, is the gap,

@@ -17,6 +17,8 @@ const MOST_FRAMES: usize = 16;
 const LONGEST_SLEEP: Duration = Duration::from_millis(100);
 /// Delay [base steps] beyond which steps are skipped rather than caught up.
 const LONGEST_BACKLOG: i64 = 4000;
+/// Longest time [s] in which a plant that nothing holds comes to rest at the end.
+const LONGEST_END: f64 = 5.0;
 
 extern "C" fn stop(_: libc::c_int) {
     STOP.store(true, Ordering::Relaxed);
@@ -95,7 +97,7 @@ impl Run {
     /// At the end a plant that nothing holds comes to rest, after the watchdogs.
     fn come_to_rest(&mut self) -> Result<(), Error> {
         if self.machine.cycle().is_some() {
-            let time = self.options.plant.resting_s.unwrap_or(0.0);
+            let time = self.options.plant.resting_s.unwrap_or(0.0).min(LONGEST_END);
             (0..self.machine.steps(time)).try_for_each(|_| self.machine.advance(0))?;
         }
         Ok(())

@@ -30,6 +30,7 @@ def carts(folder: Path, loaded: tuple[int, ...], seeds: tuple[int, ...]) -> Iden
     return identify(paths, options=Options(str(file)))
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("loaded", [(3,), (2, 3), (1, 2, 3)])
 def test_the_runs_that_carry_it_are_named_with_its_mass(
     tmp_path: Path, loaded: tuple[int, ...]
