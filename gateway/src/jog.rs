@@ -2,13 +2,14 @@
 
 use clap::Args;
 use flexhex_system::System;
+use std::fmt::{self, Display, Formatter};
 use std::io::BufRead;
 use std::sync::mpsc::{sync_channel, SyncSender};
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
-use crate::poses::{angles, within};
+use crate::poses::{angles, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
 use crate::session::PowerArgs;
@@ -35,6 +36,32 @@ pub struct Jog {
     /// Largest step of an axis in rad.
     #[arg(long, value_name = "RAD", default_value_t = 0.05)]
     largest: f64,
+}
+
+/// Why a line is no order that is followed.
+#[derive(Debug, PartialEq)]
+enum LineError {
+    Unknown(String),
+    /// Larger than `--largest` [rad].
+    Large {
+        by: f64,
+        largest: f64,
+    },
+    Pose(PoseError),
+}
+
+impl Display for LineError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            LineError::Unknown(line) => {
+                write!(f, "{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`")
+            }
+            LineError::Large { by, largest } => {
+                write!(f, "{by} rad: allowed at most {largest} rad (--largest)")
+            }
+            LineError::Pose(why) => why.fmt(f),
+        }
+    }
 }
 
 /// Lift off, move as the lines of standard input say, land; the exit code of the command.
@@ -67,33 +94,38 @@ fn listen(reporter: Reporter, config: &Config, largest: f64, orders: &SyncSender
                     return;
                 }
             }
-            Err(why) => reporter.mark(false, &why),
+            Err(why) => reporter.mark(false, &why.to_string()),
         }
     }
 }
 
 /// The order of a line, from a pose.
-fn order(line: &str, pose: &[f64; AXES], config: &Config, largest: f64) -> Result<Order, String> {
-    let unknown = || format!("{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`");
+fn order(
+    line: &str,
+    pose: &[f64; AXES],
+    config: &Config,
+    largest: f64,
+) -> Result<Order, LineError> {
+    let unknown = || LineError::Unknown(line.to_owned());
     let mut words = line.split_whitespace();
     let (first, rest) = (words.next().unwrap_or(""), words.collect::<Vec<_>>().join(""));
     let next = match (first, rest.as_str()) {
         ("q", "") => return Ok(Order::Land),
-        ("to", text) => angles(text)?,
+        ("to", text) => angles(text).map_err(LineError::Pose)?,
         (axis, by) => {
             let axis = axis.parse().ok().filter(|k| (1..=AXES).contains(k)).ok_or_else(unknown)?;
             let by: f64 = by.parse().map_err(|_| unknown())?;
             // also of what is no number
             let small = by.abs() <= largest;
             if !small {
-                return Err(format!("{by} rad: allowed at most {largest} rad (--largest)"));
+                return Err(LineError::Large { by, largest });
             }
             let mut next = *pose;
             next[axis - 1] += by;
             next
         }
     };
-    within(&next, config).map(|()| Order::To(next))
+    within(&next, config).map(|()| Order::To(next)).map_err(LineError::Pose)
 }
 
 #[cfg(test)]
@@ -118,7 +150,7 @@ mod tests {
             ("quit", "write `3 0.01`"),
             ("to 1,2", "write 6 angles in rad"),
         ] {
-            assert!(at(line).unwrap_err().contains(why), "{line}: {:?}", at(line));
+            assert!(at(line).unwrap_err().to_string().contains(why), "{line}: {:?}", at(line));
         }
     }
 }

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use flexhex_system::{Component, Error, System};
 
+use crate::exit::{Ends, Exit};
+
 #[derive(Debug)]
 pub enum Mismatch {
     /// The system description, its parameters or its FMUs cannot be used.
@@ -95,5 +97,11 @@ impl Display for Mismatch {
             ),
             Mismatch::Limits(all) => f.write_str(&all.join("\n")),
         }
+    }
+}
+
+impl Ends for Mismatch {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
     }
 }

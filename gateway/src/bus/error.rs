@@ -6,6 +6,7 @@ use std::fmt::{self, Display, Formatter};
 use super::cia402::{State, State::Fault};
 use super::sdo::{words, SdoError};
 use super::{al, Difference};
+use crate::exit::{Ends, Exit};
 
 /// Something at a drive: its axis, from 0, and its position on the bus.
 pub type At<T> = (usize, u16, T);
@@ -200,6 +201,12 @@ impl Display for DriveError {
             }
             DriveError::Gone(why) => why.fmt(f),
         }
+    }
+}
+
+impl Ends for BusError {
+    fn exit(&self) -> Exit {
+        Exit::Failed
     }
 }
 

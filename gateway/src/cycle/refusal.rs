@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::bus::cia402::State;
 use crate::config::AXES;
+use crate::tasks::Failure;
 
 /// Axes are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +44,7 @@ pub enum Refusal {
     NotEnabled {
         states: [State; AXES],
     },
-    Task(String),
+    Task(Failure),
 }
 
 impl Refusal {
@@ -108,7 +109,7 @@ impl fmt::Display for Refusal {
                 let names = states.map(State::name);
                 write!(f, "not all drives reached operation enabled: {names:?}")
             }
-            Refusal::Task(why) => f.write_str(why),
+            Refusal::Task(why) => why.fmt(f),
         }
     }
 }
