@@ -149,9 +149,12 @@ CASES = (
 def test_fault_ends_as_the_table_says(
     case: Case, hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    fallen = free(
-        Bench(hexapod_ssp, tmp_path), case.options, changes=case.changes, seconds=case.seconds
-    )
+    ends_as_said(case, Bench(hexapod_ssp, tmp_path), falls)
+
+
+def ends_as_said(case: Case, bench: Bench, falls: Table) -> None:
+    """Rule, stop, axis, axes that are not confirmed, exit code; the machine rests."""
+    fallen = free(bench, case.options, changes=case.changes, seconds=case.seconds)
     ran = fallen.ran
     row = fallen.fall(case.name, case.since)
     falls.add(row)
