@@ -4,6 +4,7 @@ mod arguments;
 mod attend;
 mod bus;
 mod calibrate;
+mod cautions;
 mod check;
 mod config;
 mod cycle;

@@ -2,7 +2,9 @@
 
 use clap::Args;
 use flexhex_system::{Component, Controller, System};
+use serde_json::json;
 
+use crate::cautions;
 use crate::config::{Config, AXES};
 use crate::limits;
 use crate::mismatch::Mismatch;
@@ -39,6 +41,10 @@ pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, Mismat
     let (path, step_us) = (config.system.ssp.display(), system.base_step() * 1e6);
     let count = system.components().len();
     reporter.mark(true, &format!("{path}: {count} components, cycle time {step_us:.0} us"));
+    for caution in cautions::of(&config.reactions) {
+        reporter.line("caution", &caution.to_string());
+        reporter.event("caution", json!({ "message": caution.to_string() }));
+    }
     Ok(system)
 }
 

@@ -120,6 +120,8 @@ CASES = (
          "damp", 4, changes=(DAMP,)),
     Case("encoder frozen in the lift-off, with `damp`", fault("encoder_frozen", 9447, position=5),
          "frozen_encoder", "damp", 6, since=9447, changes=(DAMP,), held=False),
+    Case("encoder jumps in the landing, with `damp`", fault("encoder_jump", 22_800, position=5),
+         since=22_800, changes=(DAMP,), held=False),
     Case("drive fault in the lift-off", fault("drive_fault", LIFT, position=2), "drive_fault",
          "zero", 3, since=LIFT),
     Case("drive drops to SAFE-OP in the lift-off", fault("safe_op", LIFT, position=4), "al_state",
