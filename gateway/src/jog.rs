@@ -8,7 +8,7 @@ use std::sync::mpsc::{sync_channel, SyncSender};
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
-use crate::exit::Exit;
+use crate::exit::{Ends, Exit};
 use crate::poses::{angles, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
@@ -34,8 +34,23 @@ pub struct Jog {
     #[command(flatten)]
     options: PowerArgs,
     /// Largest step of an axis in rad.
-    #[arg(long, value_name = "RAD", default_value_t = 0.05)]
+    #[arg(long, value_name = "RAD", default_value_t = 0.05, allow_negative_numbers = true)]
     largest: f64,
+}
+
+/// `--largest` with this angle [rad].
+struct LargestError(f64);
+
+impl Display for LargestError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "--largest {}: allowed above 0 and at most 1 rad", self.0)
+    }
+}
+
+impl Ends for LargestError {
+    fn exit(&self) -> Exit {
+        Exit::Usage
+    }
 }
 
 /// Why a line is no order that is followed.
@@ -68,6 +83,9 @@ impl Display for LineError {
 pub fn jog(args: &Jog) -> Exit {
     let (reporter, largest) = (args.config.reporter(), args.largest);
     let make = move |config: &Config, _: &System| {
+        if !(largest > 0.0 && largest <= 1.0) {
+            return Err(LargestError(largest).into());
+        }
         let (sender, orders) = sync_channel(ORDERS);
         let config = config.clone();
         // it ends with the process: a read of the keyboard cannot be cut short

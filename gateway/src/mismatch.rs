@@ -52,6 +52,8 @@ pub enum Mismatch {
         key: String,
         commands: f64,
     },
+    /// A gain without which an axis cannot be landed: key, value.
+    NoGain(String, f64),
     /// Limits that contradict each other, with the keys.
     Limits(Vec<String>),
 }
@@ -94,6 +96,11 @@ impl Display for Mismatch {
                 "limits.torque_N_m = {limit} of axis {}: {key} = {commands} N m exceeds it: lower {key} in \
                  [system.parameters] or raise the limit",
                 axis + 1
+            ),
+            Mismatch::NoGain(key, value) => write!(
+                f,
+                "{key} = {value}, must be above 0: lift-off and landing hold the axis by it: correct it in \
+                 [system.parameters], or name another feedback in landing.feedback"
             ),
             Mismatch::Limits(all) => f.write_str(&all.join("\n")),
         }

@@ -107,7 +107,10 @@ fn guided(
         Ok(if out.good() { Exit::Good } else { Exit::Failed })
     });
     done.unwrap_or_else(|why| {
-        reporter.refused(&why);
+        match why.exit {
+            Exit::Good => reporter.mark(true, &why.to_string()),
+            _ => reporter.refused(&why),
+        }
         why.exit
     })
 }
@@ -141,6 +144,8 @@ fn prepare_and_run(
     let controller = signals::open(&config, &system, lockstep, resume)?;
     let signals = Signals::find(&config, &controller)?;
     let mut mechanics = session::mechanics(&config, &system)?;
+    // from here on a task may listen to the keyboard
+    realtime::stop::listen();
     let task = make(&config, &system)?;
     if !task.is_homed() {
         // the line of the holding torque is through known poses
@@ -152,7 +157,6 @@ fn prepare_and_run(
     let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()))?;
     let writer = Writer::start(plan, source)?;
     let socket = open_cable(args, &config)?;
-    realtime::stop::listen();
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
     watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)?;

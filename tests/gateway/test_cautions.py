@@ -1,4 +1,4 @@
-"""Stops that are worse than the fault are told where they are chosen, with the fault table's figure."""
+"""Stops worse than the fault are told where they are chosen, with the figure of the fault table."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tests.gateway.cargo import GATEWAY, built
 from tests.gateway.fault_table import FALLS
 
 
-def told(ssp: Path, *changes: str) -> str:
+def told(ssp: Path, *changes: str, code: int = 1) -> str:
     """What `check` says of the template with these changes; it ends where no interface is."""
     command = [built() / "flexhex-gateway", "check", GATEWAY / "machines" / "akd.toml"]
     sets = [word for change in changes for word in ("--set", change)]
     words = [*command, "--ssp", ssp, "--interface", "none", *sets]
     done = subprocess.run(words, capture_output=True, text=True)
-    assert done.returncode == 1, done.stdout
+    assert done.returncode == code, done.stdout
     return done.stdout
 
 
@@ -47,5 +47,13 @@ def test_landing_without_what_it_needs_is_told(change: str, why: str, hexapod_ss
     assert why in told(hexapod_ssp, change)
 
 
-def test_defaults_need_no_caution(hexapod_ssp: Path) -> None:
-    assert "caution" not in told(hexapod_ssp)
+def test_template_is_cautioned_for_drives_alone(hexapod_ssp: Path) -> None:
+    """Nobody knows the serial numbers of a lab's drives."""
+    text = told(hexapod_ssp)
+    assert text.count("caution") == 1
+    assert "axes [1, 2, 3, 4, 5, 6] accept any drive" in text
+
+
+def test_landing_without_a_gain_is_refused(hexapod_ssp: Path) -> None:
+    text = told(hexapod_ssp, 'system.parameters={"feedback.kp[3]"=0.0}', code=3)
+    assert "feedback.kp[3] = 0, must be above 0" in text

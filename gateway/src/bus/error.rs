@@ -20,6 +20,8 @@ pub enum BusError {
     NotInitialised(Error),
     /// No reply for as long as a bring-up may take.
     Silent,
+    /// By a signal, before any drive was enabled.
+    Stopped,
     Identity(Vec<Stranger>),
     Energised(Vec<Energised>),
     Differences(Vec<At<Difference>>),
@@ -119,6 +121,7 @@ impl Display for BusError {
             BusError::Silent => {
                 f.write_str("no reply from the bus within 60 s: check cable and drives")
             }
+            BusError::Stopped => f.write_str("stopped on request; no drive was enabled"),
             BusError::Identity(all) => lines(f, all),
             BusError::Energised(all) => lines(f, all),
             BusError::Differences(all) => lines(f, all.iter().map(at)),
@@ -206,7 +209,10 @@ impl Display for DriveError {
 
 impl Ends for BusError {
     fn exit(&self) -> Exit {
-        Exit::Failed
+        match self {
+            BusError::Stopped => Exit::Good,
+            _ => Exit::Failed,
+        }
     }
 }
 

@@ -36,6 +36,12 @@ pub enum Refusal {
         wanted: f64,
         limit: f64,
     },
+    /// Its weight, the torque that holds the neutral pose [N m], should have pulled it to the other side.
+    AgainstWeight {
+        axis: usize,
+        theta: f64,
+        weight: f64,
+    },
     /// Others have been enabled for longer than `most_ms`; those that are not must not wait, as they carry no weight.
     LeftBehind {
         states: [State; AXES],
@@ -57,6 +63,7 @@ impl Refusal {
             Refusal::Angle { .. } => "angle",
             Refusal::Moving { .. } => "moving",
             Refusal::NotAtRestPose { .. } => "rest_pose",
+            Refusal::AgainstWeight { .. } => "against_weight",
             Refusal::LeftBehind { .. } => "left_behind",
             Refusal::NotEnabled { .. } => "not_enabled",
             Refusal::Task(_) => "task",
@@ -91,6 +98,13 @@ impl fmt::Display for Refusal {
                 f,
                 "axis {}: theta = {theta:.4} rad, landing.rest_rad = {wanted} rad, more than {limit} rad away: \
                  check drive[{axis}].offset_counts and that nothing blocks the axis",
+                axis + 1
+            ),
+            Refusal::AgainstWeight { axis, theta, weight } => write!(
+                f,
+                "axis {}: it rests at {theta:.4} rad, but its weight ({weight:.3} N m hold it in the neutral pose) \
+                 pulls it to the other side: check drive[{axis}].direction and offset_counts; if something \
+                 holds it there, set landing.rest_rad",
                 axis + 1
             ),
             Refusal::LeftBehind { states, most_ms } => {

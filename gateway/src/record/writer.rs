@@ -76,16 +76,16 @@ impl Writer {
             let mut sheet = Sheet::new(plan, source, file);
             loop {
                 match ended.recv_timeout(PERIOD) {
-                    Err(RecvTimeoutError::Timeout) => sheet.drain()?,
+                    Err(RecvTimeoutError::Timeout) => sheet.drain(),
                     Ok(end) => {
-                        sheet.drain()?;
+                        sheet.drain();
                         let written = sheet.close(end.trip.as_deref());
                         if let Some(done) = end.done {
                             let _ = done.send(());
                         }
-                        return Ok(written?);
+                        return written;
                     }
-                    Err(RecvTimeoutError::Disconnected) => return Ok(sheet.close(None)?),
+                    Err(RecvTimeoutError::Disconnected) => return sheet.close(None),
                 }
             }
         };
@@ -110,6 +110,8 @@ struct Sheet {
     plan: Plan,
     source: Source,
     file: Option<BufWriter<File>>,
+    /// Why the recording ends early; the newest rows are kept on for a trip.
+    failed: Option<FileError>,
     /// The newest rows, as a ring.
     kept: Vec<f64>,
     row: Vec<f64>,
@@ -130,12 +132,13 @@ impl Sheet {
             plan,
             source,
             file,
+            failed: None,
             rows: 0,
             before: 0,
         }
     }
 
-    fn drain(&mut self) -> Result<(), FileError> {
+    fn drain(&mut self) {
         let width = self.row.len();
         while self.source.take(&mut self.row) {
             let at = self.place(self.rows);
@@ -147,10 +150,11 @@ impl Sheet {
             }
             self.before = self.rows;
             if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
-                line(file, &self.row).map_err(FileError::of(path))?;
+                if let Err(why) = line(file, &self.row) {
+                    (self.failed, self.file) = (Some(FileError::of(path)(why)), None);
+                }
             }
         }
-        Ok(())
     }
 
     /// Offset of row n in `kept`.
@@ -158,18 +162,22 @@ impl Sheet {
         n as usize % (self.plan.keep + self.plan.reaction) * self.row.len()
     }
 
-    fn close(mut self, trip: Option<&str>) -> Result<Written, FileError> {
-        if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
-            if let Some(why) = trip {
-                writeln!(file, "# trip: {why}").map_err(FileError::of(path))?;
-            }
-            file.flush().map_err(FileError::of(path))?;
+    /// Ends the files. After a failed recording a trip is kept all the same, if it can be.
+    fn close(mut self, trip: Option<&str>) -> Result<Written, RecordError> {
+        if let (Some(file), Some(path)) = (self.file.take(), &self.plan.recording) {
+            self.failed = end(file, trip).map_err(FileError::of(path)).err();
         }
-        let before_trip = match trip {
-            Some(why) if self.plan.keep > 0 => Some(self.keep(why)?),
-            _ => None,
-        };
-        Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
+        let before_trip = trip.filter(|_| self.plan.keep > 0).map(|why| self.keep(why));
+        match self.failed {
+            Some(why) => {
+                let kept = before_trip.and_then(Result::ok);
+                Err(RecordError::NotWritten { why, kept })
+            }
+            None => {
+                let before_trip = before_trip.transpose()?;
+                Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
+            }
+        }
     }
 
     fn keep(&self, trip: &str) -> Result<PathBuf, FileError> {
@@ -212,6 +220,13 @@ fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File
     head += &format!("{}\n{}\n", plan.columns.names.join(","), plan.columns.units.join(","));
     file.write_all(head.as_bytes()).map_err(FileError::of(path))?;
     Ok(file)
+}
+
+fn end(mut file: BufWriter<File>, trip: Option<&str>) -> std::io::Result<()> {
+    if let Some(why) = trip {
+        writeln!(file, "# trip: {why}")?;
+    }
+    file.flush()
 }
 
 /// A row with the shortest digits that read back as the same numbers.

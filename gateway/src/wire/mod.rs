@@ -27,7 +27,7 @@ use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-use crate::realtime::now_ns;
+use crate::realtime::{now_ns, stop};
 pub use cable::Cable;
 #[cfg(test)]
 pub use replay::pcap;
@@ -87,6 +87,8 @@ pub struct Wire<L: Link> {
     lockstep: bool,
     /// The emulator said that the newest frame gets no reply.
     unanswered: bool,
+    /// A stop request ends the wait: nothing has power yet.
+    pub heeds_stop: bool,
     /// Cycles that went by, as the emulator says, since it was last looked at.
     pub stalled: u64,
     pub counts: Counts,
@@ -104,6 +106,7 @@ impl<L: Link> Wire<L> {
             buffer: [0; LARGEST],
             lockstep: false,
             unanswered: false,
+            heeds_stop: false,
             stalled: 0,
             counts: Counts::default(),
         }
@@ -114,7 +117,8 @@ impl<L: Link> Wire<L> {
         Wire { lockstep, ..self }
     }
 
-    /// The result of the future, or None if the other end says that no reply comes, or if `deadline_ns` passes first; the future is then dropped.
+    /// The result of the future, or None if the other end says that no reply comes, on a stop request that is heeded,
+    /// or if `deadline_ns` passes first; the future is then dropped.
     pub fn drive<F: Future>(&mut self, future: F, deadline_ns: u64) -> Option<F::Output> {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
@@ -124,7 +128,7 @@ impl<L: Link> Wire<L> {
                 return Some(result);
             }
             let moved = self.send() | self.receive();
-            if std::mem::take(&mut self.unanswered) {
+            if std::mem::take(&mut self.unanswered) || self.heeds_stop && stop::requested() {
                 self.give_up();
                 return None;
             }
