@@ -110,4 +110,4 @@ def _computer() -> str:
     text = "is too busy for 4 kHz"
     if "PREEMPT_RT" not in platform.version():
         text += ", or its kernel keeps the cycle waiting: it is not PREEMPT_RT"
-    return f"{text}; see docs/gateway.md"
+    return f"{text}; see docs/gateway-computer.md"

@@ -4,16 +4,17 @@ use clap::{Args, Subcommand};
 use flexhex_system::System;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::cycle::Outcome;
-use crate::exit::{failed, Exit, Refusal};
+use crate::exit::{Ends, Exit, Refusal};
 use crate::record::now;
-use crate::referencing::write;
 use crate::report::Reporter;
 use crate::run;
+use crate::saved::save;
 use crate::session::PowerArgs;
 use crate::tasks::{Nudges, Task};
 use crate::torque_constant;
@@ -72,6 +73,39 @@ struct Pushed {
     fault: String,
 }
 
+/// Why signs are not found, or not trusted.
+#[derive(Debug)]
+enum SignsError {
+    /// `--torque`, and the most that is allowed [N m].
+    Torque {
+        torque: f64,
+        most: f64,
+    },
+    Wrong,
+}
+
+impl Display for SignsError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            SignsError::Torque { torque, most } => write!(
+                f,
+                "--torque {torque}: allowed above 0 and at most {most} N m (landing.torque_N_m, half of \
+                 limits.torque_step_N_m)"
+            ),
+            SignsError::Wrong => f.write_str("not every axis follows its torque: do not run"),
+        }
+    }
+}
+
+impl Ends for SignsError {
+    fn exit(&self) -> Exit {
+        match self {
+            SignsError::Torque { .. } => Exit::Usage,
+            SignsError::Wrong => Exit::Failed,
+        }
+    }
+}
+
 /// The exit code of the command.
 pub fn calibrate(args: &Calibrate) -> Exit {
     match &args.what {
@@ -86,12 +120,7 @@ fn signs(args: &Signs) -> Exit {
         // it is reversed at once
         let most = step.fold(config.landing.torque, |most, step| most.min(0.5 * step));
         if !(args.torque > 0.0 && args.torque <= most) {
-            let why = format!(
-                "--torque {}: allowed above 0 and at most {most} N m (landing.torque_N_m, half of \
-                 limits.torque_step_N_m)",
-                args.torque
-            );
-            return Err((Exit::Usage, why));
+            return Err(SignsError::Torque { torque: args.torque, most }.into());
         }
         Ok(Task::Nudges(Nudges::new(args.torque, system.base_step())))
     };
@@ -106,7 +135,7 @@ fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Res
     let mut axis = Vec::with_capacity(AXES);
     for (k, nudge) in nudges.done.iter().enumerate() {
         let (torque, moved_rad) = (args.torque, nudge.moved);
-        let fault = nudge.fault().unwrap_or_default();
+        let fault = nudge.fault().map_or(String::new(), |fault| fault.to_string());
         let text = format!("axis {}: {torque} N m moved it by {moved_rad:+.5} rad", k + 1);
         let sound = fault.is_empty();
         reporter.mark(sound, &if sound { text } else { format!("{text}: {fault}") });
@@ -118,10 +147,10 @@ fn told(args: &Signs, reporter: Reporter, config: &Config, out: &Outcome) -> Res
         let config_hash = format!("{:016x}", config.hash);
         let record = Record { date: now(), config_hash, torque: args.torque, axis };
         let head = "Signs of the axes, written by `flexhex-gateway calibrate signs`.";
-        write(path, head, &record).map_err(failed)?;
+        save(path, head, &record)?;
     }
     match wrong {
-        true => Err((Exit::Failed, "not every axis follows its torque: do not run".to_owned())),
+        true => Err(SignsError::Wrong.into()),
         false => {
             reporter.line(
                 "next",

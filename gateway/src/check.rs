@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, BringUpOptions, Difference, Lists};
 use crate::cycle::{signals, Signals};
-use crate::exit::{bad, failed, Exit, Refusal};
+use crate::exit::{Exit, Refusal};
 use crate::learned;
 use crate::report::Reporter;
 use crate::rights;
@@ -46,26 +46,26 @@ pub fn check(args: &Check) -> Exit {
             reporter.event("checked", json!({ "good": true }));
             Exit::Good
         }
-        Err((exit, why)) => {
+        Err(why) => {
             reporter.refused(&why);
-            exit
+            why.exit
         }
     }
 }
 
 fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
-    let config = args.config.read().map_err(bad)?;
+    let config = args.config.read()?;
     reporter.mark(true, "configuration");
-    let system = session::open_system(&config, reporter).map_err(bad)?;
-    let resume = learned::resumed(&config).map_err(bad)?;
-    let controller = signals::open(&config, &system, true, resume).map_err(bad)?;
-    Signals::find(&config, &controller).map_err(bad)?;
-    session::mechanics(&config, &system).map_err(bad)?;
+    let system = session::open_system(&config, reporter)?;
+    let resume = learned::resumed(&config)?;
+    let controller = signals::open(&config, &system, true, resume)?;
+    Signals::find(&config, &controller)?;
+    session::mechanics(&config, &system)?;
     reporter.mark(true, "every FMU loads and initialises");
-    for note in rights::request_real_time(&config, false, false).map_err(bad)? {
-        reporter.line("note", &note);
+    for note in rights::request_real_time(&config, false, false)? {
+        reporter.line("note", &note.to_string());
     }
-    let socket = Socket::open(&config.bus.interface).map_err(failed)?;
+    let socket = Socket::open(&config.bus.interface)?;
     reporter.mark(true, &format!("interface {}", config.bus.interface));
     if args.bus {
         let options = BringUpOptions {
@@ -76,9 +76,9 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
             cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };
-        let found =
-            bus::inspect(&config, socket, options, lists, &mut |devices| reporter.devices(devices))
-                .map_err(failed)?;
+        let found = bus::inspect(&config, socket, options, lists, &mut |devices| {
+            reporter.devices(devices)
+        })?;
         startup_lists(args, reporter, &found);
         reporter.mark(true, "the drives match the configuration and have no power");
     }

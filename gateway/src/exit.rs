@@ -1,6 +1,6 @@
-//! The exit codes of every flexhex command.
+//! The exit codes of every flexhex command, and what ends a command without its work.
 
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
@@ -11,15 +11,31 @@ pub enum Exit {
     BadInput = 3,
 }
 
-/// Exit code and message of a command that ends without its work.
-pub type Refusal = (Exit, String);
-
-/// The drives or the interface are refused.
-pub fn failed(why: impl Display) -> Refusal {
-    (Exit::Failed, why.to_string())
+/// An error that ends a command.
+pub trait Ends: Display {
+    fn exit(&self) -> Exit;
 }
 
-/// Configuration, system or FMUs are wrong.
-pub fn bad(why: impl Display) -> Refusal {
-    (Exit::BadInput, why.to_string())
+/// Why a command ends without its work, with its exit code.
+pub struct Refusal {
+    pub exit: Exit,
+    why: Box<dyn Display>,
+}
+
+impl<E: Ends + 'static> From<E> for Refusal {
+    fn from(why: E) -> Self {
+        Refusal { exit: why.exit(), why: Box::new(why) }
+    }
+}
+
+impl Display for Refusal {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        self.why.fmt(f)
+    }
+}
+
+impl Ends for flexhex_system::Error {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
+    }
 }

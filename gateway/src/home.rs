@@ -1,12 +1,13 @@
 //! `home`: offsets of absolute encoders from a pose in which the machine is held.
 
 use clap::Args;
+use std::fmt::{self, Display, Formatter};
 use std::path::PathBuf;
 
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, Encoder};
 use crate::config::{Config, Homed, HomedAxis, AXES};
-use crate::exit::{bad, failed, Exit};
+use crate::exit::{Ends, Exit, Refusal};
 use crate::record::now;
 use crate::referencing;
 use crate::report::Reporter;
@@ -50,6 +51,45 @@ pub struct Home {
     write: Option<PathBuf>,
 }
 
+/// Why no offset is found in a pose.
+#[derive(Debug)]
+enum HomeError {
+    /// `--at` with these angles [rad].
+    NoPose(Vec<f64>),
+    /// Axes, from 0.
+    NotRead(usize),
+    /// An axis moved by this angle while it was read [rad].
+    Moved(usize, f64),
+}
+
+impl Display for HomeError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            HomeError::NoPose(at) => {
+                write!(f, "--at {at:?}: write {AXES} angles in rad, -10 to 10")
+            }
+            HomeError::NotRead(axis) => {
+                write!(f, "axis {}: its encoder was not read: check the cable", axis + 1)
+            }
+            HomeError::Moved(axis, by) => write!(
+                f,
+                "axis {}: it moved by {by:.6} rad while it was read, allowed {STILL} rad: hold the \
+                 machine still",
+                axis + 1
+            ),
+        }
+    }
+}
+
+impl Ends for HomeError {
+    fn exit(&self) -> Exit {
+        match self {
+            HomeError::NoPose(_) => Exit::Usage,
+            _ => Exit::Failed,
+        }
+    }
+}
+
 /// Find the offsets of the encoders and tell, or write, them; the exit code of the command.
 pub fn home(args: &Home) -> Exit {
     if args.stops {
@@ -58,27 +98,24 @@ pub fn home(args: &Home) -> Exit {
     let reporter = args.config.reporter();
     match offsets(args, reporter) {
         Ok(()) => Exit::Good,
-        Err((exit, why)) => {
+        Err(why) => {
             reporter.refused(&why);
-            exit
+            why.exit
         }
     }
 }
 
-fn offsets(args: &Home, reporter: Reporter) -> Result<(), (Exit, String)> {
-    let config = args.config.read_unhomed().map_err(bad)?;
-    let mut pose = [0.0; AXES];
-    if args.at.len() != AXES || !args.at.iter().all(|angle| angle.abs() <= 10.0) {
-        let why = format!("--at {:?}: write {AXES} angles in rad, -10 to 10", args.at);
-        return Err((Exit::Usage, why));
-    }
-    pose.copy_from_slice(&args.at);
-    let socket = Socket::open(&config.bus.interface).map_err(failed)?;
+fn offsets(args: &Home, reporter: Reporter) -> Result<(), Refusal> {
+    let config = args.config.read_unhomed()?;
+    let pose = <[f64; AXES]>::try_from(args.at.as_slice());
+    let pose = pose.ok().filter(|pose| pose.iter().all(|angle| angle.abs() <= 10.0));
+    let pose = pose.ok_or_else(|| HomeError::NoPose(args.at.clone()))?;
+    let socket = Socket::open(&config.bus.interface)?;
     let encoders =
-        bus::positions(&config, socket, READINGS, &mut |devices| reporter.devices(devices))
-            .map_err(failed)?;
-    let homed = find(&config, &encoders, pose, now()).map_err(failed)?;
-    referencing::tell(reporter, &config, &homed, args.write.as_deref()).map_err(failed)
+        bus::positions(&config, socket, READINGS, &mut |devices| reporter.devices(devices))?;
+    let homed = find(&config, &encoders, pose, now())?;
+    referencing::tell(reporter, &config, &homed, args.write.as_deref())?;
+    Ok(())
 }
 
 /// The offsets with which encoders that stand still show this pose.
@@ -87,23 +124,19 @@ fn find(
     encoders: &[Encoder; AXES],
     pose: [f64; AXES],
     date: String,
-) -> Result<Homed, String> {
+) -> Result<Homed, HomeError> {
     let step = config.theta_step();
     let mut axes = Vec::with_capacity(AXES);
     for (k, (encoder, drive)) in encoders.iter().zip(&config.drive).enumerate() {
         let Some(first) = encoder.counts.first() else {
-            return Err(format!("axis {}: its encoder was not read", k + 1));
+            return Err(HomeError::NotRead(k));
         };
         // counts wrap: their distances from the first do not
         let moved = encoder.counts.iter().map(|c| f64::from(c.wrapping_sub(*first)));
         let (low, high) = moved.clone().fold((0.0f64, 0.0f64), |(l, h), d| (l.min(d), h.max(d)));
         let spread = (high - low) * step;
         if spread > STILL {
-            return Err(format!(
-                "axis {}: it moved by {spread:.6} rad while it was read, allowed {STILL} rad: hold the \
-                 machine still",
-                k + 1
-            ));
+            return Err(HomeError::Moved(k, spread));
         }
         let mean = moved.sum::<f64>() / encoder.counts.len() as f64;
         let wanted = f64::from(drive.direction) * pose[k] / step;
@@ -150,6 +183,9 @@ mod tests {
         let near = |moved: i32| encoders(&[i32::MAX, i32::MAX.wrapping_add(moved), i32::MAX]);
         let found = |moved| find(&config, &near(moved), [0.0; AXES], String::new());
         assert_eq!(found(683_565).unwrap().axis[0].offset_counts, i32::MAX.wrapping_add(227_855));
-        assert!(found(683_566).unwrap_err().contains("axis 1: it moved by 0.001000 rad"));
+        assert!(found(683_566)
+            .unwrap_err()
+            .to_string()
+            .contains("axis 1: it moved by 0.001000 rad"));
     }
 }

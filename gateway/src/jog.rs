@@ -2,13 +2,14 @@
 
 use clap::Args;
 use flexhex_system::System;
+use std::fmt::{self, Display, Formatter};
 use std::io::BufRead;
 use std::sync::mpsc::{sync_channel, SyncSender};
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
-use crate::exit::Exit;
-use crate::poses::{angles, within};
+use crate::exit::{Ends, Exit};
+use crate::poses::{angles, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
 use crate::session::PowerArgs;
@@ -33,14 +34,58 @@ pub struct Jog {
     #[command(flatten)]
     options: PowerArgs,
     /// Largest step of an axis in rad.
-    #[arg(long, value_name = "RAD", default_value_t = 0.05)]
+    #[arg(long, value_name = "RAD", default_value_t = 0.05, allow_negative_numbers = true)]
     largest: f64,
+}
+
+/// `--largest` with this angle [rad].
+struct LargestError(f64);
+
+impl Display for LargestError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "--largest {}: allowed above 0 and at most 1 rad", self.0)
+    }
+}
+
+impl Ends for LargestError {
+    fn exit(&self) -> Exit {
+        Exit::Usage
+    }
+}
+
+/// Why a line is no order that is followed.
+#[derive(Debug, PartialEq)]
+enum LineError {
+    Unknown(String),
+    /// Larger than `--largest` [rad].
+    Large {
+        by: f64,
+        largest: f64,
+    },
+    Pose(PoseError),
+}
+
+impl Display for LineError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            LineError::Unknown(line) => {
+                write!(f, "{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`")
+            }
+            LineError::Large { by, largest } => {
+                write!(f, "{by} rad: allowed at most {largest} rad (--largest)")
+            }
+            LineError::Pose(why) => why.fmt(f),
+        }
+    }
 }
 
 /// Lift off, move as the lines of standard input say, land; the exit code of the command.
 pub fn jog(args: &Jog) -> Exit {
     let (reporter, largest) = (args.config.reporter(), args.largest);
     let make = move |config: &Config, _: &System| {
+        if !(largest > 0.0 && largest <= 1.0) {
+            return Err(LargestError(largest).into());
+        }
         let (sender, orders) = sync_channel(ORDERS);
         let config = config.clone();
         // it ends with the process: a read of the keyboard cannot be cut short
@@ -67,33 +112,38 @@ fn listen(reporter: Reporter, config: &Config, largest: f64, orders: &SyncSender
                     return;
                 }
             }
-            Err(why) => reporter.mark(false, &why),
+            Err(why) => reporter.mark(false, &why.to_string()),
         }
     }
 }
 
 /// The order of a line, from a pose.
-fn order(line: &str, pose: &[f64; AXES], config: &Config, largest: f64) -> Result<Order, String> {
-    let unknown = || format!("{line:?}: write `3 0.01`, `to 0,0,0,0,0,0` or `q`");
+fn order(
+    line: &str,
+    pose: &[f64; AXES],
+    config: &Config,
+    largest: f64,
+) -> Result<Order, LineError> {
+    let unknown = || LineError::Unknown(line.to_owned());
     let mut words = line.split_whitespace();
     let (first, rest) = (words.next().unwrap_or(""), words.collect::<Vec<_>>().join(""));
     let next = match (first, rest.as_str()) {
         ("q", "") => return Ok(Order::Land),
-        ("to", text) => angles(text)?,
+        ("to", text) => angles(text).map_err(LineError::Pose)?,
         (axis, by) => {
             let axis = axis.parse().ok().filter(|k| (1..=AXES).contains(k)).ok_or_else(unknown)?;
             let by: f64 = by.parse().map_err(|_| unknown())?;
             // also of what is no number
             let small = by.abs() <= largest;
             if !small {
-                return Err(format!("{by} rad: allowed at most {largest} rad (--largest)"));
+                return Err(LineError::Large { by, largest });
             }
             let mut next = *pose;
             next[axis - 1] += by;
             next
         }
     };
-    within(&next, config).map(|()| Order::To(next))
+    within(&next, config).map(|()| Order::To(next)).map_err(LineError::Pose)
 }
 
 #[cfg(test)]
@@ -118,7 +168,7 @@ mod tests {
             ("quit", "write `3 0.01`"),
             ("to 1,2", "write 6 angles in rad"),
         ] {
-            assert!(at(line).unwrap_err().contains(why), "{line}: {:?}", at(line));
+            assert!(at(line).unwrap_err().to_string().contains(why), "{line}: {:?}", at(line));
         }
     }
 }

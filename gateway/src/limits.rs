@@ -13,8 +13,7 @@ pub fn check(config: &Config, system: &System) -> Result<(), Mismatch> {
     let host = system.component(&config.system.host);
     let stroke = host.and_then(|host: &Component| host.parameter("stroke"));
     let mut wrong = contradictions(config, system.base_step());
-    for axis in 0..AXES {
-        let l = config.limits(axis);
+    for (axis, l) in once(config) {
         if let Some(stroke) = stroke.filter(|s| l.position_min < -s || l.position_max > *s) {
             wrong.push(format!(
                 "position limits {} to {} rad of axis {}: the stroke ends at -{stroke} and {stroke} \
@@ -60,17 +59,22 @@ fn contradictions(config: &Config, base_step: f64) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let mut seen: Vec<*const Limits> = Vec::new();
-    for axis in 0..AXES {
-        let l = config.limits(axis);
-        // axes share limits: each contradiction is reported once
-        if seen.contains(&std::ptr::from_ref(l)) {
-            continue;
-        }
-        seen.push(l);
+    for (_, l) in once(config) {
         wrong.extend(of_axis(l, s.frozen_motion_rad, base_step));
     }
     wrong
+}
+
+/// Limits that axes share once, with their first axis: each contradiction is reported once.
+fn once(config: &Config) -> Vec<(usize, &Limits)> {
+    let mut seen: Vec<(usize, &Limits)> = Vec::new();
+    for axis in 0..AXES {
+        let l = config.limits(axis);
+        if !seen.iter().any(|(_, known)| std::ptr::eq(*known, l)) {
+            seen.push((axis, l));
+        }
+    }
+    seen
 }
 
 fn of_axis(l: &Limits, frozen_motion: f64, base_step: f64) -> Vec<String> {

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use flexhex_system::{Component, Error, System};
 
+use crate::exit::{Ends, Exit};
+
 #[derive(Debug)]
 pub enum Mismatch {
     /// The system description, its parameters or its FMUs cannot be used.
@@ -50,6 +52,8 @@ pub enum Mismatch {
         key: String,
         commands: f64,
     },
+    /// A gain without which an axis cannot be landed: key, value.
+    NoGain(String, f64),
     /// Limits that contradict each other, with the keys.
     Limits(Vec<String>),
 }
@@ -93,7 +97,18 @@ impl Display for Mismatch {
                  [system.parameters] or raise the limit",
                 axis + 1
             ),
+            Mismatch::NoGain(key, value) => write!(
+                f,
+                "{key} = {value}, must be above 0: lift-off and landing hold the axis by it: correct it in \
+                 [system.parameters], or name another feedback in landing.feedback"
+            ),
             Mismatch::Limits(all) => f.write_str(&all.join("\n")),
         }
+    }
+}
+
+impl Ends for Mismatch {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
     }
 }

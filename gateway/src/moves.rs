@@ -22,8 +22,7 @@ pub struct Move {
 
 /// Move through the poses and land; the exit code of the command.
 pub fn through(args: &Move) -> Exit {
-    let make = |config: &Config, system: &System| {
-        args.poses.task(config, system.base_step()).map_err(|why| (Exit::Usage, why))
-    };
+    let make =
+        |config: &Config, system: &System| Ok(args.poses.task(config, system.base_step())?);
     run::instead((&args.config, args.options), false, make, |_, _, _, _| Ok(()))
 }

@@ -6,9 +6,8 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 
 use crate::arguments::ConfigArgs;
-use crate::bus::{self, cia402, OffError};
-use crate::config::Config;
-use crate::exit::Exit;
+use crate::bus::{self, cia402};
+use crate::exit::{Exit, Refusal};
 use crate::report::Reporter;
 use crate::wire::Socket;
 
@@ -38,26 +37,20 @@ pub fn in_place_of_this(config: &ConfigArgs) -> std::io::Error {
 /// Take the drives out of operation; the exit code of the command.
 pub fn off(args: &Off) -> Exit {
     let reporter = args.config.reporter();
-    let config = match args.config.read_unhomed() {
-        Ok(config) => config,
-        Err(why) => {
-            reporter.refused(&why);
-            return Exit::BadInput;
-        }
-    };
-    match without_power(&config, reporter) {
+    match without_power(args, reporter) {
         Ok(()) if args.after_hang => Exit::Failed,
         Ok(()) => Exit::Good,
         Err(why) => {
             reporter.refused(&why);
-            Exit::Failed
+            why.exit
         }
     }
 }
 
-fn without_power(config: &Config, reporter: Reporter) -> Result<(), OffError> {
-    let socket = Socket::open(&config.bus.interface).map_err(OffError::Port)?;
-    let devices = bus::off(config, socket)?;
+fn without_power(args: &Off, reporter: Reporter) -> Result<(), Refusal> {
+    let config = args.config.read_unhomed()?;
+    let socket = Socket::open(&config.bus.interface)?;
+    let devices = bus::off(&config, socket)?;
     reporter.devices(&devices);
     for d in devices.iter().filter(|d| d.statusword & cia402::FAULT_BIT != 0) {
         let code = d.error_code;

@@ -1,11 +1,29 @@
 //! Where a run is recorded to, and what the head of its files says.
 
 use flexhex_system::System;
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 use crate::config::Config;
+use crate::exit::{Ends, Exit};
 use crate::record::{provenance, Columns, Plan};
 use crate::session;
+
+/// `--meta` with this text.
+#[derive(Debug)]
+pub struct MetaError(String);
+
+impl Display for MetaError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "--meta {}: write it as KEY=VALUE", self.0)
+    }
+}
+
+impl Ends for MetaError {
+    fn exit(&self) -> Exit {
+        Exit::Usage
+    }
+}
 
 /// `record`: file of the whole run; `more`: `KEY=VALUE` for its head.
 pub fn plan(
@@ -13,7 +31,7 @@ pub fn plan(
     more: &[String],
     config: &Config,
     (system, columns): (&System, Columns),
-) -> Result<Plan, String> {
+) -> Result<Plan, MetaError> {
     let mut meta = vec![
         ("run".to_owned(), "gateway".to_owned()),
         ("system".to_owned(), config.system.ssp.display().to_string()),
@@ -27,8 +45,7 @@ pub fn plan(
     meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
     meta.extend(provenance(config.hash));
     for pair in more {
-        let (key, value) =
-            pair.split_once('=').ok_or_else(|| format!("--meta {pair}: write it as KEY=VALUE"))?;
+        let (key, value) = pair.split_once('=').ok_or_else(|| MetaError(pair.clone()))?;
         meta.retain(|(k, _)| k != key);
         meta.push((key.to_owned(), value.to_owned()));
     }

@@ -1,8 +1,10 @@
 //! `move`: lifts off, moves through poses, and lands, by the feedback of the lift-off alone.
 
 use clap::Args;
+use std::fmt::{self, Display, Formatter};
 
 use crate::config::{Config, AXES};
+use crate::exit::{Ends, Exit};
 use crate::tasks::{self, Task};
 
 pub const EXAMPLES: &str = "\
@@ -33,15 +35,56 @@ pub struct Poses {
     pub hold: f64,
 }
 
+/// Why a pose cannot be taken.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PoseError {
+    Hold(f64),
+    /// `--axis`, from 1.
+    NoAxis(usize),
+    /// A text that is not six angles.
+    NoAngles(String),
+    /// An angle of an axis, from 0, and its limits.
+    Outside {
+        axis: usize,
+        angle: f64,
+        low: f64,
+        high: f64,
+    },
+}
+
+impl Display for PoseError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            PoseError::Hold(time) => write!(f, "--hold {time}: allowed 0.1 to 3600 s"),
+            PoseError::NoAxis(axis) => write!(f, "--axis {axis}: allowed 1 to {AXES}"),
+            PoseError::NoAngles(text) => {
+                write!(f, "{text}: write {AXES} angles in rad, with commas")
+            }
+            PoseError::Outside { axis, angle, low, high } => write!(
+                f,
+                "axis {}: {angle} rad, allowed {low} to {high} rad (limits.position_min_rad, \
+                 position_max_rad)",
+                axis + 1
+            ),
+        }
+    }
+}
+
+impl Ends for PoseError {
+    fn exit(&self) -> Exit {
+        Exit::Usage
+    }
+}
+
 impl Poses {
     /// The task, or why a pose cannot be taken.
-    pub fn task(&self, config: &Config, base_step: f64) -> Result<Task, String> {
+    pub fn task(&self, config: &Config, base_step: f64) -> Result<Task, PoseError> {
         Ok(Task::Poses(tasks::Poses::new(self.list(config)?, self.hold, base_step)))
     }
 
-    fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, String> {
+    fn list(&self, config: &Config) -> Result<Vec<[f64; AXES]>, PoseError> {
         if !(self.hold >= 0.1 && self.hold <= 3600.0) {
-            return Err(format!("--hold {}: allowed 0.1 to 3600 s", self.hold));
+            return Err(PoseError::Hold(self.hold));
         }
         let mut poses = self.to.iter().map(|text| angles(text)).collect::<Result<Vec<_>, _>>()?;
         if poses.is_empty() {
@@ -49,7 +92,7 @@ impl Poses {
         }
         if let (Some(axis), Some(by), Some(last)) = (self.axis, self.by, poses.last().copied()) {
             if !(1..=AXES).contains(&axis) {
-                return Err(format!("--axis {axis}: allowed 1 to {AXES}"));
+                return Err(PoseError::NoAxis(axis));
             }
             let mut nudged = last;
             nudged[axis - 1] += by;
@@ -61,26 +104,22 @@ impl Poses {
 }
 
 /// Whether the position limits allow a pose.
-pub fn within(pose: &[f64; AXES], config: &Config) -> Result<(), String> {
-    for (k, angle) in pose.iter().enumerate() {
-        let l = config.limits(k);
+pub fn within(pose: &[f64; AXES], config: &Config) -> Result<(), PoseError> {
+    for (axis, angle) in pose.iter().enumerate() {
+        let l = config.limits(axis);
         let (low, high) = (l.position_min, l.position_max);
         if !(low..=high).contains(angle) {
-            return Err(format!(
-                "axis {}: {angle} rad, allowed {low} to {high} rad (limits.position_min_rad, \
-                 position_max_rad)",
-                k + 1
-            ));
+            return Err(PoseError::Outside { axis, angle: *angle, low, high });
         }
     }
     Ok(())
 }
 
 /// The angles of a pose in a text.
-pub fn angles(text: &str) -> Result<[f64; AXES], String> {
+pub fn angles(text: &str) -> Result<[f64; AXES], PoseError> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers = numbers.collect::<Result<Vec<_>, _>>().unwrap_or_default();
-    numbers.try_into().map_err(|_| format!("{text}: write {AXES} angles in rad, with commas"))
+    numbers.try_into().map_err(|_| PoseError::NoAngles(text.to_owned()))
 }
 
 #[cfg(test)]
@@ -93,7 +132,7 @@ mod tests {
         axis: Option<usize>,
         by: Option<f64>,
         hold: f64,
-    ) -> Result<Vec<[f64; AXES]>, String> {
+    ) -> Result<Vec<[f64; AXES]>, PoseError> {
         let config = parse(include_str!("../machines/akd.toml")).unwrap();
         let to = to.iter().map(|text| (*text).to_owned()).collect();
         Poses { to, axis, by, hold }.list(&config)
@@ -112,7 +151,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_taken_is_told() {
-        let told = |to: &[&str], axis, by, hold| listed(to, axis, by, hold).unwrap_err();
+        let told =
+            |to: &[&str], axis, by, hold| listed(to, axis, by, hold).unwrap_err().to_string();
         assert!(told(&["0,0"], None, None, 1.0).contains("write 6 angles"));
         assert!(told(&["0,0,0,0,0,x"], None, None, 1.0).contains("write 6 angles"));
         assert!(told(&["0,0,0,NaN,0,0"], None, None, 1.0).contains("axis 4: NaN rad"));

@@ -1,6 +1,40 @@
 //! Kernel services: locked memory, FIFO priority, CPU affinity, absolute clock, stop signals.
 
+use std::fmt::{self, Display, Formatter};
+use std::io;
 use std::time::Duration;
+
+/// A right that the kernel does not give to this process.
+#[derive(Debug)]
+pub struct Denied {
+    right: Right,
+    why: io::Error,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Right {
+    LockedMemory,
+    Priority,
+    Cpu(usize),
+}
+
+impl Display for Denied {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let why = &self.why;
+        match self.right {
+            Right::LockedMemory => {
+                write!(f, "memory not locked ({why}): run as root or raise `ulimit -l`")
+            }
+            Right::Priority => {
+                write!(f, "no real-time priority ({why}): run as root or grant CAP_SYS_NICE")
+            }
+            Right::Cpu(cpu) => write!(
+                f,
+                "not pinned to CPU {cpu} ({why}): set real_time.cpu to a CPU that this process may use"
+            ),
+        }
+    }
+}
 
 /// Time of the monotonic clock [ns].
 pub fn now_ns() -> u64 {
@@ -29,26 +63,20 @@ pub fn sleep_until(at_ns: u64, spin: Duration) {
 }
 
 /// Lock all present and future pages in memory.
-pub fn lock_memory() -> Result<(), String> {
+pub fn lock_memory() -> Result<(), Denied> {
     // SAFETY: takes flags, accesses no memory of this process.
-    match unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } {
-        0 => Ok(()),
-        _ => Err(refused("memory not locked", "run as root or raise `ulimit -l`")),
-    }
+    granted(Right::LockedMemory, unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
 }
 
 /// Set SCHED_FIFO with this priority (1 to 99) for the calling thread.
-pub fn set_fifo(priority: i32) -> Result<(), String> {
+pub fn set_fifo(priority: i32) -> Result<(), Denied> {
     let p = libc::sched_param { sched_priority: priority };
     // SAFETY: 0 is the calling thread, the parameter outlives the call.
-    match unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &p) } {
-        0 => Ok(()),
-        _ => Err(refused("no real-time priority", "run as root or grant CAP_SYS_NICE")),
-    }
+    granted(Right::Priority, unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &p) })
 }
 
 /// Run the calling thread on this CPU only.
-pub fn pin_to(cpu: usize) -> Result<(), String> {
+pub fn pin_to(cpu: usize) -> Result<(), Denied> {
     // SAFETY: an all-zero cpu_set_t is the empty set; CPU_SET checks its bounds by itself.
     let set = unsafe {
         let mut set: libc::cpu_set_t = std::mem::zeroed();
@@ -56,20 +84,18 @@ pub fn pin_to(cpu: usize) -> Result<(), String> {
         set
     };
     // SAFETY: 0 is the calling thread; size and set belong together.
-    match unsafe { libc::sched_setaffinity(0, std::mem::size_of_val(&set), &set) } {
+    let done = unsafe { libc::sched_setaffinity(0, std::mem::size_of_val(&set), &set) };
+    granted(Right::Cpu(cpu), done)
+}
+
+fn granted(right: Right, done: libc::c_int) -> Result<(), Denied> {
+    match done {
         0 => Ok(()),
-        _ => Err(refused(
-            &format!("not pinned to CPU {cpu}"),
-            "set real_time.cpu to a CPU that this process may use",
-        )),
+        _ => Err(Denied { right, why: io::Error::last_os_error() }),
     }
 }
 
-fn refused(what: &str, mend: &str) -> String {
-    format!("{what} ({}): {mend}", std::io::Error::last_os_error())
-}
-
-/// Stop requests by SIGINT (Ctrl-C), SIGTERM or SIGHUP.
+/// Stop requests by signals.
 pub mod stop {
     use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -79,12 +105,31 @@ pub mod stop {
         REQUESTS.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// From here on SIGINT, SIGTERM and SIGHUP (a closed terminal) request an orderly end.
+    /// Ctrl-C, a closed terminal, and what else would end or stop this process while it holds the machine:
+    /// Ctrl-\, Ctrl-Z, a power cut that is announced, limits of computing time, signals sent by mistake.
+    const REQUEST: [libc::c_int; 10] = [
+        libc::SIGINT,
+        libc::SIGTERM,
+        libc::SIGHUP,
+        libc::SIGQUIT,
+        libc::SIGTSTP,
+        libc::SIGPWR,
+        libc::SIGXCPU,
+        libc::SIGALRM,
+        libc::SIGUSR1,
+        libc::SIGUSR2,
+    ];
+    /// What is a failed read or write without it: the keyboard or the terminal in the background, a file that is
+    /// larger than allowed.
+    const IGNORE: [libc::c_int; 3] = [libc::SIGTTIN, libc::SIGTTOU, libc::SIGXFSZ];
+
+    /// From here on these signals request an orderly end.
     pub fn listen() {
-        let handler = note as extern "C" fn(libc::c_int);
-        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+        let handler = note as extern "C" fn(libc::c_int) as libc::sighandler_t;
+        let requests = REQUEST.map(|signal| (signal, handler));
+        for (signal, what) in requests.into_iter().chain(IGNORE.map(|s| (s, libc::SIG_IGN))) {
             // SAFETY: the handler only adds to an atomic, which is allowed in a signal handler.
-            unsafe { libc::signal(signal, handler as libc::sighandler_t) };
+            unsafe { libc::signal(signal, what) };
         }
     }
 

@@ -2,17 +2,56 @@
 
 use flexhex_system::{Component, System};
 use serde_json::json;
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, Homed, HomedAxis, AXES};
 use crate::cycle::Outcome;
-use crate::exit::{failed, Exit, Refusal};
+use crate::exit::{Ends, Exit};
 use crate::record::now;
 use crate::report::Reporter;
 use crate::run;
+use crate::saved::{save, SaveError};
 use crate::session::PowerArgs;
 use crate::tasks::{Search, Stops, Task};
+
+/// Why the end stops give no offsets.
+#[derive(Debug)]
+enum StopsError {
+    NoStroke,
+    /// Angles of an axis, from 0, at rest: by its stop, and those of the configuration [rad].
+    OtherRest {
+        axis: usize,
+        found: f64,
+        rest: f64,
+    },
+}
+
+impl Display for StopsError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            StopsError::NoStroke => f.write_str(
+                "homing.stop_rad: the system description knows no stroke: set the angles of the end stops",
+            ),
+            StopsError::OtherRest { axis, found, rest } => write!(
+                f,
+                "axis {}: by its stop it rested at {found:.4} rad, landing.rest_rad = {rest} rad: something \
+                 else stopped it, or homing.stop_rad is wrong",
+                axis + 1
+            ),
+        }
+    }
+}
+
+impl Ends for StopsError {
+    fn exit(&self) -> Exit {
+        match self {
+            StopsError::NoStroke => Exit::BadInput,
+            StopsError::OtherRest { .. } => Exit::Failed,
+        }
+    }
+}
 
 /// Run against the end stops; the exit code of the command.
 pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -> Exit {
@@ -33,21 +72,20 @@ pub fn at_stops(config: &ConfigArgs, options: PowerArgs, write: Option<&Path>) -
             );
         }
         rest_pose(config, &homed)?;
-        tell(reporter, config, &homed, write).map_err(failed)
+        tell(reporter, config, &homed, write)?;
+        Ok(())
     };
     run::instead((config, options), true, make, told)
 }
 
 /// Angles of the stops that are sought [rad].
-fn stops(config: &Config, system: &System) -> Result<[f64; AXES], Refusal> {
+fn stops(config: &Config, system: &System) -> Result<[f64; AXES], StopsError> {
     if let Some(stops) = config.homing.stop {
         return Ok(stops);
     }
     let host = system.component(&config.system.host);
     let stroke = host.and_then(|host: &Component| host.parameter("stroke"));
-    let why =
-        "homing.stop_rad: the system description knows no stroke: set the angles of the end stops";
-    stroke.map(|stroke| [-stroke; AXES]).ok_or_else(|| (Exit::BadInput, why.to_owned()))
+    stroke.map(|stroke| [-stroke; AXES]).ok_or(StopsError::NoStroke)
 }
 
 /// The offsets under which the axes stood at these angles.
@@ -70,20 +108,16 @@ fn offsets(config: &Config, stops: &[f64; AXES], found: &Stops, out: &Outcome) -
 }
 
 /// Where the rest pose is known, it must be the one that was found.
-fn rest_pose(config: &Config, homed: &Homed) -> Result<(), Refusal> {
+fn rest_pose(config: &Config, homed: &Homed) -> Result<(), StopsError> {
     let Some(rest) = config.landing.rest else { return Ok(()) };
-    let most = |k: usize| config.limits(k).following_error;
-    let off = (0..AXES).find(|k| (rest[*k] - homed.pose_rad[*k]).abs() > most(*k));
-    off.map_or(Ok(()), |k| {
-        let why = format!(
-            "axis {}: by its stop it rested at {:.4} rad, landing.rest_rad = {} rad: something else stopped \
-             it, or homing.stop_rad is wrong",
-            k + 1,
-            homed.pose_rad[k],
-            rest[k]
-        );
-        Err((Exit::Failed, why))
-    })
+    let off = |k: usize| (rest[k] - homed.pose_rad[k]).abs();
+    match (0..AXES).find(|k| off(*k) > config.limits(*k).following_error) {
+        Some(axis) => {
+            let (found, rest) = (homed.pose_rad[axis], rest[axis]);
+            Err(StopsError::OtherRest { axis, found, rest })
+        }
+        None => Ok(()),
+    }
 }
 
 /// Tells the offsets, and writes them to a file.
@@ -92,7 +126,7 @@ pub fn tell(
     config: &Config,
     homed: &Homed,
     file: Option<&Path>,
-) -> Result<(), String> {
+) -> Result<(), SaveError> {
     for (k, axis) in homed.axis.iter().enumerate() {
         let (old, new) = (config.drive[k].offset_counts, axis.offset_counts);
         reporter.line(
@@ -102,20 +136,7 @@ pub fn tell(
     }
     reporter.event("homed", json!(homed));
     let Some(path) = file else { return Ok(()) };
-    write(path, "Offsets of the encoders, written by `flexhex-gateway home`.", homed)?;
+    save(path, "Offsets of the encoders, written by `flexhex-gateway home`.", homed)?;
     reporter.mark(true, &format!("{}: name it in [homing] file", path.display()));
     Ok(())
-}
-
-/// Writes the file; an older one is kept under a name with its time of change.
-pub fn write(path: &Path, head: &str, content: &impl serde::Serialize) -> Result<(), String> {
-    let failed = |why: std::io::Error| format!("{}: {why}: check the folder", path.display());
-    let text = toml::to_string(content).map_err(|why| why.to_string())?;
-    if path.exists() {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let old = |n: u32| path.with_file_name(format!("{stem}-old-{n}.toml"));
-        let free = (1..).map(old).find(|name| !name.exists()).unwrap_or_else(|| old(0));
-        std::fs::rename(path, free).map_err(failed)?;
-    }
-    std::fs::write(path, format!("# {head}\n{text}")).map_err(failed)
 }

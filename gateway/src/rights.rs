@@ -1,16 +1,38 @@
 //! Rights of the process: locked memory, priority, CPU.
 
+use std::fmt::{self, Display, Formatter};
+
 use crate::config::Config;
-use crate::realtime;
+use crate::exit::{Ends, Exit};
+use crate::realtime::{self, Denied};
 use crate::wire::Socket;
 
-/// Request the real-time settings of the configuration; lockstep needs none. Returns a note on each
-/// that was not granted, with its remedy; on a live machine (`enable`) that is an error.
+/// Rights without which a live machine is not enabled.
+#[derive(Debug)]
+pub struct RightsError(Vec<Denied>);
+
+impl Display for RightsError {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        self.0.iter().try_for_each(|denied| writeln!(f, "{denied}"))?;
+        f.write_str(
+            "a live machine is not enabled without these rights; real_time.required = false allows it",
+        )
+    }
+}
+
+impl Ends for RightsError {
+    fn exit(&self) -> Exit {
+        Exit::Failed
+    }
+}
+
+/// Request the real-time settings of the configuration; lockstep needs none. Returns those that were not
+/// granted; on a live machine (`enable`) they are an error.
 pub fn request_real_time(
     config: &Config,
     lockstep: bool,
     enable: bool,
-) -> Result<Vec<String>, String> {
+) -> Result<Vec<Denied>, RightsError> {
     let r = &config.real_time;
     if lockstep {
         return Ok(Vec::new());
@@ -26,12 +48,8 @@ pub fn request_real_time(
         missing.extend(realtime::set_fifo(r.priority).err());
     }
     let live = r.required.unwrap_or_else(|| Socket::is_hardware(&config.bus.interface));
-    if enable && live && !missing.is_empty() {
-        return Err(format!(
-            "{}\na live machine is not enabled without these rights; real_time.required = false allows \
-             it",
-            missing.join("\n")
-        ));
+    match enable && live && !missing.is_empty() {
+        true => Err(RightsError(missing)),
+        false => Ok(missing),
     }
-    Ok(missing)
 }

@@ -199,6 +199,12 @@ macro_rules! reactions {
             pub fn to(&self, reason: Reason) -> ReactionKind {
                 match reason { $(Reason::$reason => self.$field),* }
             }
+
+            /// Names of the rules with this reaction.
+            pub fn with(&self, kind: ReactionKind) -> Vec<&'static str> {
+                let all = [$((stringify!($field), self.$field)),*];
+                all.into_iter().filter(|(_, k)| *k == kind).map(|(name, _)| name).collect()
+            }
         }
     };
 }

@@ -11,9 +11,10 @@ use crate::attend::{attend, Watched};
 use crate::bus::{self, BringUpOptions};
 use crate::config::{Config, AXES};
 use crate::cycle::{signals, ControlLoop, Ending, Outcome, Preallocated, RunOptions, Signals};
-use crate::exit::{bad, failed, Exit, Refusal};
+use crate::exit::{Exit, Refusal};
 use crate::learned;
 use crate::live::Board;
+use crate::option_error::OptionError;
 use crate::plan::plan;
 use crate::realtime;
 use crate::record::{ring, Columns, Writer, Written};
@@ -22,7 +23,7 @@ use crate::rights;
 use crate::session::{self, PowerArgs};
 use crate::tasks::Task;
 use crate::watch;
-use crate::wire::{Cable, CaptureError, Replay, Socket};
+use crate::wire::{Cable, Replay, Socket};
 
 pub const EXAMPLES: &str = "\
 Examples:
@@ -105,20 +106,21 @@ fn guided(
         }
         Ok(if out.good() { Exit::Good } else { Exit::Failed })
     });
-    done.unwrap_or_else(|(exit, why)| {
-        reporter.refused(&why);
-        exit
+    done.unwrap_or_else(|why| {
+        match why.exit {
+            Exit::Good => reporter.mark(true, &why.to_string()),
+            _ => reporter.refused(&why),
+        }
+        why.exit
     })
 }
 
-fn check_arguments(args: &Run) -> Result<(), Refusal> {
+fn check_arguments(args: &Run) -> Result<(), OptionError> {
     if !args.options.enable && !args.dry_run {
-        let why = "no mode given: --enable enables the drives, --dry-run only reads them";
-        return Err((Exit::Usage, why.to_owned()));
+        return Err(OptionError::NoMode);
     }
     if !(args.duration > 0.0 && args.duration < 1e7) {
-        let why = format!("--duration {}: allowed above 0 and below 1e7 s", args.duration);
-        return Err((Exit::Usage, why));
+        return Err(OptionError::Duration(args.duration));
     }
     Ok(())
 }
@@ -131,17 +133,19 @@ fn prepare_and_run(
     check_arguments(args)?;
     let lockstep = args.options.lockstep || args.replay.is_some();
     let read = if args.unhomed { args.config.read_unhomed() } else { args.config.read() };
-    let mut config = read.map_err(bad)?;
+    let mut config = read?;
     if args.resume.is_some() {
         config.estimate.resume.clone_from(&args.resume);
     }
     let config = config;
     reporter.title("flexhex-gateway");
-    let system = session::open_system(&config, reporter).map_err(bad)?;
-    let resume = learned::resumed(&config).map_err(bad)?;
-    let controller = signals::open(&config, &system, lockstep, resume).map_err(bad)?;
-    let signals = Signals::find(&config, &controller).map_err(bad)?;
-    let mut mechanics = session::mechanics(&config, &system).map_err(bad)?;
+    let system = session::open_system(&config, reporter)?;
+    let resume = learned::resumed(&config)?;
+    let controller = signals::open(&config, &system, lockstep, resume)?;
+    let signals = Signals::find(&config, &controller)?;
+    let mut mechanics = session::mechanics(&config, &system)?;
+    // from here on a task may listen to the keyboard
+    realtime::stop::listen();
     let task = make(&config, &system)?;
     if !task.is_homed() {
         // the line of the holding torque is through known poses
@@ -150,29 +154,26 @@ fn prepare_and_run(
     let columns = Columns::with(&session::extra_columns(&config, &controller));
     let width = columns.len();
     let (sink, source) = ring(config.recorder.buffer_cycles, width);
-    let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()));
-    let plan = plan.map_err(bad)?;
-    let writer = Writer::start(plan, source).map_err(bad)?;
+    let plan = plan(args.record.as_deref(), &args.meta, &config, (&system, columns.clone()))?;
+    let writer = Writer::start(plan, source)?;
     let socket = open_cable(args, &config)?;
-    realtime::stop::listen();
     let base_step = system.base_step();
     let board = Arc::new(Board::new(width));
-    watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)
-        .map_err(failed)?;
+    watch::serve(&config, (args.options.page, args.record.as_deref()), &board, &columns)?;
     if let Some(port) = args.options.page {
         reporter.line("page", &format!("http://127.0.0.1:{port}/"));
     }
     let (computing, closer) = (controller.watch(), writer.closer());
     let patience = watch::patience(lockstep, &config);
     let watched = Watched { reporter, board: &board, columns: &columns, patience };
-    let out = attend(
+    let out: Result<Outcome, Refusal> = attend(
         watched,
         || watch::hung(reporter, &computing, &closer, &args.config),
         || {
             // from OP on the drives expect a frame every cycle: all else is done before
             let notes = rights::request_real_time(&config, lockstep, args.options.enable);
-            for note in notes.map_err(failed)? {
-                reporter.line("note", &note);
+            for note in notes? {
+                reporter.line("note", &note.to_string());
             }
             let buffers = Preallocated::new(width);
             let bring_up = bring_up_options(args, lockstep, base_step);
@@ -180,8 +181,7 @@ fn prepare_and_run(
             let bus = bus::bring_up(&config, socket, bring_up, &mut |devices| {
                 reporter.devices(devices);
                 serials = bus::serials(&config, devices);
-            })
-            .map_err(failed)?;
+            })?;
             let (parts, sinks) = ((controller, signals, mechanics), (sink, buffers));
             let options = (run_options(args, lockstep, base_step), task);
             let control =
@@ -197,30 +197,22 @@ fn prepare_and_run(
     // a failed recording must not hide how the run ended
     let finished = writer.finish(trip);
     reporter.outcome(&out, finished.as_ref().unwrap_or(&Written::default()));
-    finished.map_err(failed)?;
+    finished?;
     if let (Some(recording), false) = (&args.record, args.dry_run) {
-        learned::save(reporter, &out, recording, &config).map_err(failed)?;
+        learned::save(reporter, &out, recording, &config)?;
     }
     Ok((config, system, out))
 }
 
 fn open_cable(args: &Run, config: &Config) -> Result<Cable, Refusal> {
     if let Some(file) = &args.replay {
-        let capture = std::fs::read(file).map_err(CaptureError::Unreadable);
-        let replay = capture.and_then(|capture| Replay::of(&capture));
-        return replay
-            .map(Cable::Replayed)
-            .map_err(|why| bad(format!("{}: {why}", file.display())));
+        return Ok(Cable::Replayed(Replay::open(file)?));
     }
     let name = &config.bus.interface;
     if args.options.lockstep && Socket::is_hardware(name) {
-        let why = format!(
-            "--lockstep: {name} is a hardware port and real drives run by their own clock: leave \
-             --lockstep out"
-        );
-        return Err((Exit::Usage, why));
+        return Err(OptionError::Lockstep(name.clone()).into());
     }
-    Socket::open(name).map(Cable::Live).map_err(failed)
+    Ok(Cable::Live(Socket::open(name)?))
 }
 
 fn bring_up_options(args: &Run, lockstep: bool, base_step: f64) -> BringUpOptions {

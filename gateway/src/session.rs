@@ -2,7 +2,9 @@
 
 use clap::Args;
 use flexhex_system::{Component, Controller, System};
+use serde_json::json;
 
+use crate::cautions;
 use crate::config::{Config, AXES};
 use crate::limits;
 use crate::mismatch::Mismatch;
@@ -39,6 +41,10 @@ pub fn open_system(config: &Config, reporter: Reporter) -> Result<System, Mismat
     let (path, step_us) = (config.system.ssp.display(), system.base_step() * 1e6);
     let count = system.components().len();
     reporter.mark(true, &format!("{path}: {count} components, cycle time {step_us:.0} us"));
+    for caution in cautions::of(config) {
+        reporter.line("caution", &caution.to_string());
+        reporter.event("caution", json!({ "message": caution.to_string() }));
+    }
     Ok(system)
 }
 
@@ -151,7 +157,11 @@ pub fn mechanics(config: &Config, system: &System) -> Result<Mechanics, Mismatch
     let value = |name: &str| component.parameter(name).ok_or_else(|| missing(name));
     let (mut kp, mut weight) = ([0.0; AXES], [0.0; AXES]);
     for axis in 0..AXES {
-        kp[axis] = value(&format!("kp[{}]", axis + 1))?;
+        let gain = format!("kp[{}]", axis + 1);
+        kp[axis] = value(&gain)?;
+        if kp[axis] <= 0.0 {
+            return Err(Mismatch::NoGain(format!("{name}.{gain}"), kp[axis]));
+        }
         let input = format!("tau_ff[{}]", axis + 1);
         let start = component.variable(&input).and_then(|v| v.start);
         weight[axis] = start.ok_or_else(|| missing(&input))?;

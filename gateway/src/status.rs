@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::arguments::ConfigArgs;
 use crate::config::AXES;
-use crate::exit::Exit;
-use crate::live;
+use crate::exit::{Exit, Refusal};
+use crate::live::{self, LiveFault};
 use crate::report::Reporter;
 
 const PERIOD: Duration = Duration::from_millis(500);
@@ -32,42 +32,27 @@ pub struct Status {
 /// Ask and print; the exit code of the command.
 pub fn status(args: &Status) -> Exit {
     let reporter = args.config.reporter();
-    let interface = match args.config.read_unhomed() {
-        Ok(config) => config.bus.interface,
-        Err(why) => {
+    shown(args, reporter).map_or_else(
+        |why| {
             reporter.refused(&why);
-            return Exit::BadInput;
-        }
-    };
-    let mut answered = false;
-    loop {
-        match shown(&interface) {
-            Ok(Some(view)) => print(reporter, &view),
-            Ok(None) if answered => return Exit::Good,
-            Ok(None) => {
-                reporter.refused(format!(
-                    "no flexhex-gateway runs on {interface:?}: start it with `run`, or name its \
-                     interface with --interface"
-                ));
-                return Exit::Failed;
-            }
-            Err(why) => {
-                reporter.refused(&why);
-                return Exit::Failed;
-            }
-        }
-        if !args.follow {
-            return Exit::Good;
-        }
-        answered = true;
-        std::thread::sleep(PERIOD);
-    }
+            why.exit
+        },
+        |()| Exit::Good,
+    )
 }
 
-fn shown(interface: &str) -> Result<Option<Value>, String> {
-    let Some(text) = live::ask(interface)? else { return Ok(None) };
-    let failed = |why| format!("the gateway on {interface} answers no JSON ({why})");
-    serde_json::from_str(&text).map(Some).map_err(failed)
+fn shown(args: &Status, reporter: Reporter) -> Result<(), Refusal> {
+    let interface = args.config.read_unhomed()?.bus.interface;
+    let first = live::ask(&interface)?;
+    let mut view = Some(first.ok_or_else(|| LiveFault::NotRunning.of(&interface))?);
+    while let Some(shown) = view.take() {
+        print(reporter, &shown);
+        if args.follow {
+            std::thread::sleep(PERIOD);
+            view = live::ask(&interface)?;
+        }
+    }
+    Ok(())
 }
 
 fn print(reporter: Reporter, view: &Value) {

@@ -9,14 +9,16 @@ use std::path::{Path, PathBuf};
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, Scale, AXES};
 use crate::cycle::Outcome;
-use crate::exit::{bad, failed, Exit, Refusal};
+use crate::exit::{Exit, Refusal};
+use crate::file_error::FileError;
 use crate::motion::Mover;
 use crate::record::now;
-use crate::referencing::write;
 use crate::report::Reporter;
 use crate::run;
+use crate::saved::save;
 use crate::session::{self, PowerArgs};
 use crate::tasks::{Poses, Seen, Step, Task};
+use crate::torque_error::TorqueError;
 
 /// The pose is reached from either side by this way [rad], so that friction cancels.
 const AROUND: f64 = 0.02;
@@ -62,7 +64,7 @@ struct Record {
 /// Hold the neutral pose and compare; the exit code of the command.
 pub fn find(args: &Torque) -> Exit {
     let make = |_: &Config, system: &System| {
-        usage(args).map_err(|why| (Exit::Usage, why))?;
+        usage(args)?;
         Ok(Task::Poses(poses(system)))
     };
     let tell = |reporter: Reporter, config: &Config, system: &System, out: &Outcome| {
@@ -71,25 +73,23 @@ pub fn find(args: &Torque) -> Exit {
     run::instead((&args.config, args.options), false, make, tell)
 }
 
-fn usage(args: &Torque) -> Result<(), String> {
+fn usage(args: &Torque) -> Result<(), TorqueError> {
     if !(0.0..=50.0).contains(&args.mass) {
-        return Err(format!("--mass {}: allowed 0 to 50 kg", args.mass));
+        return Err(TorqueError::Mass(args.mass));
     }
     if (args.mass > 0.0) != args.against.is_some() {
-        return Err("--mass and --against belong together: first a run without both, with --write"
-            .to_owned());
+        return Err(TorqueError::Alone);
     }
     args.against.as_deref().map_or(Ok(()), |file| read(file).map(|_| ()))
 }
 
-fn read(file: &Path) -> Result<Record, String> {
-    let text = std::fs::read_to_string(file).map_err(|why| format!("{}: {why}", file.display()))?;
-    let record: Record = toml::from_str(&text).map_err(|why| {
-        format!("{}: not written by `calibrate torque` ({})", file.display(), why.message())
-    })?;
+fn read(file: &Path) -> Result<Record, TorqueError> {
+    let text = std::fs::read_to_string(file).map_err(FileError::of(file));
+    let record: Record = toml::from_str(&text.map_err(TorqueError::Unreadable)?)
+        .map_err(|why| TorqueError::NoRecord(file.to_owned(), why))?;
     match record.mass_kg {
         0.0 => Ok(record),
-        mass => Err(format!("{}: a run with {mass} kg, not one without", file.display())),
+        mass => Err(TorqueError::Loaded(file.to_owned(), mass)),
     }
 }
 
@@ -115,9 +115,9 @@ fn told(
     };
     reporter.line("holding", &format!("{holding:.3?} N m"));
     if let Some(file) = &args.against {
-        let empty = read(file).map_err(bad)?;
-        let added = added(config, system, args.mass).map_err(failed)?;
-        let found = compare(&record, &empty, &added).map_err(failed)?;
+        let empty = read(file)?;
+        let added = added(config, system, args.mass)?;
+        let found = compare(&record, &empty, &added)?;
         let mean = found.iter().sum::<f64>() / AXES as f64;
         let spread = found.iter().fold(0.0, |far: f64, c| far.max((c / mean - 1.0).abs()));
         reporter.line("by axis", &format!("{found:.4?}"));
@@ -137,55 +137,48 @@ fn told(
     let Some(path) = &args.write else { return Ok(()) };
     let head =
         "Holding torques of the neutral pose, written by `flexhex-gateway calibrate torque`.";
-    write(path, head, &record).map_err(failed)
+    save(path, head, &record)?;
+    Ok(())
 }
 
 /// Torque constant of each axis: the mass adds `added`, the drives measured the difference of the records.
-fn compare(loaded: &Record, empty: &Record, added: &[f64; AXES]) -> Result<[f64; AXES], String> {
+fn compare(
+    loaded: &Record,
+    empty: &Record,
+    added: &[f64; AXES],
+) -> Result<[f64; AXES], TorqueError> {
     if (loaded.serial, loaded.scale) != (empty.serial, empty.scale) {
-        return Err(
-            "the run without the mass was made with other drives or another scale: repeat it"
-                .to_owned(),
-        );
+        return Err(TorqueError::OtherDrives);
     }
     let mut found = [0.0; AXES];
-    for k in 0..AXES {
-        let (wanted, measured) = (added[k], loaded.holding[k] - empty.holding[k]);
-        if wanted.abs() < ENOUGH {
-            return Err(format!(
-                "axis {}: the mass adds only {wanted:.4} N m, needed {ENOUGH}: take a larger one",
-                k + 1
-            ));
+    for axis in 0..AXES {
+        let (adds, measured) = (added[axis], loaded.holding[axis] - empty.holding[axis]);
+        if adds.abs() < ENOUGH {
+            return Err(TorqueError::Light { axis, adds, needed: ENOUGH });
         }
-        found[k] = loaded.scale * wanted / measured;
-        if !(found[k] > 0.2 * loaded.scale && found[k] < 5.0 * loaded.scale) {
-            return Err(format!(
-                "axis {}: the mass should add {wanted:.3} N m, measured {measured:.3} N m: sign (drive.direction), \
-                 mass or machine file is wrong",
-                k + 1
-            ));
+        found[axis] = loaded.scale * adds / measured;
+        if !(found[axis] > 0.2 * loaded.scale && found[axis] < 5.0 * loaded.scale) {
+            return Err(TorqueError::Impossible { axis, adds, measured });
         }
     }
     Ok(found)
 }
 
 /// What a mass adds to the torques that hold the neutral pose [N m], by the plant of the system description.
-fn added(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], String> {
+fn added(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], TorqueError> {
     let [without, with] = [0.0, mass].map(|mass| held(config, system, mass));
     let (without, with) = (without?, with?);
     Ok(std::array::from_fn(|k| with[k] - without[k]))
 }
 
 /// Torque that holds the neutral pose with a mass [N m]: the same poses in a simulation.
-fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], String> {
+fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], TorqueError> {
     let schedule = [("count", 1.0), ("time[1]", 0.0), ("mass[1]", mass)];
     let parameters =
         schedule.map(|(name, value)| (format!("reference.payload_{name}"), Value::Number(value)));
     let opened = Plant::open(system, &config.system.host, None, &parameters);
-    let mut plant = opened.map_err(|why| {
-        format!("{why}: `calibrate torque` needs a plant whose payload comes from `reference`")
-    })?;
-    let mechanics = session::mechanics(config, system).map_err(|why| why.to_string())?;
+    let mut plant = opened.map_err(TorqueError::NoPlant)?;
+    let mechanics = session::mechanics(config, system).map_err(TorqueError::Mismatch)?;
     let mut poses = poses(system);
     let (mut theta, mut tau) = ([0.0; AXES], [0.0; AXES]);
     let Some(first) = poses.begin(&theta) else { return Ok(tau) };
@@ -194,7 +187,7 @@ fn held(config: &Config, system: &System, mass: f64) -> Result<[f64; AXES], Stri
     loop {
         plant.read(&mut theta, &mut tau);
         mover.step(&theta, 0);
-        plant.step(&mover.tau).map_err(|why| why.to_string())?;
+        plant.step(&mover.tau).map_err(TorqueError::Plant)?;
         let (tau_meas, left) = (&tau, mover.left());
         let seen = Seen { complete: true, theta: &theta, tau_meas, r: &mover.r, left };
         match poses.step(&seen) {

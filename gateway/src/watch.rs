@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
 use crate::exit::Exit;
-use crate::live::{self, Board};
+use crate::live::{self, Board, LiveError};
 use crate::off;
 use crate::record::{Closer, Columns};
 use crate::report::Reporter;
@@ -62,7 +62,7 @@ pub fn serve(
     (page, recording): (Option<u16>, Option<&Path>),
     board: &Arc<Board>,
     columns: &Columns,
-) -> Result<(), String> {
+) -> Result<(), LiveError> {
     let shown = || {
         let (board, columns, about) =
             (Arc::clone(board), columns.clone(), about(recording, config));
@@ -70,7 +70,7 @@ pub fn serve(
     };
     live::serve_status(&config.bus.interface, shown())?;
     match page {
-        Some(port) => live::serve_page(port, shown()),
+        Some(port) => live::serve_page(&config.bus.interface, port, shown()),
         None => Ok(()),
     }
 }

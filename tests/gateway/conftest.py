@@ -11,7 +11,7 @@ from tests.gateway.fault_table import FALLS, Table
 
 @pytest.fixture(scope="session")
 def table(request: pytest.FixtureRequest) -> Iterator[Table]:
-    """Rows of docs/gateway.md; `--update` writes them."""
+    """Rows of docs/gateway-faults.md; `--update` writes them."""
     rows = Table(bool(request.config.getoption("--update")))
     yield rows
     rows.write()
@@ -19,7 +19,7 @@ def table(request: pytest.FixtureRequest) -> Iterator[Table]:
 
 @pytest.fixture(scope="session")
 def falls(request: pytest.FixtureRequest) -> Iterator[Table]:
-    """Rows of the table of falls in docs/gateway.md."""
+    """Rows of the table of falls in docs/gateway-faults.md."""
     rows = Table(bool(request.config.getoption("--update")), FALLS)
     yield rows
     rows.write()

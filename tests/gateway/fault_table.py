@@ -8,7 +8,7 @@ from pathlib import Path
 from tests.conftest import ROOT
 
 FILE = ROOT / "docs" / "gateway-faults.md"
-GUIDE = ROOT / "docs" / "gateway.md"
+FIGURES = ROOT / "docs" / "gateway-figures.md"
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ MARGINS = Place(
     "<!-- margins: written by tests/gateway -->",
     "<!-- end of margins -->",
     ("| rule | limit | adaptive | fixed | feedback only |", "|---|---|---|---|---|"),
-    GUIDE,
+    FIGURES,
 )
 
 DRIFTS = Place(
@@ -58,7 +58,7 @@ DRIFTS = Place(
         "| best seen drift [N m] |",
         "|---|---|---|",
     ),
-    GUIDE,
+    FIGURES,
 )
 
 

@@ -1,4 +1,4 @@
-"""How little the torques say about an encoder that drifts: the table of docs/gateway.md."""
+"""How little the torques say about an encoder that drifts: the table of docs/gateway-figures.md."""
 
 from __future__ import annotations
 

@@ -132,7 +132,7 @@ def test_state_that_does_not_fit_is_refused_before_power(
     ("old", "new", "why"),
     [
         ('"guid": "{', '"guid": "{0', "the state is of the FMU {0"),
-        ('"state": "', '"state": "00', "fmi2DeSerializeFMUstate returned status 3"),
+        ('"state": "', '"state": "00', "the saved state is damaged (fmi2DeSerializeFMUstate"),
         (
             '"p.actuator[1].o",\n          -',
             '"p.actuator[1].o",\n          -1',

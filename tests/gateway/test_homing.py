@@ -10,8 +10,11 @@ from pathlib import Path
 import pytest
 
 from tests.gateway.bench import Bench, drive, never_enabled
+from tests.gateway.fault_table import Table
 from tests.gateway.test_readback import RUN, SHORT, refusal
+from tests.gateway.test_refusals import REST_RAD, RESTS
 from tests.gateway.test_trust import head
+from tests.gateway.weight import free
 
 COUNTS = (123_456_789, -2_000_000_000, 0, 2_147_483_647, -1, 50_000_000)
 OFFSETS = "".join(drive(k, f"offset = {counts}") for k, counts in enumerate(COUNTS))
@@ -33,7 +36,7 @@ def homed(hexapod_ssp: Path, tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 def test_run_with_the_offsets_is_the_same_to_the_last_bit(homed: Bench) -> None:
     plain = homed.run(seconds=0.25)
-    assert "axis 2: theta = " in refusal(homed.run(options=OFFSETS, command=RUN))
+    assert "axis 1: it rests at 0.18" in refusal(homed.run(options=OFFSETS, command=RUN))
     ran = homed.run(options=OFFSETS, seconds=0.25, changes=(NAMED,))
     assert ran.code == 0, ran.words
     digests = [each.happened("stopped")[0]["digest"] for each in (plain, ran)]
@@ -70,3 +73,24 @@ def test_old_file_is_kept_and_another_pose_moves_the_offsets(homed: Bench) -> No
     for wrong in ("0,0", "0,0,0,0,0,11"):
         assert homed.run(command=("home", "--at", wrong)).code == 2
     assert homed.run(command=RUN, changes=(NAMED,), seconds=SHORT).code == 1, "other counts"
+
+
+TURNED = ("# serial = 1003\ndirection = 1", "# serial = 1003\ndirection = -1")
+"""Torque and angle of axis 3 both count the other way."""
+
+
+def test_axis_that_rests_above_its_weight_is_refused(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    """The feedback would hold it all the same, in a mirrored pose."""
+    bench = Bench(hexapod_ssp, tmp_path)
+    fallen = free(bench, changes=(TURNED,))
+    assert fallen.ran.code == 1
+    told = fallen.ran.one("refused")
+    assert told["kind"] == "against_weight"
+    assert "axis 3: it rests at 0.2" in told["message"]
+    assert "drive[2].direction" in told["message"]
+    never_enabled(fallen.ran)
+    falls.add(fallen.refused("direction of an axis is wrong"))
+    held = (REST_RAD, RESTS[1].replace("-0.23", "0.23"))
+    assert free(bench, changes=(TURNED, held), seconds=0.05).ran.code == 0, "somebody knows better"

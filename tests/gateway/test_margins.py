@@ -1,4 +1,4 @@
-"""How near good runs come to the limits of the rules: the table of docs/gateway.md."""
+"""How near good runs come to the limits of the rules: the table of docs/gateway-figures.md."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.gateway.bench import Acts, Bench, Process, drive, stops
+from tests.gateway.bench import Acts, Bench, Process, drive, never_enabled, stops
 from tests.gateway.fault_table import Table
 from tests.gateway.test_landing import ALL, AT
 from tests.gateway.weight import Fallen, free
@@ -56,6 +56,10 @@ ASKED = (
     Asked("SIGTERM", signal.SIGTERM),
     Asked("closed terminal (SIGHUP)", signal.SIGHUP),
     Asked("Ctrl-C in the lift-off", signal.SIGINT, LIFTING),
+    Asked("Ctrl-Z (SIGTSTP)", signal.SIGTSTP),
+    Asked("Ctrl-\\ (SIGQUIT)", signal.SIGQUIT),
+    Asked("power cut announced (SIGPWR)", signal.SIGPWR),
+    Asked("limit of computing time (SIGXCPU)", signal.SIGXCPU),
 )
 
 
@@ -70,6 +74,24 @@ def test_signal_lands_the_machine(
     assert "stopped on request, drives disabled" in fallen.ran.words
     fallen.ends_at_rest(cycle)
     falls.add(fallen.row(asked.name, "none", "land", cycle))
+
+
+def test_ctrl_c_before_power_is_heeded_at_once(hexapod_ssp: Path, tmp_path: Path) -> None:
+    """No drive reaches OP: it would be waited for."""
+
+    def interrupt(gateway: Process) -> None:
+        time.sleep(1.5)
+        gateway.send_signal(signal.SIGINT)
+
+    options = '[[fault]]\nkind = "frame_lost"\ncycle = 1\ncount = 0\ncounting = "frames"\n'
+    patient = ("state_timeout_ms = 5000", "state_timeout_ms = 60000")
+    bench = Bench(hexapod_ssp, tmp_path)
+    ran = bench.run(
+        options=options, changes=(patient,), command=("run", "--enable"), during=interrupt
+    )
+    assert ran.code == 0, ran.words
+    assert "stopped on request" in ran.words
+    never_enabled(ran)
 
 
 def test_second_request_takes_the_torque_at_once(

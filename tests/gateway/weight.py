@@ -97,9 +97,10 @@ class Fallen:
 
     def _index(self, cycle: int) -> int:
         """Cycles since the drives were enabled in a cycle of the controller."""
-        lifted = int(self.ran.one("summary")["lifted"])
-        # cycles of a lift-off count down to the controller's first
-        return lifted + 1 + cycle if cycle >= 0 else lifted
+        summary = self.ran.one("summary")
+        lifted = int(summary["lifted"])
+        # cycles of a lift-off count down to the controller's first, without those that were skipped
+        return lifted + 1 + cycle if cycle >= 0 else lifted + int(summary["skipped"])
 
     @property
     def stopped(self) -> Event:

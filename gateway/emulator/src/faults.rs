@@ -25,6 +25,7 @@ pub enum FaultKind {
     FrameDelayed,
     FrameReordered,
     Pause,
+    Stall,
 }
 
 impl FaultKind {
@@ -50,6 +51,7 @@ impl FaultKind {
             FaultKind::FrameDelayed => "frame_delayed",
             FaultKind::FrameReordered => "frame_reordered",
             FaultKind::Pause => "pause",
+            FaultKind::Stall => "stall",
         }
     }
 

@@ -6,6 +6,7 @@ use std::fmt::{self, Display, Formatter};
 use super::cia402::{State, State::Fault};
 use super::sdo::{words, SdoError};
 use super::{al, Difference};
+use crate::exit::{Ends, Exit};
 
 /// Something at a drive: its axis, from 0, and its position on the bus.
 pub type At<T> = (usize, u16, T);
@@ -19,6 +20,8 @@ pub enum BusError {
     NotInitialised(Error),
     /// No reply for as long as a bring-up may take.
     Silent,
+    /// By a signal, before any drive was enabled.
+    Stopped,
     Identity(Vec<Stranger>),
     Energised(Vec<Energised>),
     Differences(Vec<At<Difference>>),
@@ -118,6 +121,7 @@ impl Display for BusError {
             BusError::Silent => {
                 f.write_str("no reply from the bus within 60 s: check cable and drives")
             }
+            BusError::Stopped => f.write_str("stopped on request; no drive was enabled"),
             BusError::Identity(all) => lines(f, all),
             BusError::Energised(all) => lines(f, all),
             BusError::Differences(all) => lines(f, all.iter().map(at)),
@@ -199,6 +203,15 @@ impl Display for DriveError {
                 f.write_str("no active sync manager for outputs (registers 0x0810 to 0x083f)")
             }
             DriveError::Gone(why) => why.fmt(f),
+        }
+    }
+}
+
+impl Ends for BusError {
+    fn exit(&self) -> Exit {
+        match self {
+            BusError::Stopped => Exit::Good,
+            _ => Exit::Failed,
         }
     }
 }

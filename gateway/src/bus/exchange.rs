@@ -96,6 +96,11 @@ impl<L: Link> Bus<L> {
         std::array::from_fn(|axis| self.drives.zero(axis, theta[axis]))
     }
 
+    /// Cycles that went by since the last call, where no clock but the emulator says so.
+    pub fn stalled(&mut self) -> u64 {
+        std::mem::take(&mut self.wire.stalled)
+    }
+
     /// Torque [N m] and controlword of each axis in the next frame.
     pub fn write(&mut self, tau: &[f64; AXES], controlword: &[u16; AXES]) {
         for axis in 0..AXES {

@@ -21,7 +21,7 @@ mod watchdog;
 pub use difference::Difference;
 pub use exchange::{Ask, Bus, Reply};
 pub use identity::{serials, DeviceInfo};
-pub use off::{off, OffError};
+pub use off::off;
 pub use options::BringUpOptions;
 pub use positions::{positions, Encoder};
 pub use setup::{bring_up, inspect, Lists};

@@ -11,8 +11,9 @@ use super::options::BringUpOptions;
 use super::setup::{find_any, master};
 use super::{al, sdo};
 use crate::config::Config;
+use crate::exit::{Ends, Exit};
 use crate::realtime::{now_ns, sleep_until};
-use crate::wire::{Link, PortError};
+use crate::wire::Link;
 
 const CONTROLWORD: u16 = 0x6040;
 const STATUSWORD: u16 = 0x6041;
@@ -30,8 +31,6 @@ pub enum OffError {
     Silent,
     /// Positions of drives that do not obey controlword 0.
     Energised(Vec<usize>),
-    /// The port could not be opened.
-    Port(PortError),
     /// The devices could not be initialised.
     Bus(BusError),
 }
@@ -58,9 +57,14 @@ impl fmt::Display for OffError {
                     named.join(", ")
                 )
             }
-            OffError::Port(why) => why.fmt(f),
             OffError::Bus(why) => why.fmt(f),
         }
+    }
+}
+
+impl Ends for OffError {
+    fn exit(&self) -> Exit {
+        Exit::Failed
     }
 }
 

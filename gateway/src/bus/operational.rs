@@ -9,7 +9,7 @@ use super::exchange::Bus;
 use super::options::BringUpOptions;
 use super::{al, watchdog, Difference};
 use crate::config::{Config, AXES};
-use crate::realtime::{now_ns, sleep_until};
+use crate::realtime::{now_ns, sleep_until, stop};
 use crate::wire::Link;
 
 /// Station address of the first device, as ethercrab assigns them.
@@ -46,6 +46,9 @@ pub fn reach_op<L: Link>(
     let tries = u64::from(config.bus.state_timeout_ms) * 1_000_000 / cycle;
     bus.write(&[0.0; AXES], &[0; AXES]);
     for _ in 0..tries {
+        if stop::requested() {
+            return Err(BusError::Stopped);
+        }
         let begin = now_ns();
         let answered = exchange(bus, config, options);
         let states = bus.reply().al_state;

@@ -10,13 +10,13 @@ use super::al;
 use super::difference::Difference;
 use super::drives::Drives;
 use super::error::{At, BusError};
-use super::exchange::{Bus, Group, Reply, Running, MOST};
+use super::exchange::{Ask, Bus, Group, Reply, Running, MOST};
 use super::identity::{self, DeviceInfo, Groups};
 use super::objects::{self, Site};
 use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
 use super::options::BringUpOptions;
 use crate::config::{Config, AXES};
-use crate::realtime::now_ns;
+use crate::realtime::{now_ns, stop};
 use crate::wire::{Link, Wire};
 
 const FRAMES: usize = 8;
@@ -103,6 +103,7 @@ pub fn bring_up<L: Link>(
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
 ) -> Result<Bus<L>, BusError> {
     let (mut wire, main) = master(config, link, options)?;
+    wire.heeds_stop = true;
     let drives = Drives::new(config);
     let mut others = false;
     let mut see = |devices: &[DeviceInfo]| {
@@ -110,14 +111,21 @@ pub fn bring_up<L: Link>(
         on_devices(devices);
     };
     let work = prepare(config, main, options, drives.bytes(), &mut see);
-    let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or(Err(BusError::Silent))?;
+    let silent = || if stop::requested() { BusError::Stopped } else { BusError::Silent };
+    let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| Err(silent()))?;
     let mut order = [0; AXES];
     for (axis, place) in order.iter_mut().enumerate() {
         *place = config.place_on_bus(axis);
     }
     let mut bus = Bus { wire, main, group, drives, order, others, reply: Reply::default() };
-    reach_op(&mut bus, config, options)?;
-    Ok(bus)
+    let reached = reach_op(&mut bus, config, options);
+    bus.wire.heeds_stop = false;
+    if stop::requested() {
+        // back to INIT, so that no watchdog expires
+        bus.leave(Ask::default(), &[true; AXES]);
+        return Err(BusError::Stopped);
+    }
+    reached.map(|()| bus)
 }
 
 /// The devices in PRE-OP; refused where one is in OP.

@@ -183,6 +183,12 @@ fn drives(config: &Config, mistakes: &mut Mistakes) {
         if drive.direction != 1 && drive.direction != -1 {
             mistakes.add(format!("drive[{k}].direction = {}, allowed 1 or -1", drive.direction));
         }
+        let double = |serial: &u32| config.drive[..k].iter().any(|d| d.serial == Some(*serial));
+        if let Some(serial) = drive.serial.filter(double) {
+            mistakes.add(format!(
+                "drive[{k}].serial = {serial}: also that of another drive: `check --bus` shows them"
+            ));
+        }
         mistakes.check_range(
             &format!("drive[{k}].position"),
             drive.position.into(),

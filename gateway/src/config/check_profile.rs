@@ -5,12 +5,14 @@ use super::{startup, Pdo, Profile, Role, Scale};
 
 /// Mistakes of a profile.
 pub(super) fn profile(p: &Profile, mistakes: &mut Mistakes) {
-    mistakes.check_range(
-        "profile.mode",
-        p.mode.into(),
-        1.0..=10.0,
-        "4 is torque mode, 10 cyclic synchronous torque (CST)",
-    );
+    // in any other mode of CiA 402 the drive would go for a position or a speed that nobody sends
+    if !matches!(p.mode, i8::MIN..=-1 | 4 | 10) {
+        mistakes.add(format!(
+            "profile.mode = {}: no torque mode: allowed 4 (torque), 10 (cyclic synchronous torque), or a \
+             negative mode of the maker",
+            p.mode
+        ));
+    }
     mistakes.check_range(
         "profile.counts_per_revolution",
         p.counts_per_revolution,

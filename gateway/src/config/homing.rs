@@ -2,6 +2,7 @@
 
 use flexhex_system::AXES;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use super::mistakes::{Mistake, Mistakes};
@@ -80,12 +81,12 @@ impl Homed {
     pub fn parse(text: &str) -> Result<Homed, Mistake> {
         let form = |why: toml::de::Error| format!("no homing file ({})", why.message());
         let homed: Homed = toml::from_str(text).map_err(|why| Mistake::Form(form(why)))?;
-        match homed.axis.len() {
-            AXES => Ok(homed),
-            n => {
-                let why = format!("{n} axes, expected {AXES}: home the machine again");
-                Err(Mistake::Value(why))
-            }
+        let again = |why: String| Err(Mistake::Value(format!("{why}: home the machine again")));
+        let serials: BTreeSet<_> = homed.axis.iter().map(|axis| axis.serial).collect();
+        match (homed.axis.len(), serials.len()) {
+            (AXES, AXES) => Ok(homed),
+            (AXES, _) => again("two axes have drives of one serial number".to_owned()),
+            (n, _) => again(format!("{n} axes, expected {AXES}")),
         }
     }
 }
@@ -113,6 +114,9 @@ mod tests {
         let five = Homed { axis: homed().axis[1..].to_vec(), ..homed() };
         let why = |text: &str| Homed::parse(text).unwrap_err().to_string();
         assert!(why(&toml::to_string(&five).unwrap()).contains("5 axes"));
+        let mut double = homed();
+        double.axis[2].serial = double.axis[4].serial;
+        assert!(why(&toml::to_string(&double).unwrap()).contains("of one serial number"));
         assert!(why("time,theta").contains("no homing file"));
     }
 }

@@ -58,5 +58,10 @@ impl Landing {
         ] {
             mistakes.check_range(&format!("landing.{key}"), value, low..=high, mend);
         }
+        // what is no number would be near every pose
+        for (k, rest) in self.rest.iter().flatten().enumerate() {
+            let mend = "angle at which this axis rests without torque";
+            mistakes.check_range(&format!("landing.rest_rad[{k}]"), *rest, -10.0..=10.0, mend);
+        }
     }
 }

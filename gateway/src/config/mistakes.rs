@@ -5,6 +5,8 @@ use std::io;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use crate::exit::{Ends, Exit};
+
 /// Why a configuration cannot be used: every mistake, and the file that has it.
 #[derive(Debug)]
 pub struct ConfigError {
@@ -100,5 +102,11 @@ impl Mistakes {
             true => Ok(()),
             false => Err(ConfigError { file: None, mistakes: self.0 }),
         }
+    }
+}
+
+impl Ends for ConfigError {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
     }
 }

@@ -22,6 +22,12 @@ fn mistakes_name_key_value_and_range() {
         ("torque_N_m = 27.0", "torque_N_m = 0.0", "limits.torque_N_m = 0, allowed 0.001 to 10000"),
         ("watchdog_ms = 5", "watchdog_ms = 0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
         ("position = 1", "position = 0", "drive[1].position = 0"),
+        ("mode = 4 ", "mode = 8 ", "profile.mode = 8: no torque mode: allowed 4 (torque)"),
+        (
+            "# rest_rad = [-0.34, -0.35,",
+            "rest_rad = [-0.34, nan,",
+            "landing.rest_rad[1] = NaN, allowed -10 to 10",
+        ),
         ("direction = 1", "direction = 2", "drive[0].direction = 2, allowed 1 or -1"),
         (
             "position_min_rad = -0.52",
@@ -119,4 +125,12 @@ fn values_of_a_wrong_type_are_refused_with_their_line() {
         let text = refused(from, to);
         assert!(text.contains(wanted), "{text}");
     }
+}
+
+#[test]
+fn two_drives_have_two_serial_numbers() {
+    let named = AKD.replace("# serial = 1001", "serial = 1001");
+    assert!(parse(&named.replace("# serial = 1002", "serial = 1002")).is_ok());
+    let text = parse(&named.replace("# serial = 1002", "serial = 1001")).unwrap_err().to_string();
+    assert!(text.contains("drive[1].serial = 1001: also that of another drive"), "{text}");
 }

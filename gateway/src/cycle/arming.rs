@@ -10,6 +10,9 @@ use crate::realtime::stop;
 use crate::rules::Reason;
 use crate::wire::Link;
 
+/// Angle [rad] up to which an axis may rest on the side from which its weight should have pulled it.
+const ABOVE: f64 = 0.05;
+
 impl<L: Link> ControlLoop<'_, L> {
     /// Whether this reply starts cycle 0: every drive is enabled. Refusals end the run.
     pub(super) fn armed(&mut self, reply: &Reply, tries: u64) -> bool {
@@ -99,8 +102,17 @@ impl<L: Link> ControlLoop<'_, L> {
                 return Some(Refusal::Moving { axis, rate, limit });
             }
             let limit = l.following_error;
-            let wanted = rest.map(|rest| rest[axis]).filter(|r| (r - theta).abs() > limit)?;
-            Some(Refusal::NotAtRestPose { axis, theta, wanted, limit })
+            match rest.map(|rest| rest[axis]) {
+                Some(wanted) if (wanted - theta).abs() > limit => {
+                    Some(Refusal::NotAtRestPose { axis, theta, wanted, limit })
+                }
+                Some(_) => None,
+                None => {
+                    let weight = self.mechanics.weight[axis];
+                    let above = theta * weight.signum() > ABOVE && weight != 0.0;
+                    above.then_some(Refusal::AgainstWeight { axis, theta, weight })
+                }
+            }
         })
     }
 

@@ -185,6 +185,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         let reply = *self.bus.exchange(deadline);
         let arrived = now_ns();
         let round_trip = arrived - begin;
+        let late_ns = late_ns + self.clock.skip(self.bus.stalled());
         if let Some(phase) = reply.phase_ns {
             self.clock.steer(phase);
         }

@@ -98,7 +98,7 @@ impl<L: Link> ControlLoop<'_, L> {
             al_state: &reply.al_state,
             mode: &reply.mode,
             controller: None,
-            overrun_us: self.overrun_us(late_ns),
+            overrun_us: late_ns as f64 / 1e3,
         });
         self.push(0);
         let over = mover.left() == 0;

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::bus::cia402::State;
 use crate::config::AXES;
+use crate::tasks::Failure;
 
 /// Axes are counted from 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,12 @@ pub enum Refusal {
         wanted: f64,
         limit: f64,
     },
+    /// Its weight, the torque that holds the neutral pose [N m], should have pulled it to the other side.
+    AgainstWeight {
+        axis: usize,
+        theta: f64,
+        weight: f64,
+    },
     /// Others have been enabled for longer than `most_ms`; those that are not must not wait, as they carry no weight.
     LeftBehind {
         states: [State; AXES],
@@ -43,7 +50,7 @@ pub enum Refusal {
     NotEnabled {
         states: [State; AXES],
     },
-    Task(String),
+    Task(Failure),
 }
 
 impl Refusal {
@@ -56,6 +63,7 @@ impl Refusal {
             Refusal::Angle { .. } => "angle",
             Refusal::Moving { .. } => "moving",
             Refusal::NotAtRestPose { .. } => "rest_pose",
+            Refusal::AgainstWeight { .. } => "against_weight",
             Refusal::LeftBehind { .. } => "left_behind",
             Refusal::NotEnabled { .. } => "not_enabled",
             Refusal::Task(_) => "task",
@@ -92,6 +100,13 @@ impl fmt::Display for Refusal {
                  check drive[{axis}].offset_counts and that nothing blocks the axis",
                 axis + 1
             ),
+            Refusal::AgainstWeight { axis, theta, weight } => write!(
+                f,
+                "axis {}: it rests at {theta:.4} rad, but its weight ({weight:.3} N m hold it in the neutral pose) \
+                 pulls it to the other side: check drive[{axis}].direction and offset_counts; if something \
+                 holds it there, set landing.rest_rad",
+                axis + 1
+            ),
             Refusal::LeftBehind { states, most_ms } => {
                 let behind = states.iter().enumerate();
                 let behind = behind.filter(|(_, state)| **state != State::OperationEnabled);
@@ -108,7 +123,7 @@ impl fmt::Display for Refusal {
                 let names = states.map(State::name);
                 write!(f, "not all drives reached operation enabled: {names:?}")
             }
-            Refusal::Task(why) => f.write_str(why),
+            Refusal::Task(why) => why.fmt(f),
         }
     }
 }

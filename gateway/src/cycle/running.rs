@@ -59,7 +59,7 @@ impl<L: Link> ControlLoop<'_, L> {
             al_state: &reply.al_state,
             mode: &reply.mode,
             controller,
-            overrun_us: self.overrun_us(late_ns),
+            overrun_us: late_ns as f64 / 1e3,
         });
         self.push(compute);
         self.note_errors(&e);
@@ -108,15 +108,6 @@ impl<L: Link> ControlLoop<'_, L> {
         }
         let first = self.trip_fault().filter(|_| reason == Reason::FmuFault);
         first.map(|(component, fault)| component.fault_text(fault)).unwrap_or_default()
-    }
-
-    /// Delay of the start of a cycle [us]; none where no clock applies.
-    pub(super) fn overrun_us(&self, late_ns: u64) -> f64 {
-        if self.options.lockstep {
-            0.0
-        } else {
-            late_ns as f64 / 1e3
-        }
     }
 
     /// Cycles that the clock skipped since the last call.

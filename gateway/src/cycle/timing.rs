@@ -85,6 +85,12 @@ impl Clock {
         (now, late)
     }
 
+    /// So many cycles went by before this one; its delay [ns].
+    pub fn skip(&mut self, cycles: u64) -> u64 {
+        self.skipped += cycles;
+        cycles * self.cycle_ns
+    }
+
     /// Cycles missed at this delay. A frame in the last quarter would arrive after the SYNC0 of the next
     /// cycle and read its angles, so it belongs to that cycle.
     fn missed(&self, late: u64) -> u64 {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::error::{EsiError, Lacking};
 use super::xml::{Device, InitCmd, Object, PdoMap};
 
 /// Objects of the process data that the gateway needs.
@@ -31,14 +32,13 @@ impl Roles {
 }
 
 /// Text for the configuration, with what a person must still find out. Err names objects that no PDO has.
-pub fn template(device: &Device, roles: &Roles) -> Result<String, String> {
+pub fn template(device: &Device, roles: &Roles) -> Result<String, EsiError> {
     let rx = chosen(&device.rx, &[0x6040, roles.target_torque]);
     let tx = chosen(&device.tx, &[0x6041, roles.position, roles.actual_torque]);
     let (rx, tx) = match (rx, tx) {
         (Ok(rx), Ok(tx)) => (rx, tx),
         (rx, tx) => {
-            let missing: Vec<_> = [rx.err(), tx.err()].into_iter().flatten().collect();
-            return Err(missing.join("\n"));
+            return Err(EsiError::NoPdo([rx.err(), tx.err()].into_iter().flatten().collect()));
         }
     };
     let mut out = String::new();
@@ -97,7 +97,7 @@ fn startup(out: &mut String, all: &[InitCmd]) {
 }
 
 /// A PDO that has all these objects, assigned ones first; else several that have no object twice.
-fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, String> {
+fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, Lacking> {
     let has = |map: &PdoMap, object: u16| map.entries.iter().any(|e| e.object == object);
     let mut sorted: Vec<&PdoMap> = maps.iter().collect();
     sorted.sort_by_key(|map| !map.assigned);
@@ -116,21 +116,15 @@ fn chosen<'a>(maps: &'a [PdoMap], needed: &[u16]) -> Result<Vec<&'a PdoMap>, Str
         };
         match sorted.iter().find(|map| has(map, *object) && !repeats(map)) {
             Some(map) => found.push(map),
-            None => missing.push(format!("{object:#06x}")),
+            None => missing.push(*object),
         }
     }
     if missing.is_empty() {
         found.sort_by_key(|map| map.index);
         return Ok(found);
     }
-    let free: Vec<_> =
-        maps.iter().filter(|map| !map.fixed).map(|map| format!("{:#06x}", map.index)).collect();
-    Err(format!(
-        "no PDO of the file has {} beside the others: name the drive's own objects (--target-torque, \
-         --actual-torque, --position), or write the entries of a PDO that may be changed ({}) by hand",
-        missing.join(", "),
-        if free.is_empty() { "there is none".to_owned() } else { free.join(", ") }
-    ))
+    let free = maps.iter().filter(|map| !map.fixed).map(|map| map.index).collect();
+    Err(Lacking { objects: missing, free })
 }
 
 fn pdo(out: &mut String, direction: &str, map: &PdoMap, roles: &Roles) {

@@ -57,7 +57,7 @@ fn a_profile_of_the_file_is_one_of_a_configuration() {
 fn what_no_pdo_has_and_what_is_no_esi_is_told() {
     let found = devices(&file()).unwrap();
     let roles = Roles { target_torque: 0x2071, actual_torque: 0x2077, ..ROLES };
-    let why = template(&found[0], &roles).unwrap_err();
+    let why = template(&found[0], &roles).unwrap_err().to_string();
     assert!(why.contains("no PDO of the file has 0x2071"), "{why}");
     assert!(why.contains("may be changed (0x1601)"), "{why}");
     assert!(why.contains("has 0x2077") && why.contains("(0x1a00, 0x1a01)"), "{why}");
@@ -69,7 +69,7 @@ fn what_no_pdo_has_and_what_is_no_esi_is_told() {
         ("#x1600", "#x16000", "index 0x16000 is above 0xffff"),
         ("</Devices>", "", "no XML"),
     ] {
-        let why = devices(&file().replace(from, to)).unwrap_err();
+        let why = devices(&file().replace(from, to)).unwrap_err().to_string();
         assert!(why.contains(wanted), "{why}");
     }
 }
@@ -114,7 +114,7 @@ fn what_the_maker_wants_to_be_written_becomes_the_start_up_list() {
         ("0g", "<Data> \"0g\" is no bytes"),
         ("€a", "is no bytes"),
     ] {
-        let why = with(&init_cmd("#x2100", data, "")).unwrap_err();
+        let why = with(&init_cmd("#x2100", data, "")).unwrap_err().to_string();
         assert!(
             why.starts_with("device \"A") && why.contains("<InitCmd>:") && why.contains(wanted),
             "{why}"

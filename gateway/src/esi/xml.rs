@@ -2,6 +2,8 @@
 
 use roxmltree::{Document, Node};
 
+use super::error::EsiError;
+
 /// One device of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Device {
@@ -46,61 +48,59 @@ pub struct Object {
 }
 
 /// Every device of the text of an ESI file, or what is wrong with it.
-pub fn devices(text: &str) -> Result<Vec<Device>, String> {
-    let document = Document::parse(text).map_err(|why| format!("no XML: {why}"))?;
+pub fn devices(text: &str) -> Result<Vec<Device>, EsiError> {
+    let document = Document::parse(text).map_err(EsiError::NotXml)?;
     let root = document.root_element();
     if root.tag_name().name() != "EtherCATInfo" {
-        let name = root.tag_name().name();
-        return Err(format!("no ESI file: its root is <{name}>, expected <EtherCATInfo>"));
+        return Err(EsiError::NotEsi(root.tag_name().name().to_owned()));
     }
-    let vendor = child(root, "Vendor").ok_or("no <Vendor>")?;
-    let vendor_id = number(vendor, "Id")?;
-    let list = child(root, "Descriptions").and_then(|d| child(d, "Devices"));
-    let list = list.ok_or("no <Descriptions> with <Devices>")?;
+    let vendor_id = number(wanted(root, "Vendor")?, "Id")?;
+    let list = wanted(wanted(root, "Descriptions")?, "Devices")?;
     let found: Vec<_> = children(list, "Device").map(|d| device(d, vendor_id)).collect();
     let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
     if found.is_empty() {
-        return Err("no <Device>".to_owned());
+        return Err(lacks(list, "<Device>"));
     }
     Ok(found)
 }
 
-fn device(node: Node, vendor_id: u32) -> Result<Device, String> {
-    let kind = child(node, "Type").ok_or("a <Device> without <Type>")?;
+fn device(node: Node, vendor_id: u32) -> Result<Device, EsiError> {
+    let kind = wanted(node, "Type")?;
     let name = kind.text().unwrap_or("").trim().to_owned();
-    let at = |why: String| format!("device {name:?}: {why}");
+    of_type(node, kind, (&name, vendor_id)).map_err(EsiError::at(format!("device {name:?}")))
+}
+
+fn of_type(node: Node, kind: Node, (name, vendor_id): (&str, u32)) -> Result<Device, EsiError> {
     let attribute = |key: &str| {
-        let text = kind.attribute(key).ok_or_else(|| format!("<Type> without {key}"))?;
-        parse(text).ok_or_else(|| format!("{key}={text:?} is no number"))
+        let text = kind.attribute(key).ok_or_else(|| lacks(kind, key))?;
+        parse(key, text)
     };
     let maps = |tag: &str| children(node, tag).map(pdo).collect::<Result<Vec<_>, _>>();
     Ok(Device {
         vendor_id,
-        product_code: attribute("ProductCode").map_err(at)?,
-        revision: attribute("RevisionNo").map_err(at)?,
-        rx: maps("RxPdo").map_err(at)?,
-        tx: maps("TxPdo").map_err(at)?,
-        startup: startup(node).map_err(at)?,
-        name: name.clone(),
+        product_code: attribute("ProductCode")?,
+        revision: attribute("RevisionNo")?,
+        rx: maps("RxPdo")?,
+        tx: maps("TxPdo")?,
+        startup: startup(node)?,
+        name: name.to_owned(),
     })
 }
 
 /// `Mailbox/CoE/InitCmd`.
-fn startup(device: Node) -> Result<Vec<InitCmd>, String> {
+fn startup(device: Node) -> Result<Vec<InitCmd>, EsiError> {
     let coe = child(device, "Mailbox").and_then(|mailbox| child(mailbox, "CoE"));
     let list = coe.into_iter().flat_map(|coe| children(coe, "InitCmd"));
-    list.map(|node| init_cmd(node).map_err(|why| format!("<InitCmd>: {why}"))).collect()
+    list.map(|node| init_cmd(node).map_err(EsiError::at("<InitCmd>"))).collect()
 }
 
-fn init_cmd(node: Node) -> Result<InitCmd, String> {
+fn init_cmd(node: Node) -> Result<InitCmd, EsiError> {
     let text =
         |name: &str| child(node, name).and_then(|n| n.text()).unwrap_or("").trim().to_owned();
-    let sub = number(node, "SubIndex")?;
     Ok(InitCmd {
         object: small(number(node, "Index")?)?,
-        sub: u8::try_from(sub).map_err(|_| format!("{sub} is above 255"))?,
-        data: bytes(&text("Data"))
-            .ok_or_else(|| format!("<Data> {:?} is no bytes", text("Data")))?,
+        sub: byte("subindex", number(node, "SubIndex")?)?,
+        data: bytes(&text("Data")).ok_or_else(|| EsiError::NoBytes(text("Data")))?,
         comment: text("Comment"),
     })
 }
@@ -112,21 +112,20 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
     even.then(|| pairs.collect()).flatten()
 }
 
-fn pdo(node: Node) -> Result<PdoMap, String> {
+fn pdo(node: Node) -> Result<PdoMap, EsiError> {
     let index = small(number(node, "Index")?)?;
-    let at = |why: String| format!("PDO {index:#06x}: {why}");
-    let entries = children(node, "Entry").map(entry).collect::<Result<Vec<_>, _>>().map_err(at)?;
+    let entries = children(node, "Entry").map(entry).collect::<Result<Vec<_>, _>>();
+    let entries = entries.map_err(EsiError::at(format!("PDO {index:#06x}")))?;
     let set = |key: &str| node.attribute(key).is_some_and(|v| v == "1" || v == "true");
     Ok(PdoMap { index, assigned: node.has_attribute("Sm"), fixed: set("Fixed"), entries })
 }
 
-fn entry(node: Node) -> Result<Object, String> {
+fn entry(node: Node) -> Result<Object, EsiError> {
     let object = small(number(node, "Index")?)?;
     let sub = if child(node, "SubIndex").is_some() { number(node, "SubIndex")? } else { 0 };
-    let bits = number(node, "BitLen")?;
-    let within = |value: u32| u8::try_from(value).map_err(|_| format!("{value} is above 255"));
+    let bits = byte("bits", number(node, "BitLen")?)?;
     let name = child(node, "Name").and_then(|n| n.text()).unwrap_or("").trim().to_owned();
-    Ok(Object { object, sub: within(sub)?, bits: within(bits)?, name })
+    Ok(Object { object, sub: byte("subindex", sub)?, bits, name })
 }
 
 fn child<'a>(node: Node<'a, 'a>, name: &str) -> Option<Node<'a, 'a>> {
@@ -137,22 +136,32 @@ fn children<'a>(node: Node<'a, 'a>, name: &'a str) -> impl Iterator<Item = Node<
     node.children().filter(move |c| c.tag_name().name() == name)
 }
 
-fn number(node: Node, name: &str) -> Result<u32, String> {
-    let found = child(node, name).ok_or_else(|| {
-        let tag = node.tag_name().name();
-        format!("<{tag}> without <{name}>")
-    })?;
-    let text = found.text().unwrap_or("");
-    parse(text).ok_or_else(|| format!("<{name}> {text:?} is no number"))
+/// The child of this name, which must be there.
+fn wanted<'a>(node: Node<'a, 'a>, name: &str) -> Result<Node<'a, 'a>, EsiError> {
+    child(node, name).ok_or_else(|| lacks(node, &format!("<{name}>")))
+}
+
+fn lacks(node: Node, part: &str) -> EsiError {
+    EsiError::Missing { element: node.tag_name().name().to_owned(), part: part.to_owned() }
+}
+
+fn number(node: Node, name: &str) -> Result<u32, EsiError> {
+    parse(&format!("<{name}>"), wanted(node, name)?.text().unwrap_or(""))
 }
 
 /// `#x1A00`, `0x1A00` or decimal.
-fn parse(text: &str) -> Option<u32> {
-    let text = text.trim();
-    let hex = text.strip_prefix("#x").or_else(|| text.strip_prefix("0x"));
-    hex.map_or_else(|| text.parse().ok(), |digits| u32::from_str_radix(digits, 16).ok())
+fn parse(part: &str, text: &str) -> Result<u32, EsiError> {
+    let trimmed = text.trim();
+    let hex = trimmed.strip_prefix("#x").or_else(|| trimmed.strip_prefix("0x"));
+    let number = hex.map_or_else(|| trimmed.parse(), |digits| u32::from_str_radix(digits, 16));
+    let (part, text) = (part.to_owned(), text.to_owned());
+    number.map_err(|_| EsiError::NoNumber { part, text })
 }
 
-fn small(value: u32) -> Result<u16, String> {
-    u16::try_from(value).map_err(|_| format!("index {value:#x} is above 0xffff"))
+fn small(value: u32) -> Result<u16, EsiError> {
+    u16::try_from(value).map_err(|_| EsiError::Above { part: "index", value, most: 0xffff })
+}
+
+fn byte(part: &'static str, value: u32) -> Result<u8, EsiError> {
+    u8::try_from(value).map_err(|_| EsiError::Above { part, value, most: 0xff })
 }

@@ -4,6 +4,8 @@ use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::PathBuf;
 
+use crate::exit::{Ends, Exit};
+
 #[derive(Debug)]
 pub struct EstimateError {
     pub file: PathBuf,
@@ -68,6 +70,15 @@ impl Display for Unfit {
                 f,
                 ", {far:.3} times scale = {scale} from p0 = {first}, allowed {range} (estimate.range)"
             ),
+        }
+    }
+}
+
+impl Ends for EstimateError {
+    fn exit(&self) -> Exit {
+        match self.why {
+            Fault::NotWritten(_) => Exit::Failed,
+            _ => Exit::BadInput,
         }
     }
 }

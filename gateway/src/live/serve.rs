@@ -1,11 +1,14 @@
 //! Shows a run to other programs of this computer: a local socket for `status`, and on request a page
 //! on 127.0.0.1. Both only read. Their threads end with the process.
 
-use std::io::{Read, Write};
+use serde_json::Value;
+use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::time::Duration;
+
+use super::error::{LiveError, LiveFault};
 
 const PAGE: &str = include_str!("page.html");
 /// Longest wait for a reader that is slow, and longest request.
@@ -21,41 +24,52 @@ const HEAD: &str =
 pub fn serve_status(
     interface: &str,
     status: impl Fn() -> String + Send + 'static,
-) -> Result<(), String> {
-    let listener = UnixListener::bind_addr(&address(interface)?)
-        .map_err(|why| format!("status of {interface}: {why}"))?;
-    spawn(move || {
+) -> Result<(), LiveError> {
+    let at = |fault: LiveFault| fault.of(interface);
+    let listener = UnixListener::bind_addr(&address(interface).map_err(at)?);
+    let listener = listener.map_err(LiveFault::NotServed).map_err(at)?;
+    let served = spawn(move || {
         for mut stream in listener.incoming().flatten() {
             let _ = stream.set_write_timeout(Some(LIMIT));
             // the reader may be gone
             let _ = stream.write_all(status().as_bytes());
         }
-    })
+    });
+    served.map_err(at)
 }
 
 /// What the gateway on this interface shows; None where none runs.
-pub fn ask(interface: &str) -> Result<Option<String>, String> {
-    let Ok(mut stream) = UnixStream::connect_addr(&address(interface)?) else { return Ok(None) };
-    let failed =
-        |why: std::io::Error| format!("the gateway on {interface} does not answer ({why})");
-    stream.set_read_timeout(Some(2 * LIMIT)).map_err(failed)?;
+pub fn ask(interface: &str) -> Result<Option<Value>, LiveError> {
+    let at = |fault: LiveFault| fault.of(interface);
+    let address = address(interface).map_err(at)?;
+    let Ok(stream) = UnixStream::connect_addr(&address) else { return Ok(None) };
+    let text = read(stream).map_err(LiveFault::NoAnswer).map_err(at)?;
+    serde_json::from_str(&text).map(Some).map_err(|why| at(LiveFault::NoJson(why)))
+}
+
+fn read(mut stream: UnixStream) -> io::Result<String> {
+    stream.set_read_timeout(Some(2 * LIMIT))?;
     let mut text = String::new();
-    stream.read_to_string(&mut text).map_err(failed)?;
-    Ok(Some(text))
+    stream.read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// An abstract name, which leaves no file and is known in this network namespace only.
-fn address(interface: &str) -> Result<SocketAddr, String> {
+fn address(interface: &str) -> Result<SocketAddr, LiveFault> {
     SocketAddr::from_abstract_name(format!("flexhex-gateway-status {interface}"))
-        .map_err(|why| format!("interface {interface:?}: {why}"))
+        .map_err(LiveFault::BadName)
 }
 
 /// Serves the page and `/status.json` on this port of 127.0.0.1.
-pub fn serve_page(port: u16, status: impl Fn() -> String + Send + 'static) -> Result<(), String> {
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|why| {
-        format!("--page {port}: {why}: give another port, or `ip link set lo up`")
-    })?;
-    spawn(move || {
+pub fn serve_page(
+    interface: &str,
+    port: u16,
+    status: impl Fn() -> String + Send + 'static,
+) -> Result<(), LiveError> {
+    let at = |fault: LiveFault| fault.of(interface);
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
+    let listener = listener.map_err(|why| at(LiveFault::NoPage(port, why)))?;
+    let served = spawn(move || {
         for mut stream in listener.incoming().flatten() {
             let _ = stream.set_read_timeout(Some(LIMIT));
             let _ = stream.set_write_timeout(Some(LIMIT));
@@ -63,12 +77,13 @@ pub fn serve_page(port: u16, status: impl Fn() -> String + Send + 'static) -> Re
             // the reader may be gone
             let _ = stream.write_all(answer(&head, port, &status).as_bytes());
         }
-    })
+    });
+    served.map_err(at)
 }
 
-fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), LiveFault> {
     let thread = std::thread::Builder::new().name("status".to_owned()).spawn(work);
-    thread.map(drop).map_err(|why| format!("status: a thread cannot be started ({why})"))
+    thread.map(drop).map_err(LiveFault::NoThread)
 }
 
 /// The lines of a request up to the empty one. One read: a local browser sends them at once.

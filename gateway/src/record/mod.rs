@@ -4,6 +4,7 @@
 //! keeps the newest for a trip file, and writes all of them as CSV with --record.
 
 mod columns;
+mod error;
 mod provenance;
 mod ring;
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use super::ring::ring;
 use super::writer::{Plan, Writer};
 use super::{time_of, Columns};
+use std::path::PathBuf;
 
 #[test]
 fn a_full_ring_drops_the_newest_and_counts() {
@@ -101,6 +102,24 @@ fn a_trip_keeps_the_rows_before_it_the_reaction_and_the_reason() {
     assert_eq!(lines[1], "# trip: axis 2: speed");
     let wanted = ["4,0,1", "5,0,1", "6,0,1", "7,0,2", "8,0,2", "9,0,2"];
     assert_eq!(lines[4..], wanted, "three before it, however many after it");
+}
+
+#[test]
+fn a_trip_is_kept_although_the_recording_failed() {
+    let (mut sink, source) = ring(64, 3);
+    let mut plan = plan("full", 3);
+    let folder = plan.before_trip.parent().unwrap().to_owned();
+    plan.recording = Some(PathBuf::from("/dev/full"));
+    let writer = Writer::start(plan, source).unwrap();
+    for n in 0..5 {
+        sink.push(&[f64::from(n), 0.0, 1.0]);
+    }
+    let why = writer.finish(Some("jump".to_owned())).unwrap_err().to_string();
+    assert!(why.starts_with("the recording is incomplete: /dev/full: "), "{why}");
+    let kept = PathBuf::from(why.rsplit(" is in ").next().unwrap());
+    let text = std::fs::read_to_string(kept).unwrap();
+    assert!(text.contains("# trip: jump") && text.ends_with("2,0,1\n3,0,1\n4,0,1\n"), "{text}");
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

@@ -1,14 +1,16 @@
 //! The thread that takes rows out of the ring and writes files.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, RecvTimeoutError, Sender};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::columns::Columns;
+use super::error::RecordError;
 use super::ring::Source;
+use crate::file_error::FileError;
 
 const PHASE: &str = "phase";
 const RUNNING: f64 = 1.0;
@@ -38,7 +40,7 @@ struct End {
 /// Handle of the writer thread.
 pub struct Writer {
     end: Sender<End>,
-    thread: JoinHandle<Result<Written, String>>,
+    thread: JoinHandle<Result<Written, RecordError>>,
 }
 
 /// Ends the writer from another thread, where the one that owns it does not.
@@ -64,9 +66,9 @@ pub struct Written {
 
 impl Writer {
     /// Open the files and start the thread; Err if a file cannot be created.
-    pub fn start(plan: Plan, source: Source) -> Result<Writer, String> {
+    pub fn start(plan: Plan, source: Source) -> Result<Writer, RecordError> {
         let file = match &plan.recording {
-            Some(path) => Some(create(path, &plan, None)?),
+            Some(path) => Some(create(path, &plan, None).map_err(RecordError::NotBegun)?),
             None => None,
         };
         let (end, ended) = channel::<End>();
@@ -74,9 +76,9 @@ impl Writer {
             let mut sheet = Sheet::new(plan, source, file);
             loop {
                 match ended.recv_timeout(PERIOD) {
-                    Err(RecvTimeoutError::Timeout) => sheet.drain()?,
+                    Err(RecvTimeoutError::Timeout) => sheet.drain(),
                     Ok(end) => {
-                        sheet.drain()?;
+                        sheet.drain();
                         let written = sheet.close(end.trip.as_deref());
                         if let Some(done) = end.done {
                             let _ = done.send(());
@@ -88,7 +90,7 @@ impl Writer {
             }
         };
         let thread = std::thread::Builder::new().name("recorder".to_owned());
-        let thread = thread.spawn(work).map_err(|why| format!("recorder: {why}"))?;
+        let thread = thread.spawn(work).map_err(RecordError::NoThread)?;
         Ok(Writer { end, thread })
     }
 
@@ -97,12 +99,10 @@ impl Writer {
     }
 
     /// Write the remaining rows; after a trip also the trip file.
-    pub fn finish(self, trip: Option<String>) -> Result<Written, String> {
+    pub fn finish(self, trip: Option<String>) -> Result<Written, RecordError> {
         // the thread has ended only after a failed write, which `join` returns
         let _ = self.end.send(End { trip, done: None });
-        self.thread
-            .join()
-            .unwrap_or_else(|_| Err("the recorder thread ended unexpectedly".to_owned()))
+        self.thread.join().unwrap_or(Err(RecordError::Died))
     }
 }
 
@@ -110,6 +110,8 @@ struct Sheet {
     plan: Plan,
     source: Source,
     file: Option<BufWriter<File>>,
+    /// Why the recording ends early; the newest rows are kept on for a trip.
+    failed: Option<FileError>,
     /// The newest rows, as a ring.
     kept: Vec<f64>,
     row: Vec<f64>,
@@ -130,12 +132,13 @@ impl Sheet {
             plan,
             source,
             file,
+            failed: None,
             rows: 0,
             before: 0,
         }
     }
 
-    fn drain(&mut self) -> Result<(), String> {
+    fn drain(&mut self) {
         let width = self.row.len();
         while self.source.take(&mut self.row) {
             let at = self.place(self.rows);
@@ -147,10 +150,11 @@ impl Sheet {
             }
             self.before = self.rows;
             if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
-                line(file, &self.row).map_err(|why| failed(path, &why))?;
+                if let Err(why) = line(file, &self.row) {
+                    (self.failed, self.file) = (Some(FileError::of(path)(why)), None);
+                }
             }
         }
-        Ok(())
     }
 
     /// Offset of row n in `kept`.
@@ -158,31 +162,34 @@ impl Sheet {
         n as usize % (self.plan.keep + self.plan.reaction) * self.row.len()
     }
 
-    fn close(mut self, trip: Option<&str>) -> Result<Written, String> {
-        if let (Some(file), Some(path)) = (&mut self.file, &self.plan.recording) {
-            if let Some(why) = trip {
-                writeln!(file, "# trip: {why}").map_err(|why| failed(path, &why))?;
-            }
-            file.flush().map_err(|why| failed(path, &why))?;
+    /// Ends the files. After a failed recording a trip is kept all the same, if it can be.
+    fn close(mut self, trip: Option<&str>) -> Result<Written, RecordError> {
+        if let (Some(file), Some(path)) = (self.file.take(), &self.plan.recording) {
+            self.failed = end(file, trip).map_err(FileError::of(path)).err();
         }
-        let before_trip = match trip {
-            Some(why) if self.plan.keep > 0 => Some(self.keep(why)?),
-            _ => None,
-        };
-        Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
+        let before_trip = trip.filter(|_| self.plan.keep > 0).map(|why| self.keep(why));
+        match self.failed {
+            Some(why) => {
+                let kept = before_trip.and_then(Result::ok);
+                Err(RecordError::NotWritten { why, kept })
+            }
+            None => {
+                let before_trip = before_trip.transpose()?;
+                Ok(Written { rows: self.rows, recording: self.plan.recording, before_trip })
+            }
+        }
     }
 
-    fn keep(&self, trip: &str) -> Result<PathBuf, String> {
+    fn keep(&self, trip: &str) -> Result<PathBuf, FileError> {
         let path = unused(&self.plan.before_trip);
         let mut file = create(&path, &self.plan, Some(trip))?;
         let first = self.before.saturating_sub(self.plan.keep as u64);
         let oldest = self.rows.saturating_sub((self.plan.keep + self.plan.reaction) as u64);
         for n in first.max(oldest)..self.rows {
             let at = self.place(n);
-            line(&mut file, &self.kept[at..at + self.row.len()])
-                .map_err(|why| failed(&path, &why))?;
+            line(&mut file, &self.kept[at..at + self.row.len()]).map_err(FileError::of(&path))?;
         }
-        file.flush().map_err(|why| failed(&path, &why))?;
+        file.flush().map_err(FileError::of(&path))?;
         Ok(path)
     }
 }
@@ -195,14 +202,14 @@ fn unused(path: &Path) -> PathBuf {
     all.find(|path| !path.exists()).unwrap_or_else(|| path.to_path_buf())
 }
 
-fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File>, String> {
+fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File>, FileError> {
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|why| failed(folder, &why))?;
+        std::fs::create_dir_all(folder).map_err(FileError::of(folder))?;
     }
     // a device such as /dev/null may be written again
     let there = path.exists() && !path.is_file();
     let file = OpenOptions::new().write(true).create_new(!there).open(path);
-    let mut file = BufWriter::new(file.map_err(|why| failed(path, &why))?);
+    let mut file = BufWriter::new(file.map_err(FileError::of(path))?);
     let mut head = String::new();
     for (key, value) in &plan.meta {
         head += &format!("# {key}: {}\n", value.replace('\n', " "));
@@ -211,8 +218,15 @@ fn create(path: &Path, plan: &Plan, trip: Option<&str>) -> Result<BufWriter<File
         head += &format!("# trip: {}\n", why.replace('\n', " "));
     }
     head += &format!("{}\n{}\n", plan.columns.names.join(","), plan.columns.units.join(","));
-    file.write_all(head.as_bytes()).map_err(|why| failed(path, &why))?;
+    file.write_all(head.as_bytes()).map_err(FileError::of(path))?;
     Ok(file)
+}
+
+fn end(mut file: BufWriter<File>, trip: Option<&str>) -> std::io::Result<()> {
+    if let Some(why) = trip {
+        writeln!(file, "# trip: {why}")?;
+    }
+    file.flush()
 }
 
 /// A row with the shortest digits that read back as the same numbers.
@@ -226,19 +240,4 @@ fn line(file: &mut BufWriter<File>, row: &[f64]) -> std::io::Result<()> {
         }
     }
     writeln!(file)
-}
-
-fn failed(path: &Path, why: &std::io::Error) -> String {
-    let mend = match why.kind() {
-        ErrorKind::StorageFull => "free some space or record to another disk",
-        ErrorKind::AlreadyExists => {
-            "recordings are never overwritten: give another name, or move it away"
-        }
-        ErrorKind::IsADirectory => "this is a folder: name a file in it",
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "record to a folder that may be written"
-        }
-        _ => "check the path and its permissions",
-    };
-    format!("{}: {why}: {mend}", path.display())
 }

@@ -1,12 +1,14 @@
 //! What leads the machine in the place of the controller: poses, a person, end stops, pushes. A task sees what a
 //! cycle measured and says what comes next; it uses no sockets, clocks or FMUs.
 
+mod failure;
 mod jog;
 mod nudges;
 mod poses;
 mod step;
 mod stops;
 
+pub use failure::Failure;
 pub use jog::{Jog, Order, ORDERS};
 pub use nudges::Nudges;
 pub use poses::Poses;

@@ -1,5 +1,6 @@
 //! Pushes each axis to and fro, without any feedback, and sees which way its encoder goes.
 
+use super::failure::Wrong;
 use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
@@ -22,21 +23,11 @@ pub struct Nudge {
 
 impl Nudge {
     /// What is wrong, if anything is.
-    pub fn fault(&self) -> Option<String> {
+    pub fn fault(&self) -> Option<Wrong> {
         match self.other {
-            Some((other, far)) => Some(format!(
-                "axis {} moved more, by {far:.5} rad: drives or encoders are exchanged",
-                other + 1
-            )),
-            _ if self.moved.abs() < MOVED => Some(
-                "it hardly moved: it is blocked, rests on a stop, or needs more torque (--torque)"
-                    .to_owned(),
-            ),
-            _ if self.moved < 0.0 => Some(
-                "it moved against its torque: encoder or motor phases of this drive count the other way; \
-                 `direction` turns both and does not mend it"
-                    .to_owned(),
-            ),
+            Some((other, far)) => Some(Wrong::Exchanged(other, far)),
+            _ if self.moved.abs() < MOVED => Some(Wrong::Still),
+            _ if self.moved < 0.0 => Some(Wrong::Against),
             _ => None,
         }
     }
@@ -165,7 +156,9 @@ mod tests {
         let unit = |j: usize, k: usize| f64::from(u8::from(j == k));
         let sound = pushed(unit);
         assert!(sound.iter().all(|n| n.fault().is_none() && n.moved < 1.2 * MOVED), "{sound:?}");
-        let told = |gain: &dyn Fn(usize, usize) -> f64, k: usize| pushed(gain)[k].fault().unwrap();
+        let told = |gain: &dyn Fn(usize, usize) -> f64, k: usize| {
+            pushed(gain)[k].fault().unwrap().to_string()
+        };
         let turned = |j: usize, k: usize| if j == 3 { -unit(j, k) } else { unit(j, k) };
         assert!(told(&turned, 3).contains("moved against its torque"));
         let stiff = |j: usize, k: usize| if j == 3 { 0.01 * unit(j, k) } else { unit(j, k) };

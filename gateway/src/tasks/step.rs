@@ -3,6 +3,8 @@
 use crate::config::AXES;
 use crate::motion::{Pace, Path};
 
+use super::failure::Failure;
+
 pub type Axes = [f64; AXES];
 
 /// A cycle as a task sees it.
@@ -56,5 +58,5 @@ pub enum Step {
     /// The FMUs take over.
     Begin,
     Over,
-    Fail(String),
+    Fail(Failure),
 }

@@ -1,5 +1,6 @@
 //! A referencing run: each axis is led to its end stop at low torque, twice, while the others are held.
 
+use super::failure::Failure;
 use super::step::{Axes, Leg, Seen, Step};
 use crate::config::AXES;
 
@@ -119,7 +120,7 @@ impl Stops {
         self.newest = now.0;
         let clear = (now.0 - self.first).abs() >= CLEAR;
         if !clear && f64::from(self.constant) * s.base_step >= DEAD_S {
-            return Step::Fail(dead(k));
+            return Step::Fail(Failure::Dead(k));
         }
         self.cycle += 1;
         let (came, went) = ((now.0 - self.window.0).abs(), (now.1 - self.window.1).abs());
@@ -130,12 +131,7 @@ impl Stops {
             (self.cycle, self.window) = (1, now);
         }
         if seen.left == 0 {
-            return Step::Fail(format!(
-                "axis {}: no end stop within {} rad of the rest pose: raise homing.within_rad, or move by \
-                 hand and use --at",
-                k + 1,
-                s.within
-            ));
+            return Step::Fail(Failure::NoStop { axis: k, within: s.within });
         }
         Step::Stay
     }
@@ -144,7 +140,7 @@ impl Stops {
     fn stands(&mut self, theta: &Axes) -> Step {
         let k = self.axis;
         if (theta[k] - self.first).abs() < CLEAR {
-            return Step::Fail(dead(k));
+            return Step::Fail(Failure::Dead(k));
         }
         self.found[self.pass][k] = theta[k];
         let mut from = self.rest;
@@ -154,13 +150,8 @@ impl Stops {
             return Step::Go(self.away(from));
         }
         if self.spread()[k] > REPEATS {
-            return Step::Fail(format!(
-                "axis {}: the end stop was met at {:.5} and at {:.5} rad, allowed {REPEATS} rad apart: \
-                 something else stopped it, or the torque (homing.torque_N_m) is too low",
-                k + 1,
-                self.found[0][k],
-                self.found[1][k]
-            ));
+            let found = self.found.map(|pass| pass[k]);
+            return Step::Fail(Failure::NotRepeated { axis: k, found, allowed: REPEATS });
         }
         self.part = Part::Return;
         Step::Go(Leg::new(from, self.rest))
@@ -177,11 +168,6 @@ impl Stops {
         pose[self.axis] += by;
         pose
     }
-}
-
-fn dead(axis: usize) -> String {
-    let axis = axis + 1;
-    format!("axis {axis}: its encoder stands still while it should move: it is blocked, or its encoder is dead")
 }
 
 #[cfg(test)]

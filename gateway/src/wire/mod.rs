@@ -9,7 +9,8 @@
 //! is never taken for the reply to the newest.
 //!
 //! In lockstep no clock tells that a reply will not come: the emulator says so, with a frame of its own
-//! (`NO_REPLY`). So a run does not depend on how fast either computer is.
+//! (`NO_REPLY`), and how many cycles went by before a frame, where it plays a computer that stood still
+//! (`STALLED`). So a run does not depend on how fast either computer is.
 
 mod cable;
 mod clock;
@@ -26,12 +27,11 @@ use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-use crate::realtime::now_ns;
+use crate::realtime::{now_ns, stop};
 pub use cable::Cable;
-pub use port_error::PortError;
 #[cfg(test)]
 pub use replay::pcap;
-pub use replay::{CaptureError, Replay};
+pub use replay::Replay;
 pub use socket::{Link, Socket};
 
 const INDEX: usize = 17; // Ethernet header 14, EtherCAT header 2, command 1
@@ -41,6 +41,8 @@ const NUMBER: std::ops::Range<usize> = 8..12;
 /// Type of the EtherCAT header, byte 15, bits 4 to 7, that says "no reply to the frame of this number".
 const TYPE: usize = 15;
 const NO_REPLY: u8 = 0xF;
+/// The same, with "so many cycles went by before it" in the other bits of bytes 14 and 15.
+const STALLED: u8 = 0xE;
 /// The same bytes in the source address of ethercrab.
 const OURS: [u8; 4] = [0x10; 4];
 
@@ -85,6 +87,10 @@ pub struct Wire<L: Link> {
     lockstep: bool,
     /// The emulator said that the newest frame gets no reply.
     unanswered: bool,
+    /// A stop request ends the wait: nothing has power yet.
+    pub heeds_stop: bool,
+    /// Cycles that went by, as the emulator says, since it was last looked at.
+    pub stalled: u64,
     pub counts: Counts,
 }
 
@@ -100,6 +106,8 @@ impl<L: Link> Wire<L> {
             buffer: [0; LARGEST],
             lockstep: false,
             unanswered: false,
+            heeds_stop: false,
+            stalled: 0,
             counts: Counts::default(),
         }
     }
@@ -109,7 +117,8 @@ impl<L: Link> Wire<L> {
         Wire { lockstep, ..self }
     }
 
-    /// The result of the future, or None if the other end says that no reply comes, or if `deadline_ns` passes first; the future is then dropped.
+    /// The result of the future, or None if the other end says that no reply comes, on a stop request that is heeded,
+    /// or if `deadline_ns` passes first; the future is then dropped.
     pub fn drive<F: Future>(&mut self, future: F, deadline_ns: u64) -> Option<F::Output> {
         let mut future = pin!(future);
         let mut context = Context::from_waker(Waker::noop());
@@ -119,7 +128,7 @@ impl<L: Link> Wire<L> {
                 return Some(result);
             }
             let moved = self.send() | self.receive();
-            if std::mem::take(&mut self.unanswered) {
+            if std::mem::take(&mut self.unanswered) || self.heeds_stop && stop::requested() {
                 self.give_up();
                 return None;
             }
@@ -173,9 +182,16 @@ impl<L: Link> Wire<L> {
             self.counts.bad += 1;
             return;
         }
-        if self.lockstep && self.buffer[TYPE] >> 4 == NO_REPLY {
+        let kind = self.buffer[TYPE] >> 4;
+        if self.lockstep && matches!(kind, NO_REPLY | STALLED) {
             let newest = self.next_number.wrapping_sub(1).to_le_bytes();
-            self.unanswered |= self.buffer[NUMBER] == newest;
+            if self.buffer[NUMBER] == newest {
+                let count = u16::from_le_bytes([self.buffer[TYPE - 1], self.buffer[TYPE]]);
+                match kind {
+                    STALLED => self.stalled += u64::from(count & 0x7FF),
+                    _ => self.unanswered = true,
+                }
+            }
             return;
         }
         let slot = self.buffer[INDEX] as usize;

@@ -3,6 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 use std::io::Error;
 
+use crate::exit::{Ends, Exit};
+
 #[derive(Debug)]
 pub struct PortError {
     pub interface: String,
@@ -50,5 +52,11 @@ impl Display for PortError {
             PortFault::NotBound(why) => write!(f, "{why}: check that the interface is up"),
             PortFault::NotClaimed(why) => why.fmt(f),
         }
+    }
+}
+
+impl Ends for PortError {
+    fn exit(&self) -> Exit {
+        Exit::Failed
     }
 }

@@ -2,8 +2,10 @@
 //! judged again, by other limits or by another version.
 
 use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
 
 use super::{Link, INDEX, NUMBER};
+use crate::exit::{Ends, Exit};
 
 const MAGIC: u32 = 0xA1B2_C3D4;
 /// The same with times in nanoseconds.
@@ -26,7 +28,13 @@ const AHEAD: usize = 20_000;
 
 /// Why a file is no capture that can be judged.
 #[derive(Debug)]
-pub enum CaptureError {
+pub struct CaptureError {
+    file: PathBuf,
+    why: CaptureFault,
+}
+
+#[derive(Debug)]
+pub enum CaptureFault {
     Unreadable(std::io::Error),
     /// Shorter than the head of a capture.
     Short,
@@ -37,16 +45,28 @@ pub enum CaptureError {
 
 impl std::fmt::Display for CaptureError {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "{}: {}", self.file.display(), self.why)
+    }
+}
+
+impl Ends for CaptureError {
+    fn exit(&self) -> Exit {
+        Exit::BadInput
+    }
+}
+
+impl std::fmt::Display for CaptureFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         match self {
-            CaptureError::Unreadable(why) => why.fmt(f),
-            CaptureError::Short => f.write_str("no capture: shorter than its head"),
-            CaptureError::NoPcap => f.write_str(
+            CaptureFault::Unreadable(why) => write!(f, "{why}: name a capture (pcap) of an earlier run"),
+            CaptureFault::Short => f.write_str("no capture: shorter than its head"),
+            CaptureFault::NoPcap => f.write_str(
                 "no pcap file: save the capture as pcap, for example `tcpdump -w FILE`, or `tshark -F pcap`",
             ),
-            CaptureError::LinkType(kind) => {
+            CaptureFault::LinkType(kind) => {
                 write!(f, "link type {kind}, expected {ETHERNET} (Ethernet): capture the port of the drives")
             }
-            CaptureError::NoRequest => f.write_str(
+            CaptureFault::NoRequest => f.write_str(
                 "no EtherCAT frame that a gateway sent: capture the port of the drives during a run",
             ),
         }
@@ -66,8 +86,14 @@ pub struct Replay {
 }
 
 impl Replay {
+    pub fn open(file: &Path) -> Result<Replay, CaptureError> {
+        let capture = std::fs::read(file).map_err(CaptureFault::Unreadable);
+        let found = capture.and_then(|capture| Replay::of(&capture));
+        found.map_err(|why| CaptureError { file: file.to_owned(), why })
+    }
+
     /// From the content of a file, or why it is none.
-    pub fn of(capture: &[u8]) -> Result<Replay, CaptureError> {
+    pub fn of(capture: &[u8]) -> Result<Replay, CaptureFault> {
         let mut exchanges: VecDeque<Exchange> = VecDeque::new();
         for frame in frames(capture)? {
             if frame.len() <= INDEX || frame[TYPE] != ETHERCAT {
@@ -86,7 +112,7 @@ impl Replay {
         }
         match exchanges.is_empty() {
             false => Ok(Replay { exchanges, arriving: VecDeque::new() }),
-            true => Err(CaptureError::NoRequest),
+            true => Err(CaptureFault::NoRequest),
         }
     }
 
@@ -138,20 +164,20 @@ fn alike(one: &[u8], other: &[u8]) -> bool {
 }
 
 /// The frames of a capture.
-fn frames(capture: &[u8]) -> Result<Vec<&[u8]>, CaptureError> {
-    let head = capture.get(..FILE_HEAD).ok_or(CaptureError::Short)?;
+fn frames(capture: &[u8]) -> Result<Vec<&[u8]>, CaptureFault> {
+    let head = capture.get(..FILE_HEAD).ok_or(CaptureFault::Short)?;
     let word = |bytes: &[u8]| [bytes[0], bytes[1], bytes[2], bytes[3]];
     let little = [MAGIC, MAGIC_NS].contains(&u32::from_le_bytes(word(head)));
     let big = [MAGIC, MAGIC_NS].contains(&u32::from_be_bytes(word(head)));
     if !little && !big {
-        return Err(CaptureError::NoPcap);
+        return Err(CaptureFault::NoPcap);
     }
     let number = |bytes: &[u8]| match little {
         true => u32::from_le_bytes(word(bytes)),
         false => u32::from_be_bytes(word(bytes)),
     };
     if number(&head[20..]) != ETHERNET {
-        return Err(CaptureError::LinkType(number(&head[20..])));
+        return Err(CaptureFault::LinkType(number(&head[20..])));
     }
     let (mut at, mut found) = (FILE_HEAD, Vec::new());
     while let Some(head) = capture.get(at..at + FRAME_HEAD) {

@@ -31,7 +31,9 @@ pub(crate) fn restore(executor: &mut Executor, unit: usize, bytes: &[u8]) -> Res
     let mut state = null_mut();
     // SAFETY: as in `save`; pointer and length are those of one slice.
     let status = unsafe { (call.of_bytes)(instance, bytes.as_ptr(), bytes.len(), &mut state) };
-    good("fmi2DeSerializeFMUstate", status)?;
+    good("fmi2DeSerializeFMUstate", status).map_err(|why| {
+        Error::new(format!("the saved state is damaged ({why}): start without it"))
+    })?;
     // SAFETY: as in `save`; the state is the one that the FMU has just made.
     let set = good("fmi2SetFMUstate", unsafe { (call.set)(instance, state) });
     free(&call, instance, state);

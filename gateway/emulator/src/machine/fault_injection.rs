@@ -1,5 +1,6 @@
 //! Applies the faults of the options file to drives, cable and replies.
 use super::Machine;
+use crate::error::Error;
 use crate::esc::state::code;
 use crate::event::EventKind;
 use crate::faults::{Counting, Fault, FaultKind, LossTime};
@@ -133,6 +134,14 @@ impl Machine {
         self.jammed_at[axis] = jam;
         let rate = self.devices[position].drive().rate();
         torque - jam.map_or(0.0, |at| STIFFNESS * (self.theta[axis] - at) + DAMPING * rate)
+    }
+
+    /// The other end stood still: cycles that go by before its frame acts.
+    pub(super) fn stall(&mut self, wall: i64) -> Result<Option<u64>, Error> {
+        let Some(fault) = self.find(FaultKind::Stall) else { return Ok(None) };
+        let cycles = fault.count.unwrap_or(1);
+        (0..cycles).try_for_each(|_| self.advance(wall))?;
+        Ok(Some(cycles))
     }
 
     /// The first fault of this kind that is active now.

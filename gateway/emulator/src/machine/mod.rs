@@ -134,6 +134,9 @@ impl Machine {
             self.cycle = Some(0);
             self.record(EventKind::Enabled);
         }
+        if self.lockstep {
+            out.extend(self.stall(wall)?.map(|cycles| segment::stalled(&frame, cycles)));
+        }
         let line = self.line(wall);
         let lost = self.acting(FaultKind::FrameLost);
         if lost != Some(LossTime::Before) {

@@ -1,0 +1,132 @@
+//! What the configuration may choose but a lab should know: stops that may be worse than the fault, with what was
+//! measured, and drives that may be exchanged.
+
+use std::fmt::{self, Display, Formatter};
+
+use crate::config::Config;
+use crate::rules::{ReactionKind, Reactions};
+
+/// Rules that an encoder trips: what it shows afterwards is not true.
+const OF_ENCODERS: [&str; 2] = ["jump", "frozen_encoder"];
+/// Rules after which no drive hears or obeys any more.
+const OF_DRIVES: [&str; 7] = [
+    "lost_frames",
+    "working_counter",
+    "al_state",
+    "drive_fault",
+    "drive_state",
+    "mode",
+    "measured_torque",
+];
+
+/// Rules by name.
+#[derive(Debug, PartialEq)]
+pub enum Caution {
+    Damp(Vec<&'static str>),
+    /// `land` by the encoder that has just failed.
+    Encoder(Vec<&'static str>),
+    /// A stop that wants torque of a drive that is lost.
+    Drive(Vec<&'static str>),
+    /// The end of every run is a fall.
+    Fall(Vec<&'static str>),
+    /// Axes, from 1, whose drive may be any.
+    AnyDrive(Vec<usize>),
+}
+
+/// All that hold for this configuration.
+pub fn of(config: &Config) -> Vec<Caution> {
+    let drives = config.drive.iter().enumerate();
+    let any: Vec<_> = drives.filter(|(_, d)| d.serial.is_none()).map(|(k, _)| k + 1).collect();
+    let mut all = of_reactions(&config.reactions);
+    all.extend((!any.is_empty()).then_some(Caution::AnyDrive(any)));
+    all
+}
+
+fn of_reactions(reactions: &Reactions) -> Vec<Caution> {
+    let [damp, land] = [ReactionKind::Damp, ReactionKind::Land].map(|kind| reactions.with(kind));
+    let among = |all: &[&'static str], some: &[&str]| {
+        all.iter().copied().filter(|name| some.contains(name)).collect::<Vec<_>>()
+    };
+    let held = [damp.clone(), land.clone()].concat();
+    let fall = [ReactionKind::QuickStop, ReactionKind::Zero].map(|kind| reactions.with(kind));
+    let all = [
+        Caution::Damp(damp),
+        Caution::Encoder(among(&land, &OF_ENCODERS)),
+        Caution::Drive(among(&held, &OF_DRIVES)),
+        Caution::Fall(among(&fall.concat(), &["stopped"])),
+    ];
+    all.into_iter().filter(|caution| !caution.rules().is_empty()).collect()
+}
+
+impl Caution {
+    fn rules(&self) -> &[&'static str] {
+        match self {
+            Caution::Damp(rules)
+            | Caution::Encoder(rules)
+            | Caution::Drive(rules)
+            | Caution::Fall(rules) => rules,
+            Caution::AnyDrive(_) => &[],
+        }
+    }
+}
+
+impl Display for Caution {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let rules = self.rules().join(", reactions.");
+        match self {
+            Caution::Damp(_) => write!(
+                f,
+                "reactions.{rules} = damp: a torque without its encoder does not hold a leg. In the tests an axis \
+                 reached 1.20 rad/s in a lift-off and 2.71 rad/s in a landing, with `zero` and braking \
+                 drives below 1 rad/s: keep `zero` unless the drives cannot brake (0x605A to 0x605E)"
+            ),
+            Caution::Encoder(_) => write!(
+                f,
+                "reactions.{rules} = land: the landing trusts the encoder that has just failed: use `zero`"
+            ),
+            Caution::Drive(_) => write!(
+                f,
+                "reactions.{rules}: a drive that is lost or does not obey cannot land: use `zero`"
+            ),
+            Caution::AnyDrive(axes) => write!(
+                f,
+                "axes {axes:?} accept any drive: where two cables are exchanged, no rule sees it and the platform \
+                 moves elsewhere: set drive.serial (`check --bus` shows them), or homing.file"
+            ),
+            Caution::Fall(_) => write!(
+                f,
+                "reactions.{rules}: at the end of every run the machine falls onto its stops: use `land`"
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::parse;
+
+    #[test]
+    fn the_defaults_need_none_and_each_choice_has_its_own() {
+        let chosen = |text: &str| of_reactions(&toml::from_str(text).unwrap());
+        assert_eq!(chosen(""), []);
+        assert_eq!(chosen("speed = 'damp'"), [Caution::Damp(vec!["speed"])]);
+        assert_eq!(chosen("stopped = 'zero'"), [Caution::Fall(vec!["stopped"])]);
+        assert_eq!(chosen("jump = 'land'"), [Caution::Encoder(vec!["jump"])]);
+        let both = [Caution::Damp(vec!["mode"]), Caution::Drive(vec!["mode"])];
+        assert_eq!(chosen("mode = 'damp'"), both);
+        let text = chosen("jump = 'damp'\nfrozen_encoder = 'damp'")[0].to_string();
+        assert!(text.starts_with("reactions.jump, reactions.frozen_encoder = damp: "), "{text}");
+    }
+
+    #[test]
+    fn drives_without_a_serial_number_are_named() {
+        let mut config = parse(include_str!("../machines/akd.toml")).unwrap();
+        for (k, drive) in config.drive.iter_mut().enumerate() {
+            drive.serial = Some(1000 + k as u32);
+        }
+        assert_eq!(of(&config), []);
+        config.drive[2].serial = None;
+        assert_eq!(of(&config), [Caution::AnyDrive(vec![3])]);
+    }
+}
