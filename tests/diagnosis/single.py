@@ -68,13 +68,14 @@ def write(
     run: int = 0,
     scale: float = 1.0,
     steps: float = 1e-6,
+    seconds: float = SECONDS,
 ) -> Path:
     """One pass of the motion `seed`, with noise of its own; friction [N m], noise [N m].
 
     extra: any other torque [N m]; run: its place in the order of all runs, 0 for none; scale: by
     which all torques are larger; steps [rad] of the encoder, whose noise is twice that.
     """
-    t = np.arange(round(SECONDS / TS)) * TS
+    t = np.arange(round(seconds / TS)) * TS
     theta, rate, _ = moved(t, seed)
     tau = wanted(t, seed)
     if friction:

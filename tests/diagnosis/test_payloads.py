@@ -26,9 +26,10 @@ from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
 from tests.diagnosis import two_links
 from tests.diagnosis.made import plain_csv
-from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+from tests.diagnosis.single import TS, moved, wanted, write
 
 Array = NDArray[np.float64]
+SECONDS = 6.0
 CLOCK = np.arange(round(SECONDS / TS)) * TS
 RMS = float(wanted(CLOCK, 1).std())
 MASS, ARM = 0.4, 0.15
@@ -37,8 +38,6 @@ LOAD, PLACE = 0.8, (0.31, 0.07)
 """A payload on the planar arm [kg], and where it is on the second link [m]."""
 Torque = Callable[[int, int], Array | float]
 """Further torque of a motion and a pass."""
-
-
 several = pytest.mark.sample(2, of="payloads of several kinds")
 
 
@@ -56,7 +55,7 @@ def on_axis(
     for motion in range(1, motions + 1):
         for number in range(1, 5):
             path = folder / f"{motion}{number}.csv"
-            write(path, motion, number, 0.0, extra=extra(motion, number))
+            write(path, motion, number, 0.0, extra=extra(motion, number), seconds=SECONDS)
             payload = (heads or {}).get(number)
             if payload:
                 path.write_text(f"# payload: {payload}\n{path.read_text()}")
@@ -122,9 +121,8 @@ def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
 def test_trajectories_of_one_load_alone_are_sorted_too(tmp_path: Path) -> None:
     """About their own mean all of their passes are alike."""
     paths = on_axis(tmp_path, lambda m, k: carried(m) * (m == 2 or (m == 3 and k > 2)))
-    heavy = ["21", "22", "23", "24", "33", "34"]
     (runs,) = {change.runs for change in answer(paths).changed}
-    assert [Path(run).stem for run in runs] == heavy
+    assert [Path(run).stem for run in runs] == ["21", "22", "23", "24", "33", "34"]
 
 
 @several
