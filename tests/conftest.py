@@ -25,6 +25,7 @@ os.environ.setdefault("FLEXHEX_CACHE", str(ROOT / "out" / "cache"))
 os.environ.setdefault("FLEXHEX_WERROR", "1")
 OBJECTS = store.objects(OUT / "cache")
 """Object files of whatever C a test compiles as the product does: by content, each of them once."""
+OBJECTS.mkdir(parents=True, exist_ok=True)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
