@@ -37,8 +37,10 @@ pub struct Calibrate {
 #[derive(Subcommand)]
 enum What {
     /// Push each axis at rest, without feedback, until it moves 3 mrad, and back: its encoder must follow.
+    #[command(after_help = EXAMPLES)]
     Signs(Signs),
     /// Hold the neutral pose without and with a known mass, and compare with the model of the machine.
+    #[command(after_help = EXAMPLES)]
     Torque(torque_constant::Torque),
 }
 

@@ -15,13 +15,13 @@ pub fn check(config: &Config, system: &System) -> Result<(), Mismatch> {
     let mut wrong = contradictions(config, system.base_step());
     for (axis, l) in once(config) {
         if let Some(stroke) = stroke.filter(|s| l.position_min < -s || l.position_max > *s) {
+            let own = config.drive[axis].limits.is_some();
+            let at = if own { format!("drive[{axis}].limits") } else { "limits".to_owned() };
             wrong.push(format!(
-                "position limits {} to {} rad of axis {}: the stroke ends at -{stroke} and {stroke} \
+                "{at}: position limits {} to {} rad: the stroke ends at -{stroke} and {stroke} \
                  rad, so the rule could not trip before the end stop: set position_min_rad and \
                  position_max_rad inside",
-                l.position_min,
-                l.position_max,
-                axis + 1
+                l.position_min, l.position_max
             ));
         }
     }

@@ -11,7 +11,7 @@ from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
 from tests.gateway.fault_table import Table
 from tests.gateway.test_faults import ANY_STEP
-from tests.gateway.test_landing import AT, STEP
+from tests.gateway.test_landing import AT, STEP, at
 from tests.gateway.weight import free
 
 WRONG = Spoil("K", 75, "set", "p.actuator[1].o", 21.6, 100_000)
@@ -26,6 +26,19 @@ def test_good_run_falls_nowhere(hexapod_ssp: Path, tmp_path: Path, falls: Table)
     fallen.ends_at_rest(0)
     assert fallen.ran.one("summary")["frozen"] == []
     falls.add(fallen.fall("no fault", 0))
+
+
+def test_warning_of_a_drive_is_told_and_stops_nothing(
+    hexapod_ssp: Path, tmp_path: Path, falls: Table
+) -> None:
+    warned = at('kind = "warning"\nposition = 2\ncount = 100', AT)
+    fallen = free(Bench(hexapod_ssp, tmp_path), warned)
+    assert fallen.ran.code == 0, fallen.ran.words
+    told = [[3, "warning (bit 7 of the statusword)", 100]]
+    assert fallen.ran.one("summary")["remarks"] == told
+    assert "axis 3: warning (bit 7 of the statusword) in 100 cycles" in fallen.ran.words
+    fallen.ends_at_rest(AT)
+    falls.add(fallen.fall("drive shows a warning", AT))
 
 
 def test_wrong_estimate_is_frozen_and_the_run_goes_on(

@@ -26,6 +26,7 @@ pub enum FaultKind {
     FrameReordered,
     Pause,
     Stall,
+    Warning,
 }
 
 impl FaultKind {
@@ -52,6 +53,7 @@ impl FaultKind {
             FaultKind::FrameReordered => "frame_reordered",
             FaultKind::Pause => "pause",
             FaultKind::Stall => "stall",
+            FaultKind::Warning => "warning",
         }
     }
 

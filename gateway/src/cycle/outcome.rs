@@ -52,6 +52,8 @@ pub struct Outcome {
     pub lost: u64,
     pub short: u64,
     pub late_threads: u64,
+    /// Cycles in which each axis showed each of `cia402::REMARKS`.
+    pub remarks: [[u64; cia402::REMARKS.len()]; AXES],
     /// Components that left the bounds of their estimates, and by what.
     pub frozen: Vec<String>,
     /// Largest share of its limit of each rule, the nearest first, and of the bounds of the estimate.
@@ -93,6 +95,7 @@ impl Outcome {
             lost: 0,
             short: 0,
             late_threads: 0,
+            remarks: [[0; cia402::REMARKS.len()]; AXES],
             frozen: Vec::new(),
             shares: Vec::new(),
             counts: Counts::default(),
@@ -114,6 +117,25 @@ impl Outcome {
             };
             *disabled |= word.is_some_and(off);
         }
+    }
+
+    /// Takes the remarks of the statuswords of a reply.
+    pub fn note_remarks(&mut self, statusword: &[u16; AXES]) {
+        for (counts, word) in self.remarks.iter_mut().zip(statusword) {
+            for (count, (bit, _)) in counts.iter_mut().zip(cia402::REMARKS) {
+                *count += u64::from(word & bit != 0);
+            }
+        }
+    }
+
+    /// What the drives said without a fault: axis, from 1, remark, cycles.
+    pub fn remarked(&self) -> Vec<(usize, &'static str, u64)> {
+        let by_axis = self.remarks.iter().enumerate();
+        let all = by_axis.flat_map(|(k, counts)| {
+            let named = cia402::REMARKS.iter().zip(counts);
+            named.map(move |((_, name), count)| (k + 1, *name, *count))
+        });
+        all.filter(|(_, _, count)| *count > 0).collect()
     }
 
     /// Axes, from 1, whose drive may still have power.

@@ -14,6 +14,9 @@ const COMPUTE: usize = 1 + 9 * AXES + 7;
 impl<L: Link> ControlLoop<'_, L> {
     /// Fill the row of cycle n with the signals published at n.
     pub(super) fn fill(&mut self, n: i64, reply: &Reply, late_ns: u64, round_trip_ns: u64) {
+        if reply.answered {
+            self.out.note_remarks(&reply.statusword);
+        }
         let bus = self.controller.bus();
         let (r, e) = match &self.phase {
             Phase::Lifting(mover) | Phase::Landing(mover) => (mover.r, mover.e),

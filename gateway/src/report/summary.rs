@@ -38,6 +38,7 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
         json!({"cycles": out.cycles, "lifted": out.lifted, "skipped": out.skipped, "lost": out.lost,
             "short": out.short, "late_threads": out.late_threads,
             "frozen": out.frozen,
+            "remarks": out.remarked(),
             "share_of_limits": out.shares.iter().copied().collect::<BTreeMap<_, _>>(),
             "sent": c.sent, "answered": c.answered, "duplicated": c.duplicated,
             "late": c.late, "bad": c.bad, "not_recorded": out.overflowed,
@@ -83,6 +84,9 @@ fn figures(reporter: &Reporter, out: &Outcome) {
     let nearest = out.shares.iter().take(3);
     let nearest: Vec<_> = nearest.map(|(rule, s)| format!("{rule} {:.0} %", 100.0 * s)).collect();
     reporter.line("of limits", &nearest.join(", "));
+    for (axis, remark, cycles) in out.remarked() {
+        reporter.line("drive", &format!("axis {axis}: {remark} in {cycles} cycles"));
+    }
     for why in &out.frozen {
         reporter.line("frozen", why);
     }

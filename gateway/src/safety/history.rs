@@ -50,19 +50,41 @@ impl History {
         self.seen > self.window.min(LONGEST - 1)
     }
 
-    /// Mean speed of each axis [rad/s] up to the newest cycle; 0 where it is not known.
+    /// Mean speed of each axis [rad/s] up to its newest angle, over more cycles where the older one was not measured;
+    /// 0 where it is not known.
     pub fn rates(&self) -> [f64; AXES] {
         if !self.knows_rates() {
             return [0.0; AXES];
         }
         let n = self.window.min(LONGEST - 1);
+        let most = LONGEST.min(self.seen);
         std::array::from_fn(|k| {
-            let rate = (self.then(1)[k] - self.then(1 + n)[k]) / (n as f64 * self.base_step);
-            if rate.is_nan() {
-                0.0
-            } else {
-                rate
-            }
+            let known = |ago: &usize| !self.then(*ago)[k].is_nan();
+            let newest = (1..=most).find(known);
+            let older = newest.and_then(|newest| (newest + n..=most).find(known));
+            let (Some(newest), Some(older)) = (newest, older) else { return 0.0 };
+            let time = (older - newest) as f64 * self.base_step;
+            (self.then(newest)[k] - self.then(older)[k]) / time
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_known_across_cycles_without_a_measurement() {
+        let mut history = History::new(8, 0.5);
+        for k in 0..12 {
+            history.note([f64::from(k); AXES]);
+        }
+        assert_eq!(history.rates(), [2.0; AXES]);
+        // 40 cycles go by, as when the computer stands still
+        history.skip(40);
+        history.note([52.0; AXES]);
+        assert_eq!(history.rates(), [2.0; AXES]);
+        history.skip(LONGEST as u64);
+        assert_eq!(history.rates(), [0.0; AXES], "too long ago");
     }
 }

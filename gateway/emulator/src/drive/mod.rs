@@ -32,6 +32,7 @@ pub struct Drive {
     pub parameters: Parameters,
     /// Shown and used in place of the mode that was set.
     pub forced_mode: Option<i8>,
+    pub warning: bool,
     /// Controlwords have no effect.
     pub deaf: bool,
     /// It follows its controlword in every frame of so many; 0: in all.
@@ -59,6 +60,7 @@ impl Drive {
         Drive {
             parameters: Parameters::new(&setting),
             forced_mode: None,
+            warning: false,
             setting,
             machine: Machine::new(state, error),
             encoder: Encoder::default(),
@@ -148,7 +150,8 @@ impl Drive {
     }
 
     pub fn statusword(&self) -> u16 {
-        self.status_frozen.unwrap_or(self.machine.state.statusword())
+        let warning = u16::from(self.warning) << 7;
+        self.status_frozen.unwrap_or(self.machine.state.statusword() | warning)
     }
 
     /// The low bits of an object; None where the drive has none.

@@ -51,6 +51,7 @@ impl Machine {
                 }
                 FaultKind::ModeChange => drive.forced_mode = Some(fault.size as i8),
                 FaultKind::ControlIgnored => drive.deaf = true,
+                FaultKind::Warning => drive.warning = true,
                 FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }
@@ -75,6 +76,7 @@ impl Machine {
             FaultKind::EncoderJump | FaultKind::EncoderDrift => device.drive_mut().encoder.jump = 0,
             FaultKind::EncoderFrozen => device.drive_mut().encoder.frozen = None,
             FaultKind::ControlIgnored => device.drive_mut().deaf = false,
+            FaultKind::Warning => device.drive_mut().warning = false,
             FaultKind::StatusFrozen => device.drive_mut().status_frozen = None,
             FaultKind::TorqueFrozen => device.drive_mut().target_frozen = None,
             _ => return,
