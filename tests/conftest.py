@@ -25,7 +25,8 @@ os.environ.setdefault("FLEXHEX_CACHE", str(ROOT / "out" / "cache"))
 os.environ.setdefault("FLEXHEX_WERROR", "1")
 OBJECTS = store.objects(OUT / "cache")
 """Object files of whatever C a test compiles as the product does: by content, each of them once."""
-OBJECTS.mkdir(parents=True, exist_ok=True)
+for folder in (OUT, OBJECTS):
+    folder.mkdir(parents=True, exist_ok=True)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
