@@ -7,19 +7,25 @@ the noise of an axis, the angles hold S n and the model leaves -M n'', so that
 
     left = H(s) (fast part of the angles' rates and accelerations)
 
-with a response H that nobody knows. It is fitted freely, band by band. What lies in these columns
-is no evidence for an effect: one that is linear in the fast motion of its own axis is not to be
-told from feedback then.
+with a response H that nobody knows, fitted freely, band by band. It competes with every effect of
+the axis: one that explains no more than this has no name, and this is in the model instead.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
+from flexhex.diagnosis.selection.choose import as_good, form_error
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.evidence import together
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.fmus.filter.equations import hann
 
 Array = NDArray[np.float64]
@@ -27,15 +33,41 @@ BANDS, WIDER = 6, 2**0.5
 """Bands, from the smoothing window down, and how much slower the next one is."""
 
 
-def with_feedback(moments: Moments) -> Moments:
-    """The model with what feedback may answer on each axis; as it is where passes repeat, or angles
-    have no noise."""
-    noisy = any(block.run.motion.noise is not None for block in moments.rows.made.blocks)
-    if moments.rows.pairs.nnz or not noisy:
-        return moments
-    for axis in range(moments.rows.n):
-        moments = moments.extended(_term(moments, axis))
-    return moments
+def noisy(rows: Rows) -> set[int]:
+    """Axes with noise of the angles in the products: all, where nothing is run twice and there is
+    some."""
+    there = any(block.run.motion.noise is not None for block in rows.made.blocks)
+    return {*range(rows.n)} if there and not rows.pairs.nnz else set()
+
+
+def answers(
+    moments: Moments, axes: Iterable[int], score: Score | None, criteria: Criteria
+) -> dict[int, Term]:
+    """What feedback may answer, on those of these axes on which it explains as much as an effect
+    does, with the error of its form; on all of them where there is none."""
+    if score is None:
+        return {axis: feedback(moments, axis) for axis in axes}
+    if not isinstance(score.hypothesis, EffectHypothesis):
+        return {}
+    found = {axis: feedback(moments, axis) for axis in {*axes} & {*score.hypothesis.felt}}
+    error = form_error(score, criteria)
+
+    def good(term: Term) -> bool:
+        gain = together(moments.extended(term), moments, [term])
+        return as_good(gain, score.gain, error, criteria)
+
+    return {axis: term for axis, term in found.items() if good(term)}
+
+
+def feedback(moments: Moments, axis: int) -> Term:
+    """What feedback may answer on an axis: rates and accelerations in each band; one standard
+    deviation of each coefficient makes as much torque as a model leaves."""
+    rows = moments.rows
+    values = [np.hstack(own) for own in zip(*_bands(rows, axis), strict=True)]
+    white = rows.white(axis, values)
+    left = rows.white_y[axis] - moments.white(axis, moments.fit(None).q)
+    squares = np.maximum((white**2).mean(axis=0), np.finfo(float).tiny)
+    return Term({axis: rows.raw(values)}, {axis: white}, squares / (left**2).mean())
 
 
 def _bands(rows: Rows, axis: int) -> list[list[Array]]:
@@ -63,14 +95,3 @@ def _slower(values: Array, samples: float) -> Array:
     half = len(weights) // 2
     padded = np.pad(values, ((half, len(weights) - 1 - half), (0, 0)), mode="edge")
     return np.asarray(oaconvolve(padded, weights[:, None] / weights.sum(), mode="valid", axes=0))
-
-
-def _term(moments: Moments, axis: int) -> Term:
-    """Rates and accelerations in each band; one standard deviation of each coefficient makes as
-    much torque as is left."""
-    rows = moments.rows
-    values = [np.hstack(own) for own in zip(*_bands(rows, axis), strict=True)]
-    white = rows.white(axis, values)
-    left = rows.white_y[axis] - moments.white(axis, moments.fit(None).q)
-    squares = np.maximum((white**2).mean(axis=0), np.finfo(float).tiny)
-    return Term({axis: rows.raw(values)}, {axis: white}, squares / (left**2).mean())

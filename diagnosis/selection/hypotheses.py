@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.payloads import GROUP
-from flexhex.diagnosis.selection.feedback import with_feedback
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,
@@ -47,7 +46,7 @@ class Hypotheses:
 
     def __init__(self, bench: Bench, rows: Rows) -> None:
         self.bench, self.rows = bench, rows
-        self.moments = with_feedback(Moments(rows))
+        self.moments = Moments(rows)
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}

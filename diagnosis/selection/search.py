@@ -27,15 +27,11 @@ from flexhex.diagnosis.selection.choose import (
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.evidence import together
+from flexhex.diagnosis.selection.feedback import answers, noisy
 from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, with_form_error
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import (
-    Axis,
-    ChangedParameter,
-    HeavierBody,
-    Payload,
-)
+from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter, HeavierBody, Payload
 from flexhex.diagnosis.selection.left import Rest, explained, rest_of
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.payload import payload_score
@@ -139,6 +135,7 @@ class Search:
     def __post_init__(self) -> None:
         self.moments = self.hypotheses.moments
         self.bars = bars_of(self.hypotheses, self.criteria)
+        self.unanswered = noisy(self.hypotheses.rows)
         self.stale = self._against(None)
 
     def next(self, number: int) -> tuple[Accepted | None, list[Score]]:
@@ -157,11 +154,20 @@ class Search:
                 listed = best_first([*listed, payload]) if payload else listed
             found = chosen(self.known(), listed, self.bars, number, self.criteria)
             wanted = self.stale & self._against(found)
-            if not wanted:
+            if not wanted and not (wanted := self._answer(found)):
                 return found, listed
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
+
+    def _answer(self, found: Accepted | None) -> set[Axis]:
+        """Axes on which feedback's answer to noise is in the model now, in the place of this."""
+        score = None if found is None else found.score
+        terms = answers(self.moments, self.unanswered, score, self.criteria)
+        for term in terms.values():
+            self.moments = self.moments.extended(term)
+        self.unanswered -= terms.keys()
+        return {*terms}
 
     def _against(self, found: Accepted | None) -> set[Axis]:
         """Axes whose scores must be known before this is accepted."""

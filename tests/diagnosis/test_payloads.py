@@ -16,9 +16,8 @@ from flexhex.diagnosis.axis import AxisBase
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.selection.feedback import with_feedback
+from flexhex.diagnosis.selection.feedback import noisy
 from flexhex.diagnosis.selection.levels import partitions
-from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.search import carrying
 from flexhex.diagnosis.serial import Arm, Link
@@ -194,7 +193,7 @@ def test_feedback_answers_noise_beside_a_payload_that_leaves_no_repeats(
     base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
     runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(asked.runs)]
     made, _, _ = fitted(base, runs)
-    assert bool(with_feedback(Moments(Rows.of(made))).terms) == heavy
+    assert bool(noisy(Rows.of(made))) == heavy
 
 
 @several
