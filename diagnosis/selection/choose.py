@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -50,6 +50,7 @@ class Bars:
 
 
 def chosen(
+    moments: Moments,
     known: Sequence[Score],
     scores: Sequence[Score],
     bars: Bars,
@@ -57,10 +58,11 @@ def chosen(
     criteria: Criteria,
 ) -> Accepted | None:
     """What is accepted of the scores of a round beside those that are known."""
+    alone = unrepeated(moments, known)
     good = [s for s in scores if beyond_chance(s, known, bars, criteria)]
     for score in good:
         again = _again(score, known)
-        if shown(score, criteria, again):
+        if shown(score, criteria, again) and score.gain > alone[score.hypothesis.axis]:
             return simplest(score, good, number, criteria)
     return None
 
@@ -187,6 +189,22 @@ def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criter
     fuller = [s for s in near if s.hypothesis.extends == first.hypothesis.id]
     rivals = [s for s in near if s is not first and s not in fuller]
     return Accepted(first, tuple(rivals), number, tuple(fuller))
+
+
+def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, float]:
+    """Least gain [nats] of an effect on each axis, or on the whole, where nothing repeats.
+
+    Nothing but another trajectory speaks for it then. What explains less than half of all that is
+    left is not named, nor is what stands beside an effect that is known, or a payload.
+    """
+    rows, q = moments.rows, moments.fit(None).q
+    if rows.pairs.nnz:
+        return dict.fromkeys([None, *range(rows.n)], 0.0)
+    left = [float(((rows.white_y[i] - moments.white(i, q)) ** 2).sum()) for i in range(rows.n)]
+    taken = {k.hypothesis.axis for k in known}
+    taken |= {None for load in rows.made.loads if load.bit is not None}
+    least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
+    return {None: sum(left) / 4, **dict(enumerate(least))}
 
 
 def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:

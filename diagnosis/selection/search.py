@@ -152,7 +152,7 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            found = chosen(self.known(), listed, self.bars, number, self.criteria)
+            found = chosen(self.moments, self.known(), listed, self.bars, number, self.criteria)
             wanted = self.stale & self._against(found)
             if not wanted and not (wanted := self._answer(found)):
                 return found, listed
@@ -243,7 +243,7 @@ class Search:
         self.moments = self.moments.without(term)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        found = chosen(known, scores, self.bars, before.round, self.criteria)
+        found = chosen(self.moments, known, scores, self.bars, before.round, self.criteria)
         if found is None:
             return
         again = found.score.effect == before.score.effect

@@ -88,7 +88,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(search, "payload_score", lambda *_: None)
     monkeypatch.setattr(search, "noisy", lambda _: set())
     monkeypatch.setattr(search, "bars_of", lambda *_: Bars(0.0, 0.0))
-    monkeypatch.setattr(search, "chosen", lambda known, scores, *_: Accepted(scores[0], (), 1))
+    monkeypatch.setattr(search, "chosen", lambda m, k, scores, *_: Accepted(scores[0], (), 1))
     monkeypatch.setattr(search.Search, "_of", lambda _, axis: [better] if axis == 1 else [])
     hypotheses: Any = SimpleNamespace(rows=rows, moments=None)
     found, _ = search.Search(hypotheses, USUAL).next(1)
