@@ -11,6 +11,7 @@ import pytest
 from tests.gateway.bench import Bench, drive
 from tests.gateway.fault_table import Table
 from tests.gateway.test_landing import ALL, AT, at
+from tests.gateway.test_refusals import REST_RAD, RESTS
 from tests.gateway.weight import TS, free
 
 HOLD = 14_000
@@ -69,7 +70,7 @@ LIFT = 6000
 """The same in a lift-off."""
 FROZEN = "encoder frozen while the reference stands still"
 UNLIKE = "torque of a drive does not follow any more"
-REVERSED = "encoder counts the wrong way from the start"
+REVERSED = "encoder counts the wrong way, and `rest_rad` is of it"
 POSE = ("# [[pose]]", '[[pose]]\nsignal = "N_F.x.x_E.z"\nmin = 0.28\nmax = 0.315\n# [[pose]]')
 DAMP = ('frozen_encoder = "zero"', 'frozen_encoder = "damp"\njump = "damp"')
 WEAK = ("rated_torque_N_m = 9.0", "rated_torque_N_m = 0.7")
@@ -92,7 +93,8 @@ CASES = (
          since=HOLD),
     Case("encoder drifts by 0.05 rad/s", drift(0.05), since=HOLD),
     Case("encoder drifts by -0.2 rad/s", drift(-0.2), since=HOLD),
-    Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "zero", 4, since=0),
+    Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "zero", 4, since=0,
+         changes=((REST_RAD, RESTS[1].replace("-0.29", "0.29")),)),
     Case("axis pushed by -3 N m for ever", push(-3, cycle=HOLD), "feedback_torque", "land", 4,
          since=HOLD, seconds=4.0, held=False),
     Case("axis pushed by 20 N m for 20 ms", push(20, 80), since=AT + 80),

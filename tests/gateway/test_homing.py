@@ -82,15 +82,23 @@ TURNED = ("# serial = 1003\ndirection = 1", "# serial = 1003\ndirection = -1")
 def test_axis_that_rests_above_its_weight_is_refused(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    """The feedback would hold it all the same, in a mirrored pose."""
+    """Where both count the other way the feedback would hold it, in a mirrored pose."""
     bench = Bench(hexapod_ssp, tmp_path)
-    fallen = free(bench, changes=(TURNED,))
-    assert fallen.ran.code == 1
-    told = fallen.ran.one("refused")
-    assert told["kind"] == "against_weight"
-    assert "axis 3: it rests at 0.2" in told["message"]
-    assert "drive[2].direction" in told["message"]
-    never_enabled(fallen.ran)
-    falls.add(fallen.refused("direction of an axis is wrong"))
+    for name, options, changes in (
+        ("direction of an axis is wrong", "", (TURNED,)),
+        (
+            "encoder counts the wrong way from the start",
+            drive(2, "encoder_reversed = true"),
+            (),
+        ),
+    ):
+        fallen = free(bench, options, changes=changes)
+        assert fallen.ran.code == 1
+        told = fallen.ran.one("refused")
+        assert told["kind"] == "against_weight"
+        assert "axis 3: it rests at 0.2" in told["message"]
+        assert "drive[2].direction" in told["message"]
+        never_enabled(fallen.ran)
+        falls.add(fallen.refused(name))
     held = (REST_RAD, RESTS[1].replace("-0.23", "0.23"))
     assert free(bench, changes=(TURNED, held), seconds=0.05).ran.code == 0, "somebody knows better"
