@@ -8,7 +8,8 @@ use std::sync::mpsc::{sync_channel, SyncSender};
 
 use crate::arguments::ConfigArgs;
 use crate::config::{Config, AXES};
-use crate::exit::{Ends, Exit};
+use crate::exit::Exit;
+use crate::option_error::OptionError;
 use crate::poses::{angles, within, PoseError};
 use crate::report::Reporter;
 use crate::run;
@@ -36,21 +37,6 @@ pub struct Jog {
     /// Largest step of an axis in rad.
     #[arg(long, value_name = "RAD", default_value_t = 0.05, allow_negative_numbers = true)]
     largest: f64,
-}
-
-/// `--largest` with this angle [rad].
-struct LargestError(f64);
-
-impl Display for LargestError {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        write!(f, "--largest {}: allowed above 0 and at most 1 rad", self.0)
-    }
-}
-
-impl Ends for LargestError {
-    fn exit(&self) -> Exit {
-        Exit::Usage
-    }
 }
 
 /// Why a line is no order that is followed.
@@ -84,7 +70,7 @@ pub fn jog(args: &Jog) -> Exit {
     let (reporter, largest) = (args.config.reporter(), args.largest);
     let make = move |config: &Config, _: &System| {
         if !(largest > 0.0 && largest <= 1.0) {
-            return Err(LargestError(largest).into());
+            return Err(OptionError::Largest(largest).into());
         }
         let (sender, orders) = sync_channel(ORDERS);
         let config = config.clone();

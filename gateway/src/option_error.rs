@@ -10,6 +10,10 @@ pub enum OptionError {
     Duration(f64),
     /// `--lockstep` on a hardware port.
     Lockstep(String),
+    /// `--meta` with this text.
+    Meta(String),
+    /// `--largest` with this angle [rad].
+    Largest(f64),
 }
 
 impl Display for OptionError {
@@ -26,6 +30,10 @@ impl Display for OptionError {
                 "--lockstep: {name} is a hardware port and real drives run by their own clock: leave \
                  --lockstep out"
             ),
+            OptionError::Meta(text) => write!(f, "--meta {text}: write it as KEY=VALUE"),
+            OptionError::Largest(angle) => {
+                write!(f, "--largest {angle}: allowed above 0 and at most 1 rad")
+            }
         }
     }
 }

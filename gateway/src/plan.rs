@@ -1,29 +1,12 @@
 //! Where a run is recorded to, and what the head of its files says.
 
 use flexhex_system::System;
-use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 use crate::config::Config;
-use crate::exit::{Ends, Exit};
+use crate::option_error::OptionError;
 use crate::record::{provenance, Columns, Plan};
 use crate::session;
-
-/// `--meta` with this text.
-#[derive(Debug)]
-pub struct MetaError(String);
-
-impl Display for MetaError {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        write!(f, "--meta {}: write it as KEY=VALUE", self.0)
-    }
-}
-
-impl Ends for MetaError {
-    fn exit(&self) -> Exit {
-        Exit::Usage
-    }
-}
 
 /// `record`: file of the whole run; `more`: `KEY=VALUE` for its head.
 pub fn plan(
@@ -31,7 +14,7 @@ pub fn plan(
     more: &[String],
     config: &Config,
     (system, columns): (&System, Columns),
-) -> Result<Plan, MetaError> {
+) -> Result<Plan, OptionError> {
     let mut meta = vec![
         ("run".to_owned(), "gateway".to_owned()),
         ("system".to_owned(), config.system.ssp.display().to_string()),
@@ -45,7 +28,7 @@ pub fn plan(
     meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
     meta.extend(provenance(config.hash));
     for pair in more {
-        let (key, value) = pair.split_once('=').ok_or_else(|| MetaError(pair.clone()))?;
+        let (key, value) = pair.split_once('=').ok_or_else(|| OptionError::Meta(pair.clone()))?;
         meta.retain(|(k, _)| k != key);
         meta.push((key.to_owned(), value.to_owned()));
     }

@@ -162,11 +162,16 @@ def test_full_disk_is_told_and_does_not_stop_the_machine(hexapod_ssp: Path, tmp_
 
 def when_running(act: Callable[[int], None]) -> Callable[[subprocess.Popen[str]], None]:
     """Acts on the gateway's process after its first status event."""
+    return when_said('"event":"status"', act)
+
+
+def when_said(text: str, act: Callable[[int], None]) -> Callable[[subprocess.Popen[str]], None]:
+    """Acts on the gateway's process after the first event with this text."""
 
     def wait(gateway: subprocess.Popen[str]) -> None:
         assert gateway.stdout is not None
         for line in gateway.stdout:
-            if '"event":"status"' in line:
+            if text in line:
                 act(gateway.pid)
                 return
 

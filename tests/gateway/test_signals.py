@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import pytest
 from tests.gateway.bench import Acts, Bench, Process, drive, never_enabled, stops
 from tests.gateway.fault_table import Table
 from tests.gateway.test_landing import ALL, AT
+from tests.gateway.test_refusals import when_said
 from tests.gateway.weight import Fallen, free
 
 LIFTING, LANDING = 6000, AT + 1000
@@ -78,15 +80,10 @@ def test_signal_lands_the_machine(
 
 def test_ctrl_c_before_power_is_heeded_at_once(hexapod_ssp: Path, tmp_path: Path) -> None:
     """No drive reaches OP: it would be waited for."""
-
-    def interrupt(gateway: Process) -> None:
-        time.sleep(1.5)
-        gateway.send_signal(signal.SIGINT)
-
     options = '[[fault]]\nkind = "frame_lost"\ncycle = 1\ncount = 0\ncounting = "frames"\n'
     patient = ("state_timeout_ms = 5000", "state_timeout_ms = 60000")
-    bench = Bench(hexapod_ssp, tmp_path)
-    ran = bench.run(
+    interrupt = when_said('"position":5', lambda pid: os.kill(pid, signal.SIGINT))
+    ran = Bench(hexapod_ssp, tmp_path).run(
         options=options, changes=(patient,), command=("run", "--enable"), during=interrupt
     )
     assert ran.code == 0, ran.words
