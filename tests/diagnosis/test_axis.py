@@ -14,6 +14,8 @@ from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
 from tests.diagnosis.single import SECONDS, TS, moved, write
 
+several = pytest.mark.sample(3, of="plain axes")
+
 OPTIONS = Options(base="axis")
 CLOCK = np.arange(round(SECONDS / TS)) * TS
 DRY = {"coulomb_friction", "stribeck_friction", "second_hysteresis"}
@@ -31,7 +33,7 @@ def said(friction: float, runs: tuple[tuple[int, int], ...]) -> Diagnosis:
 TWICE = ((1, 1), (1, 2), (2, 1), (2, 2))
 
 
-@pytest.mark.sample(1)
+@several
 @pytest.mark.parametrize("friction", [0.12, 0.02])
 def test_axis_with_bristles_has_dry_friction(friction: float) -> None:
     diagnosis = said(friction, TWICE)
@@ -48,6 +50,7 @@ def test_axis_without_friction_has_nothing() -> None:
     assert diagnosis.effects == ()
 
 
+@several
 def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None:
     """2 ms, of the logger as far as anyone can tell."""
     paths = []
@@ -65,6 +68,7 @@ def test_torque_that_comes_late_is_told_and_is_no_effect(tmp_path: Path) -> None
     assert not [text for text in said(0.0, TWICE).findings if "lags" in text]
 
 
+@several
 def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
     """The base model alone takes them for a part of one."""
     paths = []
@@ -76,6 +80,7 @@ def test_friction_and_cogging_are_no_delay(tmp_path: Path) -> None:
     assert not [text for text in diagnosis.findings if "angles by" in text]
 
 
+@several
 def test_one_trajectory_is_told_to_be_one(tmp_path: Path) -> None:
     """A locked run of another motion can refute it."""
     text = "one trajectory only: no other motion can refute what is found on it"
@@ -92,6 +97,7 @@ def test_axis_of_one_run_is_never_named(friction: float) -> None:
     assert any("run it again" in note for note in diagnosis.notes)
 
 
+@several
 @pytest.mark.parametrize(("friction", "names"), [(0.12, DRY), (0.0, set())])
 def test_axis_without_repeats_is_named_by_what_no_noise_could_be(
     friction: float, names: set[str]

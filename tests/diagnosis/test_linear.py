@@ -22,6 +22,8 @@ from flexhex.fmus.common.effects import Experiment
 from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.sliding import SPRING, write
 
+slides = pytest.mark.sample(2, of="machines that slide")
+
 SLIDES = ("m", "N")
 FRICTION, COGGING = 0.12, 0.05
 HIDDEN = {"nothing": (0.0, 0.0), "friction": (FRICTION, 0.0), "cogging": (0.0, COGGING)}
@@ -45,6 +47,7 @@ def names(found: Diagnosis) -> tuple[object, ...]:
     return found.verdict, [(e.id, e.axes, e.rivals) for e in found.effects]
 
 
+@slides
 def test_what_is_hidden_is_what_is_named() -> None:
     """Otherwise the comparisons below compare nothing."""
     assert names(said("nothing")) == ("none", [])
@@ -53,7 +56,7 @@ def test_what_is_hidden_is_what_is_named() -> None:
     assert effect.parameters["F_c"].value == pytest.approx(FRICTION, rel=0.02)
 
 
-@pytest.mark.sample(1)
+@slides
 @pytest.mark.parametrize("hidden", HIDDEN)
 def test_the_same_numbers_as_angles_or_as_lengths_give_the_same_answer(hidden: str) -> None:
     turning, sliding = said(hidden, ("rad", "N m")), said(hidden)
@@ -71,7 +74,7 @@ def test_the_same_numbers_as_angles_or_as_lengths_give_the_same_answer(hidden: s
     assert sliding.maps[0].over == "position"
 
 
-@pytest.mark.sample(1)
+@slides
 @pytest.mark.parametrize("units", [("mm", 1e3), ("um", 1e6)])
 @pytest.mark.parametrize("hidden", HIDDEN)
 def test_millimetres_give_the_same_answer_as_metres(hidden: str, units: tuple[str, float]) -> None:
@@ -86,7 +89,7 @@ def test_millimetres_give_the_same_answer_as_metres(hidden: str, units: tuple[st
             assert theirs.parameters[name].value == pytest.approx(value.value, abs=near)
 
 
-@pytest.mark.sample(1)
+@slides
 @pytest.mark.parametrize("scale", [1e3, 1e-3])
 @pytest.mark.parametrize("hidden", HIDDEN)
 def test_the_same_mass_on_a_longer_way_gives_the_same_answer(hidden: str, scale: float) -> None:
@@ -101,6 +104,7 @@ def test_the_same_mass_on_a_longer_way_gives_the_same_answer(hidden: str, scale:
                 assert theirs.parameters[name].value == pytest.approx(value, rel=1e-3)
 
 
+@slides
 def test_a_machine_of_both_kinds_has_the_units_of_each_axis(tmp_path: Path) -> None:
     units = "rad, mm", "N m, kN"
     paths = write(tmp_path / "runs", units, (FRICTION, 0.0), (0.0, COGGING))

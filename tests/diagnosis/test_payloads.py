@@ -1,4 +1,4 @@
-"""Payloads that come and go between runs, announced or not: on an axis and on a planar arm."""
+"""Payloads that come and go between runs of an axis, announced or not."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis import bases
-from flexhex.diagnosis.arm import RigidArmBase
 from flexhex.diagnosis.axis import AxisBase
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
@@ -19,12 +17,9 @@ from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.feedback import noisy
 from flexhex.diagnosis.selection.levels import partitions
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.search import carrying
-from flexhex.diagnosis.serial import Arm, Link
+from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
-from tests.diagnosis import two_links
-from tests.diagnosis.made import plain_csv
 from tests.diagnosis.single import TS, moved, wanted, write
 
 Array = NDArray[np.float64]
@@ -33,11 +28,9 @@ CLOCK = np.arange(round(SECONDS / TS)) * TS
 RMS = float(wanted(CLOCK, 1).std())
 MASS, ARM = 0.4, 0.15
 """A payload on the axis [kg], and its distance [m]."""
-LOAD, PLACE = 0.8, (0.31, 0.07)
-"""A payload on the planar arm [kg], and where it is on the second link [m]."""
 Torque = Callable[[int, int], Array | float]
 """Further torque of a motion and a pass."""
-several = pytest.mark.sample(2, of="payloads of several kinds")
+several = pytest.mark.sample(4, of="payloads of several kinds")
 
 
 def carried(motion: int, mass: float = MASS) -> Array:
@@ -71,7 +64,7 @@ def within(change: Changed, value: float) -> bool:
     return low <= value <= high
 
 
-@pytest.mark.sample(1)
+@several
 @pytest.mark.parametrize("heavy", [(2, 4), (1, 3), (1, 2, 4)], ids=str)
 def test_payload_on_some_passes_is_found_with_its_runs(
     heavy: tuple[int, ...], tmp_path: Path
@@ -105,6 +98,7 @@ def test_weight_of_what_slides_is_an_offset() -> None:
     assert names == ["J[1]", "g_s[1]", "g_c[1]", "o[2]", "m[2]"]
 
 
+@several
 def test_cogging_beside_a_payload_is_found_with_it(tmp_path: Path) -> None:
     def both(motion: int, number: int) -> Array:
         cogging = 0.01 * RMS * np.sin(53.0 * moved(CLOCK, motion)[0] + 0.4)
@@ -152,6 +146,7 @@ def test_partitions_are_counted() -> None:
     assert [partitions(5, parts) for parts in (1, 2, 3, 4, 5)] == [1, 15, 25, 10, 1]
 
 
+@several
 def test_announced_payload_is_no_effect(tmp_path: Path) -> None:
     """An axis knows nothing of it, whatever the head says."""
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), {3: "0.4", 4: "0.4"})
@@ -160,6 +155,7 @@ def test_announced_payload_is_no_effect(tmp_path: Path) -> None:
     assert not found.changed
 
 
+@several
 def test_amounts_that_differ_from_run_to_run_are_no_payload(tmp_path: Path) -> None:
     """Every run has an amount of its own: they do not fall into two."""
     rng = np.random.default_rng(7)
@@ -203,47 +199,3 @@ def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
     gap = found.gap.locked
     assert gap["after"][0] == pytest.approx(gap["floor"][0], rel=0.05)
     assert gap["nominal"][0] > 10 * gap["after"][0]
-
-
-def arm_logs(folder: Path, said: str = "") -> list[Path]:
-    """Two motions, four passes each, a payload on every other one; said: in those logs' heads."""
-    paths = []
-    for motion in (1, 2):
-        for number in range(1, 5):
-            heavy = number % 2 == 0
-            run = two_links.run(motion, number, LOAD * heavy, PLACE)
-            head = {"payload": said} if said and heavy else {}
-            more = {"trajectory": str(motion), "pass": str(number), **head}
-            paths.append(plain_csv(folder / f"{motion}{number}.csv", run, **more))
-    return paths
-
-
-@pytest.fixture
-def planar(monkeypatch: pytest.MonkeyPatch) -> str:
-    """Name of a base model whose masses are some percent off."""
-    links = (
-        Link((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 3.1, (0.175, 0.0, 0.0)),
-        Link((two_links.L1, 0.0, 0.0), (0.0, 0.0, 0.0), 1.93, (0.153, 0.0, 0.0)),
-    )
-    arm = Arm(links, (0.0, -two_links.G, 0.0), 0.1)
-    made = {**bases.BASES, "planar": lambda file, log: RigidArmBase(arm, log["theta"].ts)}
-    monkeypatch.setattr(bases, "BASES", made)
-    return "planar"
-
-
-def test_payload_of_an_arm_has_mass_and_centre(planar: str, tmp_path: Path) -> None:
-    found = answer(arm_logs(tmp_path), base=planar)
-    assert not found.effects
-    changed = {c.parameter: c for c in found.changed if c.parameter.startswith("payload")}
-    assert within(changed["payload"], LOAD)
-    assert within(changed["payload.c_x"], PLACE[0])
-    assert within(changed["payload.c_y"], PLACE[1])
-    assert [Path(run).stem for run in changed["payload"].runs] == ["12", "14", "22", "24"]
-
-
-@pytest.mark.sample(1)
-@pytest.mark.parametrize("said", ["0.8", "0.824"], ids=["right", "3 % off"])
-def test_announced_payload_of_an_arm_is_no_effect(said: str, planar: str, tmp_path: Path) -> None:
-    found = answer(arm_logs(tmp_path, said), base=planar)
-    assert not found.effects
-    assert not [c for c in found.changed if c.parameter.startswith("payload")]

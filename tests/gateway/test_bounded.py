@@ -8,12 +8,16 @@ import signal
 import time
 from pathlib import Path
 
+import pytest
+
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench, columns
 from tests.gateway.fault_table import Row, Table
 from tests.gateway.test_faults import AT, time_ms
 from tests.gateway.test_readback import PATIENT
 from tests.gateway.test_refusals import when_running
+
+hanging = pytest.mark.sample(1, of="loops that hang")
 
 PAUSED_S = 0.4
 """The gateway stands still for so long while it holds, before it lands."""
@@ -46,6 +50,7 @@ def test_late_cycle_in_a_landing_is_told_and_the_landing_goes_on(
     assert "stopped on request, during the landing cycle started" in ran.words
 
 
+@hanging
 def test_loop_that_hangs_in_an_fmu_ends_and_keeps_what_it_recorded(
     hexapod_ssp: Path, tmp_path: Path, table: Table
 ) -> None:
@@ -78,6 +83,7 @@ def test_loop_that_hangs_in_an_fmu_ends_and_keeps_what_it_recorded(
     table.add(Row("FMU never returns", "hung", "watchdog of the drives", None, None))
 
 
+@hanging
 def test_estimator_that_hangs_is_held_for_its_limit_and_then_landed(
     hexapod_ssp: Path, tmp_path: Path, table: Table
 ) -> None:

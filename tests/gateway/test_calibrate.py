@@ -12,6 +12,8 @@ import pytest
 from tests.gateway.bench import Bench, Ran, drive
 from tests.gateway.weight import Fallen, free
 
+masses = pytest.mark.sample(1, of="calibration by a mass")
+
 SIGNS = ("calibrate", "signs")
 TORQUE = ("calibrate", "torque")
 POWER = ("--enable", "--lockstep")
@@ -79,7 +81,7 @@ def held(bench: Bench, constant: float, mass: float, *more: object) -> Ran:
     return free(bench, options, command=(*TORQUE, *POWER, *more)).ran
 
 
-@pytest.mark.sample(1)
+@masses
 @pytest.mark.parametrize("constant", [3.0, 3.0 / math.sqrt(2)])
 def test_torque_constant_is_found_by_a_mass(
     constant: float, hexapod_ssp: Path, tmp_path: Path
@@ -100,6 +102,7 @@ def test_torque_constant_is_found_by_a_mass(
     assert "a run with 1 kg, not one without" in wrong.one("refused")["message"]
 
 
+@masses
 def test_mass_that_is_not_there_is_refused(hexapod_ssp: Path, tmp_path: Path) -> None:
     bench = Bench(hexapod_ssp, tmp_path)
     empty = tmp_path / "empty.toml"

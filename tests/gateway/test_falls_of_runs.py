@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.gateway.archives import Spoil, spoiled
 from tests.gateway.bench import Bench, Ran, drive, never_enabled
@@ -13,6 +14,8 @@ from tests.gateway.fault_table import Table
 from tests.gateway.test_faults import ANY_STEP
 from tests.gateway.test_landing import AT, STEP, at
 from tests.gateway.weight import free
+
+several = pytest.mark.sample(4, of="falls of runs")
 
 WRONG = Spoil("K", 75, "set", "p.actuator[1].o", 21.6, 100_000)
 """The estimator shows a torque offset of 21.6 N m, from cycle 9000 of the controller on."""
@@ -28,6 +31,7 @@ def test_good_run_falls_nowhere(hexapod_ssp: Path, tmp_path: Path, falls: Table)
     falls.add(fallen.fall("no fault", 0))
 
 
+@several
 def test_warning_of_a_drive_is_told_and_stops_nothing(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -41,6 +45,7 @@ def test_warning_of_a_drive_is_told_and_stops_nothing(
     falls.add(fallen.fall("drive shows a warning", AT))
 
 
+@several
 def test_wrong_estimate_is_frozen_and_the_run_goes_on(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -62,6 +67,7 @@ def test_wrong_estimate_is_frozen_and_the_run_goes_on(
     falls.add(fallen.fall("estimate jumps by 21.6 N m", AT))
 
 
+@several
 def test_wrong_estimate_that_nobody_bounds_is_stopped_before_it_is_sent(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -101,6 +107,7 @@ def test_fault_of_an_fmu_at_full_torque_is_landed(
     fallen.ends_at_rest(since + 200)
 
 
+@several
 def test_estimator_that_hangs_is_landed_with_its_weight(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -118,6 +125,7 @@ def test_estimator_that_hangs_is_landed_with_its_weight(
     falls.add(fallen.fall("estimator never returns", 0, 60 * 120))
 
 
+@several
 def test_fmu_that_never_returns_leaves_it_to_the_watchdogs(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -141,6 +149,7 @@ def lost_frames(first: int, count: int) -> str:
     return f"[[fault]]\n{kind}\ncycle = {first}\ncount = {count}\n"
 
 
+@several
 def test_pose_is_judged_although_the_first_replies_are_lost(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -161,6 +170,7 @@ def test_pose_is_judged_although_the_first_replies_are_lost(
     falls.add(fallen.refused("another pose, and the first replies are lost"))
 
 
+@several
 def test_replies_lost_on_the_way_to_op_stop_nothing(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
@@ -180,6 +190,7 @@ def enabled_for(ran: Ran) -> int:
     return max(off) - min(on)
 
 
+@several
 def test_drives_are_enabled_together_or_not_for_long(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:

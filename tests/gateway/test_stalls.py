@@ -37,6 +37,7 @@ CASES = (
 )  # fmt: skip
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_standstill_ends_as_the_table_says(
     case: Case, hexapod_ssp: Path, tmp_path: Path, falls: Table
