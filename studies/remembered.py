@@ -21,7 +21,7 @@ def remembered() -> Iterator[None]:
     workflow.asked_of = kept(workflow.asked_of, lambda *given: ())
     workflow.fitted = kept(workflow.fitted, lambda *given: ())
     workflow.beside = kept(workflow.beside, lambda held: (id(held.bench.made), *_held(held)))
-    search.effect_scores = kept(search.effect_scores, _round)
+    search.effect_scores = kept(search.effect_scores, key_of_scores)
     try:
         yield
     finally:
@@ -48,7 +48,7 @@ def _held(held: Any) -> tuple[Hashable, ...]:
     return (*parts, *sorted(held.freed.items()))
 
 
-def _round(
+def key_of_scores(
     moments: Any, hypotheses: Any, known: Sequence[Any], criteria: Any, axes: Sequence[Any]
 ) -> Hashable:
     accepted = []
@@ -58,4 +58,6 @@ def _round(
         accepted.append((h.id, h.axis, shape))
     made = id(hypotheses.bench.made)
     decide = criteria.shortlist, criteria.loose, criteria.most
-    return made, tuple(accepted), decide, tuple(axes)
+    # feedback's answer to noise is a term that no effect has; errors of a form depend on criteria
+    terms = tuple((*term.white, term.prior.tobytes()) for term in moments.terms)
+    return made, tuple(accepted), terms, decide, tuple(axes)

@@ -63,6 +63,8 @@ ELSEWHERE = (
     ("selection.orders", "SHOWN"),
     ("selection.orders", "OVERTONES"),
     ("selection.evidence", "INEXACT"),
+    ("selection.feedback", "BANDS"),
+    ("selection.form", "PLACES"),
 )
 """Numbers of modules of `flexhex.diagnosis` that decide what is asked or what is said."""
 Answer = dict[str, Any]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from flexhex.diagnosis import guard
@@ -13,7 +15,7 @@ from results.tables import sensitivity as table
 from studies import sensitivity
 from studies.families import FAMILIES
 from studies.mujoco import engines
-from studies.remembered import remembered
+from studies.remembered import key_of_scores, remembered
 from studies.sensitivity import Variation, changed, summary, variations
 
 
@@ -64,6 +66,18 @@ def test_what_is_remembered_does_not_change_the_answer(
     assert plain["effects"]
     assert not strict["effects"]
     assert found == [(plain, strict)] * 2
+
+
+def test_scores_beside_other_errors_of_form_are_others() -> None:
+    """Their size is a criterion."""
+
+    def key(error: float) -> object:
+        term = SimpleNamespace(white={0: None}, prior=np.array([error**-2.0]))
+        moments, made = SimpleNamespace(terms=(term,)), SimpleNamespace(made=None)
+        return key_of_scores(moments, SimpleNamespace(bench=made), (), USUAL, (0,))
+
+    assert key(0.05) == key(0.05)
+    assert key(0.05) != key(0.1)
 
 
 def test_summary_says_how_many_cases_moved() -> None:
