@@ -24,7 +24,7 @@ from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.pairing import mispaired
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
-from flexhex.diagnosis.selection.search import carrying
+from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side, selected
 from flexhex.diagnosis.strips import strips
 from flexhex.diagnosis.verdict import Changed, Diagnosis, Named

@@ -25,8 +25,8 @@ STEPS = 8
 NEAR = 20
 """Samples beside a coarse minimum among which the best is taken."""
 POINTS = 20_000
-"""Samples of a run that are compared at most: noise of an encoder, averaged over so many, moves no
-shift."""
+"""Samples of a run that are compared at most: noise of 1e-3 of the motion, averaged over so many,
+moves a shift by hundredths of a sample."""
 MOVES = 8.0
 """Standard deviations of its noise beyond which a signal moves: noise is no motion."""
 OTHER_UNIT = 20.0

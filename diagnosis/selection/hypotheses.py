@@ -30,7 +30,7 @@ from flexhex.diagnosis.selection.orders import (
     fundamentals,
     promising_orders,
 )
-from flexhex.diagnosis.selection.products import Known
+from flexhex.diagnosis.selection.products import ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.fmus.common.effects import Shape
 
@@ -50,7 +50,7 @@ class Hypotheses:
         self._effects: dict[tuple[str, Axis], EffectHypothesis] = {}
         self._anew: dict[tuple[str, Axis, str], EffectHypothesis] = {}
         self._shaped: dict[tuple[object, ...], EffectHypothesis] = {}
-        self._known = dict[tuple[object, ...], Known]()
+        self._known = dict[tuple[object, ...], ShapeProducts]()
         self._keep = Keep()
         self.loaded: dict[tuple[int, ...], Bench] = {}
 
@@ -185,9 +185,9 @@ class Hypotheses:
                 self._keep.add(key, i, part)
         return self._keep.side_by_side(keys)
 
-    def _known_of(self, name: str, axis: Axis, shape: Mapping[str, float]) -> Known:
+    def _known_of(self, name: str, axis: Axis, shape: Mapping[str, float]) -> ShapeProducts:
         """Products of a shape that are known already, whichever grid it is in."""
-        return self._known.setdefault((name, axis, tuple(shape.items())), Known())
+        return self._known.setdefault((name, axis, tuple(shape.items())), ShapeProducts())
 
     @cached_property
     def changes(self) -> Sequence[ChangedParameter]:

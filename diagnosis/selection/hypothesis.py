@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments, Term
-from flexhex.diagnosis.selection.products import Known, Products
+from flexhex.diagnosis.selection.products import Products, ShapeProducts
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ class EffectHypothesis:
     high: Array | None = None
     taken: Callable[[], Array] | None = None
     ordered: tuple[tuple[int, int, float], ...] = ()
-    known: tuple[Known, ...] = field(default_factory=lambda: (Known(),))
+    known: tuple[ShapeProducts, ...] = field(default_factory=lambda: (ShapeProducts(),))
 
     @property
     def width(self) -> int:

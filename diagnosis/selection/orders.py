@@ -59,7 +59,7 @@ def promising_orders(
     for octave in range(int(np.ceil(np.log2(high / low)))):
         first = low * 2.0**octave
         a, b = np.searchsorted(orders, (first, min(2 * first, high)))
-        # the lower the octave, the fewer bins show it
+        # twice BINS in the shortest period of this octave, 1 / (2 first)
         wanted = 4 * BINS * stroke * first / (2 * np.pi)
         count = next_fast_len(int(np.clip(wanted, coarsest, finest)), real=True)
         bins = np.minimum(place * count, count - 1).astype(int)

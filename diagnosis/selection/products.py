@@ -32,7 +32,7 @@ class Products:
 
 
 @dataclass(eq=False)
-class Known:
+class ShapeProducts:
     """Products of the columns of one shape that are known already: with the base model's columns,
     with the torque, with each other, of each fold; with those of each term (folds, k', k)."""
 

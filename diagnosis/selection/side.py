@@ -25,7 +25,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 )
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
-from flexhex.diagnosis.selection.search import Selection, select
+from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.verdict import Candidate, Changed, Named
 
 Say = Callable[[str], None]

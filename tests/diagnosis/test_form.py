@@ -13,7 +13,7 @@ from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, mean_errors, with_form_error
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.search import select
+from flexhex.diagnosis.selection.select import select
 from flexhex.diagnosis.selection.side import nameless, selected
 from tests.diagnosis.test_selection import RMS, bench_of, moved, names
 

@@ -14,7 +14,7 @@ from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments
-from flexhex.diagnosis.selection.search import select
+from flexhex.diagnosis.selection.select import select
 from flexhex.fmus.common.effects import library
 from tests.diagnosis.test_selection import effect_of, names, rows_of
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,11 +13,14 @@ import pytest
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.selection import hypotheses
+from flexhex.diagnosis.selection import hypotheses, side
+from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import ChangedParameter
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.search import Selection
+from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.select import Selection
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import CLOCK, RMS, RUNS, bench_of, chosen, moved, names
@@ -63,6 +67,18 @@ def test_waves_that_imitate_a_bump_are_not_named(tmp_path: Path) -> None:
     wave = chosen(tmp_path, lambda q, v, a: 0.06 * RMS * np.sin(9.0 * q))
     assert names(wave) == ["cogging_harmonic"]
     assert not wave.instead
+
+
+@pytest.mark.parametrize(("size", "freed"), [(0.06, []), (0.0, [0])], ids=["bump", "nothing"])
+def test_no_parameter_is_set_free_where_nothing_has_a_name(
+    size: float, freed: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would only imitate what is left."""
+    selection = chosen(tmp_path, lambda q, v, a: size * RMS * np.exp(-(((q - 0.1) / 0.15) ** 2)))
+    change = Score(ChangedParameter("J", (0,), None), 100.0, np.zeros(3), 0.1)
+    found = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
+    monkeypatch.setattr(side, "select", lambda *_: found)
+    assert list(selected(selection.bench, (), lambda text: None).held.freed) == freed
 
 
 def accepted(*given: float | None) -> list[Any]:

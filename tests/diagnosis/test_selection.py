@@ -25,7 +25,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 )
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
-from flexhex.diagnosis.selection.search import Selection, select
+from flexhex.diagnosis.selection.select import Selection, select
 from flexhex.diagnosis.selection.side import nameless, selected, tolerated
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 

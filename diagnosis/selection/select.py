@@ -1,0 +1,105 @@
+"""The selection on a base model: hypotheses accepted one after the other, payloads first.
+
+    y = B q + accepted terms + what is asked for + noise
+
+Every hypothesis answers the same question: how much better does it predict trajectories that it was
+not fitted to, and how large is it?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.selection.choose import Accepted, bars_of, one_cause, passes
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.heavier import heavier
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import HeavierBody, Payload
+from flexhex.diagnosis.selection.left import Rest, explained, rest_of
+from flexhex.diagnosis.selection.payload import payload_score
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score, generic_score
+from flexhex.diagnosis.selection.search import Search
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was chosen, in its order; what is left on each axis, before and after; all scores of
+    every round.
+
+    explained: relative RMS, on each axis, of the torque of all effects together beyond what the
+    base model takes up. arbitrated: there was another trajectory to predict. beside: of each axis
+    something without a name beside all that was accepted; instead: of an axis something without a
+    name that predicts better than all that was accepted there. bench: of the base model with the
+    payloads that were found.
+    """
+
+    accepted: tuple[Accepted, ...]
+    explained: tuple[float, ...]
+    arbitrated: bool
+    beside: tuple[Score, ...]
+    instead: Mapping[int, Score]
+    before: tuple[Rest, ...]
+    rest: tuple[Rest, ...]
+    rounds: tuple[tuple[Score, ...], ...]
+    bench: Bench
+
+
+def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: None) -> Selection:
+    """Accept hypotheses until none gains enough on left-out trajectories.
+
+    With a payload all begins anew: what was accepted without it may have taken its place.
+    """
+    while True:
+        found = _selected(bench, criteria, say)
+        if isinstance(found, Selection):
+            return found
+        bench = found
+
+
+def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
+    """The same beside a base model, or the base model with a payload that was found on the way."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    search = Search(hypotheses, criteria)
+    before = rest_of(search.moments)
+    rounds = list[tuple[Score, ...]]()
+    while len(rounds) < 2 * criteria.most * bench.n:
+        say(f"effects, round {len(rounds) + 1}")
+        found, scores = search.next(len(rounds) + 1)
+        rounds.append(tuple(scores))
+        if found is None:
+            break
+        if isinstance(found.score.hypothesis, Payload):
+            return found.score.hypothesis.bench
+        if isinstance(found.score.hypothesis, HeavierBody):
+            return heavier(bench, found.score.hypothesis, search.moments)
+        search.accept(found)
+        search.revise(found.score.hypothesis.axis)
+    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
+    moments, axes = search.moments, range(bench.n)
+    beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
+    return Selection(
+        tuple(one_cause(search.accepted)),
+        explained(hypotheses.moments, moments, criteria),
+        arbitrated,
+        tuple(beside),
+        search.instead(),
+        before,
+        rest_of(moments),
+        tuple(rounds),
+        bench,
+    )
+
+
+def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
+    """The same beside a payload, if the runs show one before any effect is known."""
+    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    score = payload_score(hypotheses.moments, hypotheses, (), criteria)
+    if score is None or not passes(score, (), bars_of(hypotheses, criteria), criteria):
+        return bench
+    assert isinstance(score.hypothesis, Payload)
+    return score.hypothesis.bench
