@@ -1,8 +1,9 @@
 """Whether runs fall into levels of payload, as far as each of them shows it by itself.
 
 Runs are sorted by the amount of payload that each shows beside the model, and cut into levels.
-Errors of a run go together, so levels must stand apart by more than the runs of one level do: an F
-test over runs, for as many partitions as there are.
+Errors of a run go together, and trajectories differ in what the model lacks. So levels must stand
+apart by more than the runs of one level do: an F test over passes about their trajectory's mean,
+or, where no trajectory has several loads, over trajectories; for as many partitions as there are.
 """
 
 from __future__ import annotations
@@ -48,11 +49,18 @@ def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
                 chance, levels = _levels(shown.of(alike), which[alike], count)
                 found = np.zeros(len(loads), dtype=np.int64)
                 found[alike] = levels
-                cuts.append((chance + log(partitions(int(alike.sum()), count)), found))
+                cuts.append((chance + log(choices(levels, which[alike])), found))
         chance, found = min(cuts, key=lambda cut: cut[0], default=(0.0, loads))
         if chance < log(criteria.false_alarms):
             return found
     return None
+
+
+def choices(levels: Levels, which: Levels) -> int:
+    """Ways to part runs of these trajectories into as many levels; trajectories that are not parted
+    count as one."""
+    parted = any(np.ptp(levels[which == one]) for one in which)
+    return partitions(len(levels) if parted else len(np.unique(which)), len(np.unique(levels)))
 
 
 def partitions(runs: int, parts: int) -> int:
@@ -110,7 +118,7 @@ def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
         levels = _cut(_centred(share, group), count)
         found.append((_chances(shown.amounts, levels, which), levels))
     chances, levels = min(found, key=lambda each: sum(each[0]))
-    return min(chances), levels
+    return chances[0], levels
 
 
 def _centred(values: Array, group: Levels) -> Array:
@@ -188,14 +196,14 @@ def _cut(amount: Array, count: int) -> Levels:
 
 def _chances(amounts: Array, levels: Levels, which: Levels) -> tuple[float, ...]:
     """log p-values of the differences of levels between amounts (runs, k), `which` their
-    trajectories.
+    trajectories: the first one is that which counts.
 
-    Where the cut passes through trajectories: of all runs, and of passes about their trajectory's
-    mean; else passes of a trajectory are one run.
+    Where the cut passes through trajectories: of passes about their trajectory's mean, and of all
+    runs; else passes of a trajectory are one run.
     """
     named = which[:, None] == np.unique(which)
     if any(np.ptp(levels[own]) for own in named.T):
-        abouts = (np.ones((len(amounts), 1)), named.astype(float))
+        abouts = (named.astype(float), np.ones((len(amounts), 1)))
         return tuple(_f_test(amounts, levels, about) for about in abouts)
     means = np.array([amounts[own].mean(axis=0) for own in named.T])
     each = np.array([levels[own][0] for own in named.T])

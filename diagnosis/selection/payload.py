@@ -30,7 +30,7 @@ from flexhex.diagnosis.selection.hypothesis import (
     Payload,
     nameless,
 )
-from flexhex.diagnosis.selection.levels import Levels, levels_of, partitions
+from flexhex.diagnosis.selection.levels import Levels, choices, levels_of
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
@@ -54,8 +54,8 @@ def payload_score(
     plain = _with_known(Moments(without), Hypotheses(bench, without), known, criteria)
     # a coefficient of one is the tolerance of a payload's parameter
     score = generic_score(plain, [nameless(None, GROUP, columns, (np.eye(count),))], (1.0,))
-    choices = partitions(len(levels), len(found) + 1)
-    return replace(score, hypothesis=Payload(bench, count, choices))
+    which = np.unique([b.run.trajectory for b in bench.made.blocks], return_inverse=True)[1]
+    return replace(score, hypothesis=Payload(bench, count, choices(levels, which)))
 
 
 def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
