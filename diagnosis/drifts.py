@@ -19,14 +19,12 @@ from flexhex.diagnosis.elsewhere import Elsewhere
 from flexhex.diagnosis.known import about_known
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.noise import measured, unweighted
+from flexhex.diagnosis.selection.bars import Bars, beyond_chance, shown
 from flexhex.diagnosis.selection.choose import (
     Accepted,
-    Bars,
     best_first,
-    beyond_chance,
     effect_scores,
     one_cause,
-    shown,
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria

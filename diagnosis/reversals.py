@@ -19,6 +19,8 @@ KEPT = 0.95
 """Share of the differences that counts: what a shock or a broken sample makes is left out."""
 ROUNDING = 1e-12
 """Gaps between angles that are nothing but the rounding of numbers, relative."""
+NEAR, FEW = 0.05, 10.0
+"""Share of a step by which an angle may miss its place; steps that one tells well enough."""
 REACH = 10.0
 """Smallest way back that counts, in standard deviations of the noise: 20 000 samples of noise alone
 hardly go that far."""
@@ -50,8 +52,17 @@ def _step(angle: Array) -> float:
         return 0.0
     # a bridged sample lies anywhere: hence not the smallest gap of all
     step = float(np.quantile(gaps, 0.05))
-    away = (levels - levels[len(levels) // 2]) / step
-    return step if (np.abs(away - np.round(away)) < 0.05).mean() > 0.9 else 0.0
+    off = levels - levels[len(levels) // 2]
+    reach = FEW * step
+    while reach < FEW * np.ptp(off):
+        # numbers of a file are rounded: only far levels tell the step well enough for the stroke
+        near = off[np.abs(off) <= reach]
+        count = np.round(near / step)
+        if count.any():
+            step = float(count @ near / (count @ count))
+        reach *= FEW
+    away = off / step
+    return step if (np.abs(away - np.round(away)) < NEAR).mean() > 0.9 else 0.0
 
 
 def hysteresis_filter(theta: Array, noise: Array) -> Array:

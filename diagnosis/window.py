@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import LEAST, Run
@@ -64,8 +65,9 @@ def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
         return Smoother(base.window, np.zeros(base.n), "")
     noise, inertia = np.max(noisy, axis=0), _inertia(made)
     step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
-    # the error of an encoder's step comes again in a pass that goes the same way
-    again = step > _apart(runs)
+    # the error of an encoder's step comes again, or with the other sign, in a pass that goes the
+    # same way beside the first
+    again = step > _apart(runs, base.window)
     most = np.maximum(np.where(again, GAP / 2, NOISE) * made.torque_rms, 1e-300)
     ts, window = runs[0].motion.ts, base.window
     while window < LONGEST * usual and LONGER * window <= _room(made):
@@ -113,8 +115,9 @@ def _inertia(made: Calibrated) -> Array:
     return found
 
 
-def _apart(runs: Sequence[Run]) -> Array:
-    """RMS (n,) [rad] by which passes of a trajectory differ in angle; infinite without passes."""
+def _apart(runs: Sequence[Run], window: float) -> Array:
+    """RMS (n,) [rad] by which the distance of passes of a trajectory in angle changes within a
+    window [s]; infinite without passes."""
     found: list[Array] = []
     for repeated in dict.fromkeys(run.repeated for run in runs):
         first, *others = [run for run in runs if run.repeated == repeated]
@@ -126,5 +129,6 @@ def _apart(runs: Sequence[Run]) -> Array:
                 [np.interp(shared[inside], clock, angle) for angle in run.motion.theta.T], axis=1
             )
             off = there - first.motion.theta[inside]
+            off -= uniform_filter1d(off, max(1, round(window / first.motion.ts)), axis=0)
             found.append(np.sqrt((off**2).mean(axis=0)))
     return np.min(found, axis=0) if found else np.full(runs[0].motion.theta.shape[1], np.inf)

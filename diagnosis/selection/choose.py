@@ -10,6 +10,14 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.selection.bars import (
+    Bars,
+    Plainly,
+    beyond_chance,
+    form_error,
+    repeated,
+    shown,
+)
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import Tried, evidences, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -26,7 +34,6 @@ from flexhex.diagnosis.selection.scores import (
 )
 
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -40,15 +47,6 @@ class Accepted:
     fuller: tuple[Score, ...] = ()
 
 
-@dataclass(frozen=True)
-class Bars:
-    """Least gains [nats]: of a hypothesis of any kind, as all together raise as few false alarms as
-    wanted; of an effect that another axis has, which has as many chances as there are axes."""
-
-    first: float
-    again: float
-
-
 def chosen(
     moments: Moments,
     known: Sequence[Score],
@@ -56,70 +54,19 @@ def chosen(
     bars: Bars,
     number: int,
     criteria: Criteria,
+    plainly: Plainly,
 ) -> Accepted | None:
     """What is accepted of the scores of a round beside those that are known."""
     alone = unrepeated(moments, known)
-    good = [s for s in scores if beyond_chance(s, known, bars, criteria)]
-    for score in good:
-        again = _again(score, known)
-        if shown(score, criteria, again) and score.gain > alone[score.hypothesis.axis]:
-            return simplest(score, good, number, criteria)
+
+    def good(score: Score) -> bool:
+        return beyond_chance(score, known, bars, criteria, plainly)
+
+    for score in scores:
+        there = shown(score, criteria, repeated(score, known))
+        if there and score.gain > alone[score.hypothesis.axis] and good(score):
+            return simplest(score, scores, number, criteria, good)
     return None
-
-
-def passes(score: Score, known: Sequence[Score], bars: Bars, criteria: Criteria) -> bool:
-    """Whether a hypothesis is accepted beside those that are known."""
-    there = shown(score, criteria, _again(score, known))
-    return there and beyond_chance(score, known, bars, criteria)
-
-
-def beyond_chance(score: Score, known: Sequence[Score], bars: Bars, criteria: Criteria) -> bool:
-    """Whether a hypothesis is large enough and predicts more than chance beside those that are
-    known.
-
-    An effect that is there already, on another axis or with another shape, is no surprise; with
-    another shape on the same axis it is large enough as a whole.
-    """
-    again, effect = _again(score, known), (score.hypothesis.id, score.hypothesis.axis)
-    whole = any((k.hypothesis.id, k.hypothesis.axis) == effect for k in known)
-    large = whole or score.size > criteria.smallest_effect
-    least = bars.again if again else bars.first
-    least += log(score.hypothesis.choices) + blurred(score, known, criteria)
-    return large and score.gain > least
-
-
-def _again(score: Score, known: Sequence[Score]) -> bool:
-    return any(k.hypothesis.id == score.hypothesis.id for k in known)
-
-
-def shown(score: Score, criteria: Criteria, again: bool = False) -> bool:
-    """Whether a fold confirms what others say of a hypothesis, or another axis does `again`, and
-    none speaks against it by more than errors in its form."""
-    unsure, error = log(criteria.odds), form_error(score, criteria)
-    there = again or score.confirmed > unsure
-    return there and score.worst > -unsure - error**2 * score.gain
-
-
-def form_error(score: Score, criteria: Criteria) -> float:
-    """Relative error of a hypothesis' functional form."""
-    exact = isinstance(score.hypothesis, EffectHypothesis) and score.hypothesis.exact
-    return criteria.exact_form_error if exact else criteria.form_error
-
-
-def blurred(score: Score, known: Sequence[Score], criteria: Criteria) -> float:
-    """What errors in the form of accepted effects on the same axis may have left [nats] that their
-    columns (`form.py`) do not show, as they are smooth: how friction turns over, above all."""
-    axis = score.hypothesis.axis
-    own = [k for k in known if axis is None or k.hypothesis.axis in (axis, None)]
-    return sum(form_error(k, criteria) ** 2 * k.gain for k in own)
-
-
-def bars_of(hypotheses: Hypotheses, criteria: Criteria) -> Bars:
-    """Of all hypotheses, and a payload."""
-    n = hypotheses.rows.n
-    count = sum(len(hypotheses.bench.names(axis)) for axis in (*range(n), None))
-    count += len(hypotheses.changes) + 1
-    return Bars(log(count / criteria.false_alarms), log(criteria.odds * n))
 
 
 def effect_scores(
@@ -171,10 +118,15 @@ def best_first(scores: Iterable[Score]) -> list[Score]:
     return sorted((s for s in scores if s.gain > 0), key=lambda score: -score.gain)
 
 
-def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criteria) -> Accepted:
-    """The hypothesis with the fewest free numbers of those, each beyond chance, that predict as
-    well as the best one on its axis; the others are its rivals, but for those that only extend
-    it."""
+def simplest(
+    best: Score,
+    scores: Sequence[Score],
+    number: int,
+    criteria: Criteria,
+    good: Callable[[Score], bool] = lambda score: True,
+) -> Accepted:
+    """The hypothesis with the fewest free numbers of those that are `good` and predict as well as
+    the best one on its axis; the others are its rivals, but for those that only extend it."""
     axis, error = best.hypothesis.axis, form_error(best, criteria)
     near = [
         score
@@ -183,6 +135,7 @@ def simplest(best: Score, scores: Sequence[Score], number: int, criteria: Criter
         or (
             (score.hypothesis.axis == axis or isinstance(score.hypothesis, ChangedParameter))
             and as_good(score.gain, best.gain, max(error, form_error(score, criteria)), criteria)
+            and good(score)
         )
     ]
     first = min(near, key=lambda score: (score.hypothesis.freedom, -score.gain))

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 
-from flexhex.diagnosis.selection.choose import as_good, form_error
+from flexhex.diagnosis.selection.bars import form_error
+from flexhex.diagnosis.selection.choose import as_good
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis

@@ -27,21 +27,19 @@ ARGUMENTS, LOADED, PLACES = ("angle", "rate"), ("angle", "rate", "torque"), 5
 """What a factor is smooth in, the same of what goes with the torque; places along each range."""
 
 
-def with_form_error(
+def form_errors(
     rows: Rows, term: Term, gains: Array, relative: float, arguments: Sequence[str] = ARGUMENTS
 ) -> Term:
-    """A term whose gains are about these (k,), and the columns of its form error of so much,
-    relative."""
+    """Columns of the error, of so much relative, of the form of a term whose gains are about these
+    (k,)."""
     raw, white = dict[int, Array](), dict[int, Array]()
     for i in term.white:
         factors = np.hstack(hats(rows, i, arguments, PLACES))
         raw[i], white[i] = (
-            np.hstack([own, _errors(rows, own @ gains, factors)])
-            for own in (term.raw[i], term.white[i])
+            _errors(rows, own @ gains, factors) for own in (term.raw[i], term.white[i])
         )
     width = len(arguments) * PLACES
-    prior = np.r_[np.full(width, len(arguments)), 1.0] / relative**2
-    return Term(raw, white, np.concatenate([term.prior, prior]))
+    return Term(raw, white, np.r_[np.full(width, len(arguments)), 1.0] / relative**2)
 
 
 def mean_errors(criteria: Criteria) -> dict[bool, float]:

@@ -142,6 +142,8 @@ class Moments:
 
     def without(self, *terms: Term) -> Moments:
         """Without some of its terms; products that are known already are kept."""
+        if not terms:
+            return self
         gone = np.concatenate([np.arange(self.m)[self.place(term)] for term in terms])
         kept = np.setdiff1d(np.arange(self.m), gone)
         shorter = Moments(self.rows, [t for t in self.terms if t not in terms], self.freed)

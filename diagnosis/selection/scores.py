@@ -27,12 +27,11 @@ from flexhex.diagnosis.selection.hypothesis import (
     NamelessHypothesis,
 )
 from flexhex.diagnosis.selection.moments import Left, Moments, Term
+from flexhex.diagnosis.selection.refine import ended, refined
 
 Array = NDArray[np.float64]
 SIZES = (3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Coefficients of the generic hypothesis, one standard deviation relative to the torque's RMS."""
-HALVINGS = 4
-"""Of the distance between shapes of a grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,8 @@ class Score:
     """A hypothesis beside a model. whole: evidence of all folds, without (folds,): of all but each,
     relative to the model alone [nats]; size: relative RMS of its torque beyond what the model takes
     up; shape: place of the best one by all folds; still: places of gains that are zero there, as
-    they may not be negative."""
+    they may not be negative; spread: of each axis the share that it feels of that torque, as base
+    parameters carry it over, in squares beside the noise; empty beside the base model alone."""
 
     hypothesis: Hypothesis
     whole: float
@@ -48,6 +48,7 @@ class Score:
     size: float
     shape: int = 0
     still: tuple[int, ...] = ()
+    spread: tuple[float, ...] = ()
 
     @property
     def order(self) -> float | None:
@@ -103,6 +104,19 @@ def effect_score(
         effect, fits = refined(moments, hypotheses, effect, fits)
         if ended(moments, hypotheses, effect, fits):
             return Score(effect, 0.0, np.zeros(len(moments.rows.folds)), 0.0)
+    return _scored(moments, hypotheses, effect, fits)
+
+
+def with_shape(moments: Moments, hypotheses: Hypotheses, score: Score) -> Score:
+    """The score of the same effect with the same shape beside another model."""
+    assert isinstance(score.hypothesis, EffectHypothesis)
+    effect = hypotheses.shaped(score.hypothesis, score.hypothesis.shapes[score.shape])
+    return _scored(moments, hypotheses, effect, tried(moments, effect))
+
+
+def _scored(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> Score:
     shape = int(np.argmax(fits[None].evidence))
     gains = fits[None].gains[shape]
     columns = hypotheses.columns(effect, effect.shapes[shape])
@@ -112,49 +126,8 @@ def effect_score(
     taken_up = moments.fit(None).solve(cross)
     size = size_of(moments, -taken_up, torque)
     still = tuple(int(k) for k in np.flatnonzero((gains == 0) & (effect.low == 0)))
-    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still)
-
-
-def refined(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
-) -> tuple[EffectHypothesis, dict[Left, Tried]]:
-    """An effect with its best shape alone, between the points of its grid: uphill in evidence from
-    the best of them, half the distance to its neighbours each time."""
-    start = effect.shapes[int(np.argmax(fits[None].evidence))]
-    best = hypotheses.shaped(effect, start)
-    found = tried(moments, best)
-    for level in range(1, HALVINGS + 1):
-        for shape in hypotheses.searched(effect):
-            now, name = best.shapes[0], shape.name
-            below, above = _way(effect, start, name)
-            for value in (now[name] - below / 2**level, now[name] + above / 2**level):
-                value = float(np.clip(value, shape.low, shape.high))
-                other = hypotheses.shaped(effect, {**now, name: value})
-                trial = tried(moments, other)
-                if trial[None].evidence[0] > found[None].evidence[0]:
-                    best, found = other, trial
-    return best, found
-
-
-def ended(
-    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
-) -> bool:
-    """Whether a shape that cannot lie beyond its range would: then this is another effect."""
-    for shape in hypotheses.searched(effect):
-        if shape.closed:
-            other = hypotheses.shaped(effect, {**effect.shapes[0], shape.name: shape.high})
-            if tried(moments, other)[None].evidence[0] >= fits[None].evidence[0]:
-                return True
-    return False
-
-
-def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tuple[float, float]:
-    """Distances to the neighbours of a value on the grid; beyond its ends as far as inside."""
-    values = sorted({shape[name] for shape in effect.shapes})
-    place = values.index(start[name])
-    below = values[place] - values[max(place - 1, 0)]
-    above = values[min(place + 1, len(values) - 1)] - values[place]
-    return below or above, above or below
+    spread = spread_of(moments, -taken_up, effect.axis, size) if moments.terms else ()
+    return Score(effect, *evidences(fits, moments.rows.folds), size, shape, still, spread)
 
 
 def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
@@ -176,6 +149,18 @@ def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float
         whole = moments.torque(i, step) + own
         found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
     return max(found)
+
+
+def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[float, ...]:
+    """Of each axis the share of squares, beside the noise, of a torque of an axis with this size
+    together with a step (m,) of the coefficients of the model."""
+    if axis is None:
+        return ()
+    rows = moments.rows
+    relative = moments.sizes(step) / rows.torque_rms
+    relative[axis] = size
+    squares = (relative * rows.white_rms) ** 2
+    return tuple((squares / max(float(squares.sum()), np.finfo(float).tiny)).tolist())
 
 
 def generic_score(

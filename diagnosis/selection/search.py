@@ -3,39 +3,40 @@ chosen anew beside it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from math import log
 
+from flexhex.diagnosis.selection.bars import Bars, bars_of, form_error
 from flexhex.diagnosis.selection.choose import (
     Accepted,
     as_good,
-    bars_of,
     best_first,
     chosen,
     effect_scores,
-    form_error,
     parameter_scores,
 )
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.feedback import answers, noisy
-from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, with_form_error
+from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter
-from flexhex.diagnosis.selection.moments import Term
+from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
-from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score
+from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score, with_shape
 
 
 @dataclass
 class Search:
-    """The model as far as it was found. terms: of each accepted effect, None of a parameter;
-    scores: of each axis, of those that are stale beside a model before."""
+    """The model as far as it was found. terms: of each accepted effect, its columns and those of
+    the error of its form, none of a parameter; scores: of each axis, of those that are stale beside
+    a model before."""
 
     hypotheses: Hypotheses
     criteria: Criteria
     accepted: list[Accepted] = field(default_factory=list)
-    terms: list[Term | None] = field(default_factory=list)
+    terms: list[tuple[Term, ...]] = field(default_factory=list)
     scores: dict[Axis, list[Score]] = field(default_factory=dict)
     stale: set[Axis] = field(default_factory=set)
 
@@ -59,7 +60,7 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            found = chosen(self.moments, self.known(), listed, self.bars, number, self.criteria)
+            found = self._chosen(listed, number)
             wanted = self.stale & self._against(found)
             if not wanted:
                 return self.next(number) if self._answer(found) else (found, listed)
@@ -86,32 +87,69 @@ class Search:
     def _of(self, axis: Axis) -> list[Score]:
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
 
+    def _chosen(self, scores: Sequence[Score], number: int) -> Accepted | None:
+        plain: list[Moments] = []
+
+        def plainly(score: Score) -> Score:
+            if not isinstance(score.hypothesis, EffectHypothesis):
+                return score
+            if not plain:
+                plain.append(
+                    self.moments.without(*(error for _, error in filter(None, self.terms)))
+                )
+            return with_shape(plain[0], self.hypotheses, score)
+
+        bars = self._bars()
+        return chosen(self.moments, self.known(), scores, bars, number, self.criteria, plainly)
+
+    def _bars(self) -> Bars:
+        """With what errors in the form of accepted effects may have left. Effects of an axis may
+        share what they gain: of these it is the gain of all together."""
+        blur = dict[Axis, float]()
+        for axis in {score.hypothesis.axis for score in self.known()}:
+            own = self._own(axis)
+            scores = [a.score for a in self.accepted if a.score.hypothesis.axis == axis]
+            left = sum(form_error(s, self.criteria) ** 2 * s.gain for s in scores)
+            alone = sum(score.gain for score, _ in own)
+            if len(own) > 1 and alone > 0:
+                terms = [term for _, both in own for term in both]
+                whole = together(self.moments, self.moments.without(*terms), terms)
+                left *= max(whole / alone, 1.0)
+            blur[axis] = left
+        return replace(self.bars, blur=blur)
+
+    def _own(self, axis: Axis) -> list[tuple[Score, tuple[Term, ...]]]:
+        """Effects that were accepted on an axis."""
+        pairs = zip(self.accepted, self.terms, strict=True)
+        return [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
+
     def known(self, but: int | None = None) -> list[Score]:
         """Scores of what was accepted, but for one."""
         return [each.score for k, each in enumerate(self.accepted) if k != but]
 
-    def accept(self, found: Accepted, place: int | None = None, term: Term | None = None) -> None:
-        """Put a hypothesis into the model, at a place of the list or at its end; term: of the same
+    def accept(self, found: Accepted, place: int | None = None, *terms: Term) -> None:
+        """Put a hypothesis into the model, at a place of the list or at its end; terms: of the same
         effect before, whose products with others are known."""
         hypothesis = found.score.hypothesis
         if isinstance(hypothesis, ChangedParameter):
             self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
         else:
-            term = term or self._term(found.score)
-            self.moments = self.moments.extended(term)
+            terms = terms or self._terms(found.score)
+            for term in terms:
+                self.moments = self.moments.extended(term)
         self.stale = self._against(None)
         place = len(self.accepted) if place is None else place
         self.accepted.insert(place, found)
-        self.terms.insert(place, term)
+        self.terms.insert(place, terms)
 
-    def _term(self, score: Score) -> Term:
+    def _terms(self, score: Score) -> tuple[Term, Term]:
         """An effect and the error of its form."""
         term = effect_term(self.moments, self.hypotheses, score)
         longer = self.moments.extended(term)
         gains = longer.fit(None).q[longer.place(term)]
         arguments = LOADED if self.hypotheses.with_torque(score.hypothesis.id) else ARGUMENTS
         error = form_error(score, self.criteria)
-        return with_form_error(self.hypotheses.rows, term, gains, error, arguments)
+        return term, form_errors(self.hypotheses.rows, term, gains, error, arguments)
 
     def revise(self, axis: int | None) -> None:
         """Choose the earlier effects of an axis anew beside the later ones: the first may have
@@ -119,9 +157,8 @@ class Search:
         for _ in range(len(self.accepted)):
             names = [score.hypothesis.id for score in self.known()]
             for k in reversed(range(len(self.accepted) - 1)):
-                term = self.terms[k]
-                if term is not None and self.accepted[k].score.hypothesis.axis == axis:
-                    self._anew(k, term)
+                if self.terms[k] and self.accepted[k].score.hypothesis.axis == axis:
+                    self._anew(k)
             if names == [score.hypothesis.id for score in self.known()]:
                 break
 
@@ -131,11 +168,10 @@ class Search:
         imitate it."""
         found = dict[int, Score]()
         for axis in range(self.hypotheses.rows.n):
-            pairs = zip(self.accepted, self.terms, strict=True)
-            own = [(a.score, t) for a, t in pairs if t and a.score.hypothesis.axis == axis]
+            own = self._own(axis)
             if not own:
                 continue
-            terms = [term for _, term in own]
+            terms = [term for _, both in own for term in both]
             rest = self.moments.without(*terms)
             other = generic_score(rest, self.hypotheses.generic(axis))
             gain = together(self.moments, rest, terms)
@@ -145,14 +181,13 @@ class Search:
                 found[axis] = other
         return found
 
-    def _anew(self, place: int, term: Term) -> None:
-        before, known = self.accepted.pop(place), self.known()
-        self.terms.pop(place)
-        self.moments = self.moments.without(term)
+    def _anew(self, place: int) -> None:
+        before, terms = self.accepted.pop(place), self.terms.pop(place)
+        self.moments = self.moments.without(*terms)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        found = chosen(self.moments, known, scores, self.bars, before.round, self.criteria)
+        found = self._chosen(scores, before.round)
         if found is None:
             return
         again = found.score.effect == before.score.effect
-        self.accept(found, place, term if again else None)
+        self.accept(found, place, *(terms if again else ()))

@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.selection.choose import Accepted, bars_of, one_cause, passes
+from flexhex.diagnosis.selection.bars import bars_of, passes
+from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses

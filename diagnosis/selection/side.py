@@ -16,7 +16,8 @@ from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.selection.choose import Accepted, shown
+from flexhex.diagnosis.selection.bars import shown
+from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypothesis import (

@@ -19,7 +19,8 @@ from flexhex.diagnosis.layout import Layout
 from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection import search
-from flexhex.diagnosis.selection.choose import Accepted, Bars, one_cause, passes
+from flexhex.diagnosis.selection.bars import Bars, passes
+from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.heavier import heavier
 from flexhex.diagnosis.selection.hypotheses import Hypotheses

@@ -112,6 +112,15 @@ def test_step_of_an_encoder_is_found_through_an_offset_and_bridged_samples() -> 
     assert angle_noise(angles).min() >= 0.999 * step / np.sqrt(12)
 
 
+@pytest.mark.parametrize("bits", [14, 16, 18])
+def test_step_is_found_in_numbers_of_eight_decimals(bits: int) -> None:
+    """Errors of a step add up over the stroke."""
+    step = 2 * np.pi / 2**bits
+    slow = 1.7 * np.sin(np.linspace(0.0, 2.0, 60_000))
+    angles = np.round(step * np.round(slow / step), 8)
+    assert encoder_step(angles[:, None]) == pytest.approx([step], rel=1e-5)
+
+
 def test_angles_without_steps_have_none() -> None:
     assert encoder_step(noisy(2e-6)) == pytest.approx([0.0, 0.0])
 

@@ -1,0 +1,57 @@
+"""Shapes of an effect between the points of its grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flexhex.diagnosis.selection.evidence import Tried, tried
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+from flexhex.diagnosis.selection.moments import Left, Moments
+
+HALVINGS = 4
+"""Of the distance between shapes of a grid."""
+
+
+def refined(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> tuple[EffectHypothesis, dict[Left, Tried]]:
+    """An effect with its best shape alone, between the points of its grid: uphill in evidence from
+    the best of them, half the distance to its neighbours each time."""
+    start = effect.shapes[int(np.argmax(fits[None].evidence))]
+    best = hypotheses.shaped(effect, start)
+    found = tried(moments, best)
+    for level in range(1, HALVINGS + 1):
+        for shape in hypotheses.searched(effect):
+            now, name = best.shapes[0], shape.name
+            below, above = _way(effect, start, name)
+            for value in (now[name] - below / 2**level, now[name] + above / 2**level):
+                value = float(np.clip(value, shape.low, shape.high))
+                other = hypotheses.shaped(effect, {**now, name: value})
+                trial = tried(moments, other)
+                if trial[None].evidence[0] > found[None].evidence[0]:
+                    best, found = other, trial
+    return best, found
+
+
+def ended(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
+) -> bool:
+    """Whether a shape that cannot lie beyond its range would: then this is another effect."""
+    for shape in hypotheses.searched(effect):
+        if shape.closed:
+            other = hypotheses.shaped(effect, {**effect.shapes[0], shape.name: shape.high})
+            if tried(moments, other)[None].evidence[0] >= fits[None].evidence[0]:
+                return True
+    return False
+
+
+def _way(effect: EffectHypothesis, start: Mapping[str, float], name: str) -> tuple[float, float]:
+    """Distances to the neighbours of a value on the grid; beyond its ends as far as inside."""
+    values = sorted({shape[name] for shape in effect.shapes})
+    place = values.index(start[name])
+    below = values[place] - values[max(place - 1, 0)]
+    above = values[min(place + 1, len(values) - 1)] - values[place]
+    return below or above, above or below

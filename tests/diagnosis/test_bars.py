@@ -1,0 +1,59 @@
+"""What errors in the form of accepted effects may have left is no evidence for another effect."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.selection.bars import Bars, beyond_chance, blurred
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.scores import Score
+from flexhex.diagnosis.selection.side import selected
+from tests.diagnosis.test_selection import RMS, Array, bench_of
+
+BARS = Bars(5.0, 3.0, {0: 1000.0, None: 10.0})
+
+
+def score(gain: float, axis: int, spread: tuple[float, ...] = (), size: float = 0.01) -> Score:
+    """Of an effect on an axis."""
+    hypothesis: Any = SimpleNamespace(id="drag", axis=axis, choices=1)
+    return Score(hypothesis, gain / 2, np.zeros(2), size, spread=spread)
+
+
+@pytest.mark.parametrize(
+    ("axis", "spread", "left"),
+    [(0, (), 1010.0), (1, (), 10.0), (1, (0.4, 0.6), 410.0)],
+    ids=["same axis", "another one", "another one that base parameters tie to it"],
+)
+def test_errors_count_where_they_are_felt(
+    axis: int, spread: tuple[float, ...], left: float
+) -> None:
+    assert blurred(score(1.0, axis, spread), BARS) == pytest.approx(left)
+
+
+@pytest.mark.parametrize(
+    ("gain", "plain", "there"),
+    [(50.0, 2000.0, True), (50.0, 500.0, False), (4.0, 2000.0, False), (1100.0, 0.0, True)],
+)
+def test_gain_beside_errors_and_gain_without_them_are_both_asked(
+    gain: float, plain: float, there: bool
+) -> None:
+    found = beyond_chance(score(gain, 0), (), BARS, USUAL, lambda _: score(plain, 0))
+    assert found == there
+
+
+def test_friction_that_grows_with_the_rate_is_friction_and_drag(tmp_path: Path) -> None:
+    """Errors of the form of dry friction may go with the rate; so does drag."""
+    dry, wet = 0.1 * RMS, 0.06 * RMS
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        return dry * np.tanh(v / 0.01) + wet * v * np.abs(v)
+
+    found = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    values = {named.id: named for named in found.named}
+    assert set(values) == {"coulomb_friction", "quadratic_drag"}
+    assert values["coulomb_friction"].parameters["F_c"].value == pytest.approx(dry, rel=0.05)
