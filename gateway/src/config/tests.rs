@@ -22,6 +22,11 @@ fn mistakes_name_key_value_and_range() {
         ("torque_N_m = 27.0", "torque_N_m = 0.0", "limits.torque_N_m = 0, allowed 0.001 to 10000"),
         ("watchdog_ms = 5", "watchdog_ms = 0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
         ("position = 1", "position = 0", "drive[1].position = 0"),
+        (
+            "sync0_shift_us = 0",
+            "clock_difference_ns = 5",
+            "bus.clock_difference_ns = 5, allowed 10 to 1000000",
+        ),
         ("mode = 4 ", "mode = 8 ", "profile.mode = 8: no torque mode: allowed 4 (torque)"),
         (
             "# rest_rad = [-0.34, -0.35,",

@@ -70,12 +70,13 @@ impl Clock {
         }
     }
 
-    /// A write to the speed counter starts the control loop anew.
+    /// A write to the speed counter starts the control loop anew, and sets the difference to 0.
     pub fn restart(&mut self, now: i64) {
         self.local = self.local(now);
         self.world = now;
         self.correction = 0.0;
         self.controlled = None;
+        self.difference = 0;
     }
 
     /// Register 0x092C: sign and magnitude.

@@ -1,5 +1,4 @@
 //! Error counters of the controllers, as the cables and their faults make them count.
-use super::*;
 use crate::bench::Bench;
 
 const COUNTERS: u16 = 0x0300;
