@@ -1,5 +1,7 @@
 //! What the controllers of the devices are asked beside the process data: error counters, and clocks.
 
+use std::future::Future;
+
 use super::clocks::{self, Differences};
 use super::difference::Difference;
 use super::error::BusError;
@@ -10,9 +12,17 @@ use crate::config::Config;
 use crate::realtime::{now_ns, stop};
 use crate::wire::Link;
 
+/// A lost reply is no reason to know nothing.
+const TRIES: usize = 2;
+
 impl<L: Link> Bus<L> {
-    /// Counters of all devices; `between` is done after each of them. Where nothing replies within `wait_ns`, no more
-    /// is asked: the cable is cut, or a capture has no such frames.
+    /// The answer to a question; None where nothing replies within `wait_ns` a try.
+    fn answer<F: Future>(&mut self, wait_ns: u64, question: impl Fn() -> F) -> Option<F::Output> {
+        (0..TRIES).find_map(|_| self.wire.drive(question(), now_ns() + wait_ns))
+    }
+
+    /// Counters of all devices; `between` is done after each of them. Where nothing replies no more is asked: the cable is
+    /// cut, or a capture has no such frames.
     pub(super) fn read_links(
         &mut self,
         wait_ns: u64,
@@ -20,16 +30,16 @@ impl<L: Link> Bus<L> {
     ) -> Readings {
         let mut found = vec![None; self.axes.len()];
         for (position, place) in found.iter_mut().enumerate() {
-            let question = links::ask(self.main, FIRST_ADDRESS + position as u16);
-            let Some(reply) = self.wire.drive(question, now_ns() + wait_ns) else { break };
+            let (main, address) = (self.main, FIRST_ADDRESS + position as u16);
+            let Some(reply) = self.answer(wait_ns, || links::ask(main, address)) else { break };
             *place = reply;
             between(self);
         }
         found
     }
 
-    /// Differences of all clocks that follow another one; `between` is done after each of them. Where nothing replies
-    /// within `wait_ns`, no more is asked.
+    /// Differences of all clocks that follow another one; `between` is done after each of them. Where nothing replies no
+    /// more is asked.
     pub(super) fn read_clocks(
         &mut self,
         wait_ns: u64,
@@ -38,8 +48,8 @@ impl<L: Link> Bus<L> {
         let mut found = Differences::default();
         for (axis, place) in found.iter_mut().enumerate() {
             let Some(address) = self.followers[axis] else { continue };
-            let question = clocks::ask(self.main, address);
-            let Some(reply) = self.wire.drive(question, now_ns() + wait_ns) else { break };
+            let main = self.main;
+            let Some(reply) = self.answer(wait_ns, || clocks::ask(main, address)) else { break };
             *place = reply;
             between(self);
         }

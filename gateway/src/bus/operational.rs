@@ -117,7 +117,8 @@ pub fn read_controllers<L: Link>(
     options: BringUpOptions,
 ) -> Result<(), BusError> {
     let cycle = options.cycle.as_nanos() as u64;
-    let wait = reply_ns(config, options.lockstep && !options.replayed);
+    // two tries fit between two frames
+    let wait = reply_ns(config, options.lockstep && !options.replayed) / 2;
     let next = |bus: &mut Bus<L>| {
         let begin = now_ns();
         exchange(bus, config, options);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::rig::{config, run, Line, COMMAND, LRW};
+use super::rig::{config, run, Line, COMMAND, COUNTERS, FPRD, LRW, REGISTER};
 use super::*;
 use crate::bus::{bring_up, Ask, BringUpOptions, Clocks};
 
@@ -66,6 +66,39 @@ fn devices_behind_a_cut_cable_are_named_as_not_read() {
     assert!(matches!(out.ending, Ending::Tripped(..)));
     assert_eq!(counted(&out), [(1, 1, [0, 0, 0, 1])]);
     assert_eq!(out.links.unread, [2, 3, 4, 5]);
+}
+
+/// A line on which so many replies to questions about error counters are lost.
+struct Deaf<'a> {
+    line: &'a mut Line,
+    lost: u64,
+}
+
+impl Link for &mut Deaf<'_> {
+    fn send(&mut self, frame: &[u8]) -> bool {
+        if frame[COMMAND] == FPRD && frame[REGISTER] == COUNTERS && self.lost > 0 {
+            self.lost -= 1;
+            return true;
+        }
+        self.line.send(frame)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        self.line.receive(buffer)
+    }
+
+    fn wait(&mut self, _: u64) {}
+}
+
+#[test]
+fn a_lost_reply_is_asked_for_again_and_without_any_the_run_is_the_same() {
+    let ran = |lost| {
+        let mut line = Line::open("");
+        run(&mut Deaf { line: &mut line, lost }, CYCLES).out
+    };
+    let (one, none) = (ran(1), ran(u64::MAX));
+    assert!(one.good() && one.links.known && one.links.unread.is_empty());
+    assert!(none.good() && !none.links.known && none.links.ports.is_empty());
 }
 
 /// The bus with distributed clocks: in lockstep only a replayed run has them. After so many cycles.

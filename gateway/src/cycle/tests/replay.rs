@@ -1,6 +1,6 @@
 //! A capture judged again ends as the run did that it is of.
 
-use super::rig::{run, Line, COMMAND, LRW};
+use super::rig::{run, Line, COMMAND, COUNTERS, FPRD, LRW, REGISTER};
 use super::*;
 use crate::wire::{pcap, Replay};
 
@@ -47,13 +47,9 @@ fn a_replayed_capture_gives_the_same_rows_and_the_same_trip() {
     }
 }
 
-/// Command of a read of one device, and the first of its error counters.
-const FPRD: u8 = 4;
-const COUNTERS: [u8; 2] = [0x00, 0x03];
-
 /// The capture as an older version left it: without the questions about error counters, and the cycle after each.
 fn without_questions(frames: &[Vec<u8>]) -> Vec<Vec<u8>> {
-    let asks = |frame: &[u8]| frame[COMMAND] == FPRD && frame[20..22] == COUNTERS;
+    let asks = |frame: &[u8]| frame[COMMAND] == FPRD && frame[REGISTER] == COUNTERS;
     let mut kept = Vec::new();
     let (mut asked, mut in_op) = (false, false);
     for frame in frames {
