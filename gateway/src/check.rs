@@ -76,8 +76,9 @@ fn without_power(args: &Check, reporter: Reporter) -> Result<(), Refusal> {
             cyclic: false,
         };
         let lists = if args.write { Lists::Write } else { Lists::Compare };
-        let found = bus::inspect(&config, socket, options, lists, &mut |devices| {
-            reporter.devices(devices)
+        let found = bus::inspect(&config, socket, options, lists, &mut |devices, links| {
+            reporter.devices(devices);
+            reporter.links(links);
         })?;
         startup_lists(args, reporter, &found);
         reporter.mark(true, "the drives match the configuration and have no power");

@@ -58,4 +58,12 @@ pub struct DriveOptions {
     pub encoder_reversed: bool,
     /// It shows and uses this mode whatever is set.
     pub forced_mode: Option<i8>,
+    /// Bytes of its controller at power-up: address, value.
+    #[serde(default)]
+    pub registers: Vec<(u16, u8)>,
+    /// Relative error of its clock, in the place of a drawn one.
+    pub drift_ppm: Option<f64>,
+    /// Its clock does not follow the one of the first drive.
+    #[serde(default)]
+    pub clock_free: bool,
 }

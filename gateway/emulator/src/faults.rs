@@ -27,6 +27,8 @@ pub enum FaultKind {
     Pause,
     Stall,
     Warning,
+    FrameDamaged,
+    LinkNoise,
 }
 
 impl FaultKind {
@@ -54,6 +56,8 @@ impl FaultKind {
             FaultKind::Pause => "pause",
             FaultKind::Stall => "stall",
             FaultKind::Warning => "warning",
+            FaultKind::FrameDamaged => "frame_damaged",
+            FaultKind::LinkNoise => "link_noise",
         }
     }
 
@@ -113,6 +117,9 @@ pub struct Fault {
     /// Position on the bus, from 0.
     #[serde(default)]
     pub position: usize,
+    /// Port of the device at which a frame is damaged or noise arrives: 0 (IN) or 1 (OUT).
+    #[serde(default)]
+    pub port: u16,
     /// Error code of a drive fault, AL status code of safe_op.
     pub code: Option<u16>,
     /// Only the first `burst` cycles of every `every` ones.
@@ -180,6 +187,9 @@ impl Fault {
             return wrong(
                 "counting = \"frames\" is for frames that are lost, doubled or late".into(),
             );
+        }
+        if self.port > 1 {
+            return wrong(format!("port = {}, allowed 0 (IN) and 1 (OUT)", self.port));
         }
         if self.frames == 0 {
             return wrong("frames = 0, allowed 1 and up".into());

@@ -192,6 +192,7 @@ impl Options {
         };
         let (mut initial, mut forced_mode, mut objects) = (Initial::Ready, None, Vec::new());
         let (mut never_enabled, mut reversed, mut slow) = (false, false, 0);
+        let (mut registers, mut drift_ppm, mut free) = (Vec::new(), None, false);
         for special in self.drive.iter().filter(|special| special.position == position) {
             let identity = &mut settings.identity;
             identity.vendor = special.vendor.unwrap_or(identity.vendor);
@@ -208,6 +209,9 @@ impl Options {
             never_enabled |= special.never_enabled;
             reversed |= special.encoder_reversed;
             slow = slow.max(special.slow);
+            registers.extend(&special.registers);
+            drift_ppm = special.drift_ppm.or(drift_ppm);
+            free |= special.clock_free;
             settings.maps_fixed |= special.maps_fixed;
             settings.extra_input_bytes += special.extra_input_bytes;
             settings.output_control = special.output_control.unwrap_or(settings.output_control);
@@ -221,16 +225,21 @@ impl Options {
             Initial::Enabled => (State::OperationEnabled, 0),
             Initial::Fault => (State::Fault, 0x7305),
         };
-        let drift = 2.0 * chance(drives.seed, position, 0) - 1.0;
+        let drawn = drives.drift_ppm * (2.0 * chance(drives.seed, position, 0) - 1.0);
         let power_up = (chance(drives.seed, position, 1) * 1e10) as i64;
-        let clock = Clock::new(power_up, drift * drives.drift_ppm * 1e-6);
+        let mut clock = Clock::new(power_up, drift_ppm.unwrap_or(drawn) * 1e-6);
+        clock.free = free;
         let mut drive = Drive::new(setting, state, error);
         drive.parameters.replace(&objects);
         drive.forced_mode = forced_mode;
         drive.machine.never_enabled = never_enabled;
         drive.encoder.reversed = reversed;
         drive.slow = slow;
-        SubDevice::new(drive, settings, clock)
+        let mut device = SubDevice::new(drive, settings, clock);
+        for (address, value) in registers {
+            device.esc.put(address, &[value]);
+        }
+        device
     }
 }
 

@@ -122,6 +122,25 @@ fn execute(bytes: &mut [u8], device: &mut SubDevice, bypassed: bool) {
     device.serve();
 }
 
+/// A frame arrives damaged at a port: its device counts it as invalid, and all that it passes afterwards as forwarded,
+/// on the way out (port 0) and back (port 1).
+pub fn count_damaged(devices: &mut [SubDevice], position: usize, port: u16) {
+    let last = devices.len().saturating_sub(1);
+    for (k, device) in devices.iter_mut().enumerate() {
+        if k == position {
+            device.esc.count(reg::INVALID_FRAMES + 2 * port);
+            device.esc.count(reg::RECEIVE_ERRORS + 2 * port);
+        }
+        if port == 0 && k > position {
+            device.esc.count(reg::FORWARDED_ERRORS);
+        }
+        let comes_back = k < last && (port == 0 || k < position);
+        if comes_back {
+            device.esc.count(reg::FORWARDED_ERRORS + 1);
+        }
+    }
+}
+
 /// DL status and lost-link counters as the cable stands now.
 pub fn show_links(devices: &mut [SubDevice], reached: usize) {
     let count = devices.len();
@@ -140,8 +159,7 @@ pub fn show_links(devices: &mut [SubDevice], reached: usize) {
         let old = device.esc.get16(reg::DL_STATUS);
         for p in 0..2 {
             if old & !status & 1 << (4 + p) != 0 {
-                let lost = device.esc.get(reg::LOST_LINK + p, 1)[0].saturating_add(1);
-                device.esc.put(reg::LOST_LINK + p, &[lost]);
+                device.esc.count(reg::LOST_LINK + p);
             }
         }
         device.esc.put16(reg::DL_STATUS, status);

@@ -1,22 +1,17 @@
 //! Cyclic exchange of process data with the drives, one frame a cycle, without allocation.
 
 use ethercrab::subdevice_group::{HasDc, NoDc, Op};
-use ethercrab::{Command, DefaultLock, MainDevice, SubDeviceGroup};
+use ethercrab::{DefaultLock, MainDevice, SubDeviceGroup};
 
-use super::al;
+use super::clocks::Clocks;
 use super::drives::Drives;
+use super::links::Readings;
 use crate::config::AXES;
-use crate::realtime::now_ns;
-use crate::wire::{Counts, Link, Wire};
+use crate::wire::{Link, Wire};
 
 pub(super) const MOST: usize = 16;
 pub(super) const IMAGE: usize = 512;
 pub(super) type Group<S, D = NoDc> = SubDeviceGroup<MOST, IMAGE, DefaultLock, S, D>;
-
-const ERROR_CODE: u16 = 0x603f;
-const STATUSWORD: u16 = 0x6041;
-/// Longest wait for each reply while the bus is shut down.
-const LEAVE_TIMEOUT_NS: u64 = 100_000_000;
 
 pub(super) enum Running {
     Plain(Group<Op>),
@@ -39,24 +34,6 @@ pub struct Reply {
     pub mode: [Option<i8>; AXES],
 }
 
-/// Axes whose drives are asked for a cause while the bus leaves OP.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ask {
-    /// Of the fault, 0x603F.
-    pub error_code: Option<usize>,
-    /// Of the AL state, register 0x0134.
-    pub al_code: Option<usize>,
-}
-
-/// What is known after the bus has left OP.
-pub struct Left {
-    pub counts: Counts,
-    pub error_code: Option<u16>,
-    pub al_code: Option<u16>,
-    /// None: known to be disabled before, or no reply.
-    pub statusword: [Option<u16>; AXES],
-}
-
 /// The drives in operation.
 pub struct Bus<L: Link> {
     pub(super) wire: Wire<L>,
@@ -65,8 +42,13 @@ pub struct Bus<L: Link> {
     pub(super) drives: Drives,
     /// Place of each axis in the group of drives.
     pub(super) order: [usize; AXES],
-    /// Other devices are on the bus; they stay in PRE-OP.
-    pub(super) others: bool,
+    /// Axis of each position on the bus. Devices without one stay in PRE-OP.
+    pub(super) axes: Vec<Option<usize>>,
+    /// Error counters before power.
+    pub(super) links: Readings,
+    /// Station addresses of drives whose clock follows another one.
+    pub(super) followers: [Option<u16>; AXES],
+    pub(super) clocks: Clocks,
     pub(super) reply: Reply,
 }
 
@@ -79,6 +61,7 @@ macro_rules! with_group {
         }
     };
 }
+pub(super) use with_group;
 
 impl<L: Link> Bus<L> {
     /// Working counter of a complete reply: each drive adds 2 for its outputs and 1 for its inputs.
@@ -159,48 +142,5 @@ impl<L: Link> Bus<L> {
             self.reply.error_code[axis] = report.error_code;
             self.reply.mode[axis] = report.mode;
         }
-    }
-
-    /// Request SAFE-OP, PRE-OP and INIT of all devices, so that no watchdog expires. Returns the
-    /// frame counts, what `ask` asks, and the statusword of every drive that is not known to be disabled.
-    pub fn leave(mut self, ask: Ask, disabled: &[bool; AXES]) -> Left {
-        let al_code = ask.al_code.and_then(|axis| self.al_status_code(axis));
-        // a device in PRE-OP would take a request of SAFE-OP for a step up
-        if !self.others {
-            self.request(al::SAFE_OP);
-        }
-        self.request(al::PRE_OP);
-        let error_code = ask.error_code.and_then(|axis| self.read_word(axis, ERROR_CODE));
-        let mut statusword = [None; AXES];
-        for axis in (0..AXES).filter(|axis| !disabled[*axis]) {
-            statusword[axis] = self.read_word(axis, STATUSWORD);
-        }
-        self.request(al::INIT);
-        Left { counts: self.wire.counts, error_code, al_code, statusword }
-    }
-
-    fn read_word(&mut self, axis: usize, object: u16) -> Option<u16> {
-        let place = self.order[axis];
-        with_group!(&self.group, group => {
-            let device = group.subdevice(self.main, place).ok()?;
-            let read = device.sdo_read::<u16>(object, 0);
-            self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok()
-        })
-    }
-
-    /// Why a drive left OP; it keeps the code until the error is acknowledged.
-    fn al_status_code(&mut self, axis: usize) -> Option<u16> {
-        let address = with_group!(&self.group, group => {
-            group.subdevice(self.main, self.order[axis]).ok()?.configured_address()
-        });
-        let read = Command::fprd(address, al::STATUS_CODE).receive::<u16>(self.main);
-        self.wire.drive(read, now_ns() + LEAVE_TIMEOUT_NS)?.ok().filter(|code| *code != 0)
-    }
-
-    fn request(&mut self, state: u8) {
-        let command = Command::bwr(al::CONTROL).ignore_wkc();
-        // no reply: the devices may be gone already
-        let _ =
-            self.wire.drive(command.send(self.main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);
     }
 }

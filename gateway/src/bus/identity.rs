@@ -31,6 +31,8 @@ pub struct DeviceInfo {
     pub serial: u32,
     pub statusword: u16,
     pub error_code: u16,
+    /// It has a distributed clock.
+    pub clock: bool,
 }
 
 /// Identity of every device in bus order, and its CiA 402 state if it has one.
@@ -50,6 +52,7 @@ pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<De
             serial: id.serial,
             statusword,
             error_code,
+            clock: device.dc_support().any(),
         });
     }
     devices.sort_by_key(|device| device.position);
@@ -60,6 +63,18 @@ pub async fn scan(groups: &Groups, main: &'static MainDevice<'static>) -> Vec<De
 pub fn serials(config: &Config, devices: &[DeviceInfo]) -> [u32; AXES] {
     let at = |axis: usize| devices.get(usize::from(config.drive[axis].position));
     std::array::from_fn(|axis| at(axis).map_or(0, |device| device.serial))
+}
+
+/// Station address of each drive whose clock follows that of the first device that has one.
+pub fn followers(config: &Config, devices: &[DeviceInfo]) -> [Option<u16>; AXES] {
+    let mut found = [None; AXES];
+    for device in devices.iter().filter(|device| device.clock).skip(1) {
+        let axis = config.drive.iter().position(|d| usize::from(d.position) == device.position);
+        if let Some(axis) = axis {
+            found[axis] = Some(FIRST_ADDRESS + device.position as u16);
+        }
+    }
+    found
 }
 
 /// Err with every difference between bus and configuration.

@@ -70,9 +70,16 @@ pub fn reach_op<L: Link>(
 
 /// One frame without torque. A lost reply is not waited for longer than the watchdogs wait.
 fn exchange<L: Link>(bus: &mut Bus<L>, config: &Config, options: BringUpOptions) -> bool {
+    bus.exchange(now_ns() + reply_ns(config, options.lockstep)).answered
+}
+
+fn reply_ns(config: &Config, lockstep: bool) -> u64 {
     let half = u64::from(config.bus.watchdog_ms) * 500_000;
-    let wait = if options.lockstep { REPLY_NS } else { REPLY_NS.min(half) };
-    bus.exchange(now_ns() + wait).answered
+    if lockstep {
+        REPLY_NS
+    } else {
+        REPLY_NS.min(half)
+    }
 }
 
 /// States and AL status codes of the drives that are not in OP.
@@ -100,6 +107,28 @@ fn wrong_modes<L: Link>(bus: &Bus<L>, config: &Config) -> Vec<At<Difference>> {
         (axis, config.drive[axis].position, d)
     };
     wrong.map(difference).collect()
+}
+
+/// The error counters before power, and clocks that have settled. Each question stands between two frames, as the
+/// watchdogs run; where nothing replies, nothing is known and nothing refused.
+pub fn read_controllers<L: Link>(
+    bus: &mut Bus<L>,
+    config: &Config,
+    options: BringUpOptions,
+) -> Result<(), BusError> {
+    let cycle = options.cycle.as_nanos() as u64;
+    // two tries fit between two frames
+    let wait = reply_ns(config, options.lockstep && !options.replayed) / 2;
+    let next = |bus: &mut Bus<L>| {
+        let begin = now_ns();
+        exchange(bus, config, options);
+        if !options.lockstep {
+            sleep_until(begin + cycle, Duration::ZERO);
+        }
+    };
+    bus.links = bus.read_links(wait, next);
+    let rounds = u64::from(config.bus.state_timeout_ms) * 1_000_000 / (cycle * AXES as u64);
+    bus.settle_clocks(config, (wait, rounds), next)
 }
 
 /// The watchdog of every drive runs, as the drives themselves report it in OP.

@@ -7,13 +7,16 @@ use ethercrab::{
 use std::time::Duration;
 
 use super::al;
+use super::clocks::Clocks;
 use super::difference::Difference;
 use super::drives::Drives;
 use super::error::{At, BusError};
-use super::exchange::{Ask, Bus, Group, Reply, Running, MOST};
+use super::exchange::{Bus, Group, Reply, Running, MOST};
 use super::identity::{self, DeviceInfo, Groups};
+use super::leaving::Ask;
+use super::links::{self, Links, Readings};
 use super::objects::{self, Site};
-use super::operational::{not_reached, reach_op, FIRST_ADDRESS};
+use super::operational::{not_reached, reach_op, read_controllers, FIRST_ADDRESS};
 use super::options::BringUpOptions;
 use crate::config::{Config, AXES};
 use crate::realtime::{now_ns, stop};
@@ -72,13 +75,17 @@ pub fn inspect<L: Link>(
     link: L,
     options: BringUpOptions,
     lists: Lists,
-    on_devices: &mut dyn FnMut(&[DeviceInfo]),
+    on_devices: &mut dyn FnMut(&[DeviceInfo], &Links),
 ) -> Result<Vec<At<Difference>>, BusError> {
     let (mut wire, main) = master(config, link, options)?;
     let work = async {
         let groups = find(config, main).await?;
         let devices = identity::scan(&groups, main).await;
-        on_devices(&devices);
+        let mut errors = Readings::new();
+        for device in &devices {
+            errors.push(links::ask(main, FIRST_ADDRESS + device.position as u16).await);
+        }
+        on_devices(&devices, &Links::since_power_up(&errors, &config.axes_on_bus(devices.len())));
         identity::compare(config, &devices)?;
         identity::refuse_energised(config, &devices, options.reset_faults)?;
         let (cycle, synced) = (options.cycle, config.bus.distributed_clocks);
@@ -105,9 +112,12 @@ pub fn bring_up<L: Link>(
     let (mut wire, main) = master(config, link, options)?;
     wire.heeds_stop = true;
     let drives = Drives::new(config);
-    let mut others = false;
+    let (mut axes, mut followers) = (Vec::new(), [None; AXES]);
     let mut see = |devices: &[DeviceInfo]| {
-        others = devices.len() > AXES;
+        axes = config.axes_on_bus(devices.len());
+        if options.synced(config) {
+            followers = identity::followers(config, devices);
+        }
         on_devices(devices);
     };
     let work = prepare(config, main, options, drives.bytes(), &mut see);
@@ -117,8 +127,11 @@ pub fn bring_up<L: Link>(
     for (axis, place) in order.iter_mut().enumerate() {
         *place = config.place_on_bus(axis);
     }
-    let mut bus = Bus { wire, main, group, drives, order, others, reply: Reply::default() };
+    let clocks = Clocks { bound_ns: config.bus.clock_bound_ns(options.cycle), ..Clocks::default() };
+    let (links, reply) = (Readings::new(), Reply::default());
+    let mut bus = Bus { wire, main, group, drives, order, axes, links, followers, clocks, reply };
     let reached = reach_op(&mut bus, config, options);
+    let reached = reached.and_then(|()| read_controllers(&mut bus, config, options));
     bus.wire.heeds_stop = false;
     if stop::requested() {
         // back to INIT, so that no watchdog expires

@@ -65,6 +65,10 @@ fn check(config: &Config) -> Result<(), ConfigError> {
         let mend = "`nproc --all` prints the number of CPUs, the first is 0";
         mistakes.check_range("real_time.cpu", cpu as f64, 0.0..=1023.0, mend);
     }
+    if let Some(bound) = config.bus.clock_difference_ns {
+        let mend = "largest difference of two clocks; controllers settle to some tens of ns, and a cycle must be longer";
+        mistakes.check_range("bus.clock_difference_ns", bound.into(), 10.0..=1e6, mend);
+    }
     interface(config, &mut mistakes);
     for (k, limit) in config.pose.iter().enumerate() {
         // also of what is no number

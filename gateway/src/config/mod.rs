@@ -111,8 +111,17 @@ pub struct Bus {
     /// Phase of SYNC0 in the cycle.
     #[serde(default)]
     pub sync0_shift_us: u32,
+    /// Largest difference of a drive's clock from the first drive's before power. Left out: a hundredth of the cycle.
+    pub clock_difference_ns: Option<u32>,
     /// Longest time of a drive for a change of state.
     pub state_timeout_ms: u32,
+}
+
+impl Bus {
+    /// Of a hundredth of the cycle an axis at full speed turns by less than its tracking error.
+    pub fn clock_bound_ns(&self, cycle: std::time::Duration) -> u32 {
+        self.clock_difference_ns.unwrap_or((cycle.as_nanos() / 100) as u32)
+    }
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -212,6 +221,13 @@ impl Config {
     pub fn place_on_bus(&self, axis: usize) -> usize {
         let position = self.drive[axis].position;
         self.drive.iter().filter(|drive| drive.position < position).count()
+    }
+
+    /// Axis at each position of a bus with so many devices; None: no drive of the configuration.
+    pub fn axes_on_bus(&self, devices: usize) -> Vec<Option<usize>> {
+        let at =
+            |position: usize| self.drive.iter().position(|d| usize::from(d.position) == position);
+        (0..devices).map(at).collect()
     }
 
     /// Whether a drive of the configuration is at this position.

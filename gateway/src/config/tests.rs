@@ -22,6 +22,11 @@ fn mistakes_name_key_value_and_range() {
         ("torque_N_m = 27.0", "torque_N_m = 0.0", "limits.torque_N_m = 0, allowed 0.001 to 10000"),
         ("watchdog_ms = 5", "watchdog_ms = 0", "bus.watchdog_ms = 0, allowed 1 to 6000"),
         ("position = 1", "position = 0", "drive[1].position = 0"),
+        (
+            "sync0_shift_us = 0",
+            "clock_difference_ns = 5",
+            "bus.clock_difference_ns = 5, allowed 10 to 1000000",
+        ),
         ("mode = 4 ", "mode = 8 ", "profile.mode = 8: no torque mode: allowed 4 (torque)"),
         (
             "# rest_rad = [-0.34, -0.35,",
@@ -113,7 +118,7 @@ fn parameters_are_numbers_flags_or_items() {
 #[test]
 fn values_of_a_wrong_type_are_refused_with_their_line() {
     for (from, to, wanted) in [
-        ("mode = 4 ", "mode = 4.5", "line 35 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
+        ("mode = 4 ", "mode = 4.5", "line 36 `mode = 4.5`: invalid type: floating point `4.5`, expected a whole number from -128 to 127"),
         ("watchdog_ms = 5", "watchdog_ms = -5", "line 19 `watchdog_ms = -5`: invalid value: integer `-5`, expected a whole number, 0 or more"),
         ("torque_N_m = 27.0", "torque_N_m = \"27\"", "`torque_N_m = \"27\"`: invalid type: string \"27\", expected a number"),
         ("feedback = [2.0]", "feedback = 2.0", "expected a list such as [2.0]"),

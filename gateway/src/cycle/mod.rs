@@ -165,9 +165,7 @@ impl<'a, L: Link> ControlLoop<'a, L> {
         self.out.shares = self.shares();
         self.out.overflowed = self.sink.overflowed();
         let left = self.bus.leave(self.out.open_questions(), &self.out.disabled);
-        self.out.read_back(&left.statusword);
-        self.out.counts = left.counts;
-        self.out.answer(left.error_code, left.al_code);
+        self.out.take(left);
         self.out.states = self.controller.save(FAREWELL);
         self.out.task = self.task;
         self.out

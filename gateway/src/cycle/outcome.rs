@@ -2,7 +2,7 @@
 
 use super::refusal::Refusal;
 use super::timing::Histogram;
-use crate::bus::{al, cia402, Ask};
+use crate::bus::{al, cia402, Ask, Clocks, Left, Links};
 use crate::config::AXES;
 use crate::rules::{ReactionKind, Reason, Trip};
 use crate::tasks::Task;
@@ -59,6 +59,9 @@ pub struct Outcome {
     /// Largest share of its limit of each rule, the nearest first, and of the bounds of the estimate.
     pub shares: Vec<(&'static str, f64)>,
     pub counts: Counts,
+    /// What the controllers of the devices counted, and how far their clocks were off.
+    pub links: Links,
+    pub clocks: Clocks,
     pub overflowed: u64,
     /// What the components with a thread of their own have learned, or why that is not known.
     pub states: Vec<Result<State, Error>>,
@@ -99,6 +102,8 @@ impl Outcome {
             frozen: Vec::new(),
             shares: Vec::new(),
             counts: Counts::default(),
+            links: Links::default(),
+            clocks: Clocks::default(),
             overflowed: 0,
             states: Vec::new(),
             task: Task::Control,
@@ -106,6 +111,13 @@ impl Outcome {
             serials: [0; AXES],
             most_error: vec![0.0; crate::config::AXES],
         }
+    }
+
+    /// Takes what the devices said after the end.
+    pub fn take(&mut self, left: Left) {
+        self.read_back(&left.statusword);
+        (self.counts, self.links, self.clocks) = (left.counts, left.links, left.clocks);
+        self.answer(left.error_code, left.al_code);
     }
 
     /// Statuswords that were read after the bus left OP.

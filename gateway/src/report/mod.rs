@@ -1,5 +1,6 @@
 //! Devices, refusals and the outcome of a run, for people and for programs.
 
+mod links;
 mod summary;
 mod terminal;
 

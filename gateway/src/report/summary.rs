@@ -3,6 +3,7 @@
 use serde_json::{json, Value};
 use std::collections::BTreeMap;
 
+use super::links;
 use super::terminal::Reporter;
 use crate::cycle::{Histogram, Outcome};
 use crate::record::Written;
@@ -12,6 +13,8 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
     if out.cycles > 0 {
         figures(reporter, out);
     }
+    links::print(reporter, &out.links, links::IN_THE_RUN);
+    links::print_clocks(reporter, &out.clocks);
     let stood = if let Task::Poses(poses) = &out.task { poses.stood.as_slice() } else { &[] };
     for (k, stood) in stood.iter().enumerate() {
         let shown = |values: &[f64], digits: usize| {
@@ -41,6 +44,8 @@ pub fn print(reporter: &Reporter, out: &Outcome, written: &Written) {
             "remarks": out.remarked(),
             "share_of_limits": out.shares.iter().copied().collect::<BTreeMap<_, _>>(),
             "sent": c.sent, "answered": c.answered, "duplicated": c.duplicated,
+            "links": links::ports(&out.links), "links_unread": out.links.unread,
+            "clocks": links::clocks(&out.clocks),
             "late": c.late, "bad": c.bad, "not_recorded": out.overflowed,
             "wake_up_us": quantiles(&out.timing.wake_up),
             "round_trip_us": quantiles(&out.timing.round_trip),

@@ -116,8 +116,6 @@ impl Esc {
         }
         if wrote(reg::SYSTEM_TIME) {
             self.clock.control(now, self.get32(reg::SYSTEM_TIME));
-            let difference = self.clock.difference_register();
-            self.put(reg::TIME_DIFFERENCE, &difference.to_le_bytes());
         }
         if wrote(reg::TIME_OFFSET) || wrote(reg::TIME_DELAY) {
             let low = u64::from(self.get32(reg::TIME_OFFSET));
@@ -128,6 +126,8 @@ impl Esc {
         if wrote(reg::SPEED_START) {
             self.clock.restart(now);
         }
+        let difference = self.clock.difference_register();
+        self.put(reg::TIME_DIFFERENCE, &difference.to_le_bytes());
     }
 
     fn buffers_written(&mut self, address: u16, length: usize) {

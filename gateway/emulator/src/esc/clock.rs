@@ -15,6 +15,8 @@ pub struct Clock {
     drift: f64,
     correction: f64,
     controlled: Option<i64>,
+    /// It notes how far it is off and never follows.
+    pub free: bool,
     pub offset: i64,
     pub delay: u32,
     pub difference: i32,
@@ -29,6 +31,7 @@ impl Clock {
             drift,
             correction: 0.0,
             controlled: None,
+            free: false,
             offset: 0,
             delay: 0,
             difference: 0,
@@ -51,6 +54,9 @@ impl Clock {
         let mine = self.system(now).wrapping_sub(i64::from(self.delay));
         let difference = (mine as u32).wrapping_sub(received) as i32;
         self.difference = difference;
+        if self.free {
+            return;
+        }
         let gone = self.controlled.map_or(0, |last| now.wrapping_sub(last));
         self.controlled = Some(now);
         self.local = self.local(now);
@@ -64,12 +70,13 @@ impl Clock {
         }
     }
 
-    /// A write to the speed counter starts the control loop anew.
+    /// A write to the speed counter starts the control loop anew, and sets the difference to 0.
     pub fn restart(&mut self, now: i64) {
         self.local = self.local(now);
         self.world = now;
         self.correction = 0.0;
         self.controlled = None;
+        self.difference = 0;
     }
 
     /// Register 0x092C: sign and magnitude.
@@ -101,6 +108,18 @@ mod tests {
         assert!(other.difference.abs() < 20, "{}", other.difference);
         let later = second + 4000 * 250_000 + 10_000_000;
         assert!((reference.system(later) - other.system(later)).abs() < 100);
+    }
+
+    #[test]
+    fn a_free_clock_says_how_far_it_is_off_and_goes_on_drifting() {
+        let reference = Clock::new(1_000_000, 0.0);
+        let mut free = Clock { free: true, ..Clock::new(1_000_000, -20e-6) };
+        for k in 0..=4000 {
+            let now = k * 250_000;
+            free.control(now, reference.system(now) as u32);
+        }
+        // 20 ppm of a second, behind; one count of rounding
+        assert!((free.difference + 20_000).abs() <= 1, "{}", free.difference);
     }
 
     #[test]

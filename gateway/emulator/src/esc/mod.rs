@@ -110,6 +110,12 @@ impl Esc {
         Fmmu::parse(self.get(reg::FMMU + 16 * index as u16, 16))
     }
 
+    /// One more in an error counter; all of them stop at 255.
+    pub fn count(&mut self, counter: u16) {
+        let one_more = self.get(counter, 1).first().map(|count| count.saturating_add(1));
+        self.put(counter, one_more.as_slice());
+    }
+
     /// Shows a mailbox (or its repetition) as full or empty.
     pub fn set_full(&mut self, index: usize, full: bool) {
         let address = reg::SM + 8 * index as u16 + 5;

@@ -8,6 +8,10 @@ pub const DL_STATUS: u16 = 0x0110;
 pub const AL_CONTROL: u16 = 0x0120;
 pub const AL_STATUS: u16 = 0x0130;
 pub const AL_STATUS_CODE: u16 = 0x0134;
+/// Error counters, one byte each: of port p at INVALID_FRAMES + 2 p, RECEIVE_ERRORS + 2 p, and + p for the others.
+pub const INVALID_FRAMES: u16 = 0x0300;
+pub const RECEIVE_ERRORS: u16 = 0x0301;
+pub const FORWARDED_ERRORS: u16 = 0x0308;
 pub const LOST_LINK: u16 = 0x0310;
 pub const WATCHDOG_DIVIDER: u16 = 0x0400;
 pub const WATCHDOG_PDI: u16 = 0x0410;

@@ -1,6 +1,7 @@
 //! Applies the faults of the options file to drives, cable and replies.
 use super::Machine;
 use crate::error::Error;
+use crate::esc::registers as reg;
 use crate::esc::state::code;
 use crate::event::EventKind;
 use crate::faults::{Counting, Fault, FaultKind, LossTime};
@@ -52,6 +53,9 @@ impl Machine {
                 FaultKind::ModeChange => drive.forced_mode = Some(fault.size as i8),
                 FaultKind::ControlIgnored => drive.deaf = true,
                 FaultKind::Warning => drive.warning = true,
+                FaultKind::LinkNoise => {
+                    device.esc.count(reg::RECEIVE_ERRORS + 2 * fault.port);
+                }
                 FaultKind::SafeOp => {
                     device.fall(fault.code.unwrap_or(code::SYNC_ERROR));
                 }
@@ -152,6 +156,16 @@ impl Machine {
             .find(|place| self.faults[*place].kind == kind && self.acts(*place))?;
         self.count(place);
         Some(self.faults[place].clone())
+    }
+
+    /// The frame is damaged on its way: devices from there on do not take its process data, and it gets no reply.
+    pub(super) fn damage(&mut self, line: &mut Line) -> bool {
+        let Some(fault) = self.find(FaultKind::FrameDamaged) else { return false };
+        if fault.port == 0 {
+            line.bypassed.extend(fault.position..self.devices.len());
+        }
+        segment::count_damaged(&mut self.devices, fault.position, fault.port);
+        true
     }
 
     pub(super) fn acting(&mut self, kind: FaultKind) -> Option<LossTime> {

@@ -1,6 +1,8 @@
 //! Six drives on one plant: start, cycle, and faults at their exact cycles.
 mod fault_injection;
 mod happened;
+#[cfg(test)]
+mod link_tests;
 mod motion;
 mod seen;
 
@@ -137,7 +139,8 @@ impl Machine {
         if self.lockstep {
             out.extend(self.stall(wall)?.map(|cycles| segment::stalled(&frame, cycles)));
         }
-        let line = self.line(wall);
+        let mut line = self.line(wall);
+        let damaged = self.damage(&mut line);
         let lost = self.acting(FaultKind::FrameLost);
         if lost != Some(LossTime::Before) {
             segment::pass(&mut frame, &ranges, &mut self.devices, &line);
@@ -145,7 +148,7 @@ impl Machine {
                 device.act();
             });
         }
-        let answered = lost.is_none() && line.reached > 0;
+        let answered = lost.is_none() && !damaged && line.reached > 0;
         let fate = self.fate(answered);
         let unanswered = matches!(fate, Fate::Lost | Fate::Late { .. });
         // no clock applies in lockstep: the other end is told not to wait

@@ -17,6 +17,10 @@ const ROWS: usize = 60_000;
 /// Command of process data, and its place in a frame.
 pub const LRW: u8 = 12;
 pub const COMMAND: usize = 16;
+/// Command of a read of one device, the place of the register, and the first of the error counters.
+pub const FPRD: u8 = 4;
+pub const REGISTER: std::ops::Range<usize> = 20..22;
+pub const COUNTERS: [u8; 2] = 0x0300u16.to_le_bytes();
 const TS: f64 = 0.00025;
 
 /// The emulated line.
