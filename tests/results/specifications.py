@@ -44,7 +44,13 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "100 us": "limit for cyclictest",
         "6.12": "version of Linux",
     },
-    "docs/gateway-drives.md": {"100 ms": "watchdog in the drive's manual"},
+    "docs/gateway-drives.md": {
+        "100 ms": "watchdog in the drive's manual",
+        "100 ns": "Beckhoff on its distributed clocks",
+        "2 s": "Beckhoff on the CX8110",
+        "5 s": "source of the IgH master",
+        "10 µs": "source of the IgH master",
+    },
     "docs/gateway-power-up.md": {"3 mrad": "motion that ends a push of `calibrate signs`"},
     "docs/gateway-stops.md": {"1 mrad": "how near the start a run needs no lift-off"},
     "docs/gateway-rules.md": {
