@@ -86,8 +86,9 @@ def refuse_width(log: Log, n: int) -> None:
     for name in ("theta", "tau_meas"):
         if (found := log[name].width) != n:
             width = f"{found} {'axis' if found == 1 else 'axes'}"
-            hint = ": for axes without a model of their mechanism add --base axis" if n > 1 else ""
-            raise LogError(f"{log.name}: {name} has {width}, the model has {n}{hint}")
+            hint = ": add --base with a robot's file, or --base axis for axes without a model"
+            text = f"{log.name}: {name} has {width}, the model has {n}"
+            raise LogError(text + (hint if n > 1 else ""))
 
 
 def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
