@@ -63,10 +63,28 @@ class Search:
             found = self._chosen(listed, number)
             wanted = self.stale & self._against(found)
             if not wanted:
-                return self.next(number) if self._answer(found) else (found, listed)
+                answered = self._answer(found)
+                return self.next(number) if answered else (self._in_parts(found, listed), listed)
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
+
+    def _in_parts(self, found: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
+        """The part of an effect in the place of the whole, if this and a second effect together
+        predict as well in no more free numbers."""
+        if found is None or not found.score.hypothesis.extends:
+            return found
+        whole, axis = found.score, found.score.hypothesis.axis
+        parts = [s for s in listed if s.hypothesis.id == whole.hypothesis.extends]
+        for part in (s for s in parts if s.hypothesis.axis == axis):
+            moments = self.moments.extended(effect_term(self.moments, self.hypotheses, part))
+            known, most = [*self.known(), part], whole.hypothesis.freedom - part.hypothesis.freedom
+            others = effect_scores(moments, self.hypotheses, known, self.criteria, [axis])
+            for other in (s for s in others if s.hypothesis.freedom <= most):
+                gain, error = part.gain + other.gain, form_error(whole, self.criteria)
+                if as_good(gain, whole.gain, error, self.criteria) and other.gain > self.bars.first:
+                    return replace(found, score=part, rivals=(), fuller=())
+        return found
 
     def _answer(self, found: Accepted | None) -> bool:
         """Whether feedback's answer to noise is in the model now, in the place of this."""

@@ -88,8 +88,7 @@ def measured(e: Estimate) -> str:
 
 
 def sizes(effect: Named) -> str:
-    """Its size for a sentence: a value, one for each of a few axes, or the length of a pair; of a
-    gain that others only add to, this one."""
+    """Its size for a sentence: a value, one of each of a few axes, or a pair's length."""
     gains_of = library()[effect.id].gains if effect.id in library() else ()
     known = [g.below[0] for g in gains_of if g.below] or [g.name for g in gains_of]
     gains = {

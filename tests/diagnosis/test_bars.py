@@ -46,9 +46,13 @@ def test_gain_beside_errors_and_gain_without_them_are_both_asked(
     assert found == there
 
 
-def test_friction_that_grows_with_the_rate_is_friction_and_drag(tmp_path: Path) -> None:
-    """Errors of the form of dry friction may go with the rate; so does drag."""
-    dry, wet = 0.1 * RMS, 0.06 * RMS
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_friction_that_grows_with_the_rate_is_friction_and_drag(
+    share: float, tmp_path: Path
+) -> None:
+    """Errors of the form of dry friction may go with the rate; so does drag. Little of it looks
+    like Stribeck friction at first."""
+    dry, wet = 0.1 * RMS, 0.1 * RMS * share
 
     def torque(q: Array, v: Array, a: Array) -> Array:
         return dry * np.tanh(v / 0.01) + wet * v * np.abs(v)

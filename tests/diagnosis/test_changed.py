@@ -83,7 +83,7 @@ def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatc
     """An effect that explains more is found first, though its scores are not there yet."""
     rows = SimpleNamespace(n=2)
     change = Score(ChangedParameter("m", (0,), None), 50.0, np.zeros(2), 0.01)
-    effect: Any = SimpleNamespace(axis=1, id="effect")
+    effect: Any = SimpleNamespace(axis=1, id="effect", extends="")
     better = Score(effect, 400.0, np.zeros(2), 0.1)
     monkeypatch.setattr(search, "parameter_scores", lambda *_: [change])
     monkeypatch.setattr(search, "payload_score", lambda *_: None)

@@ -82,5 +82,5 @@ def test_without_numbers_runs_follow_as_they_were_named() -> None:
 
 @pytest.mark.parametrize("base", ["hexapod", "schunk"])
 def test_log_of_another_number_of_axes_is_refused_before_the_model_is_compiled(base: str) -> None:
-    with pytest.raises(LogError, match="x: theta has 1 axis, the model has 6: add --base with a robot"):
+    with pytest.raises(LogError, match="x: theta has 1 axis, the model has 6: add --base"):
         base_of(base, MACHINE_FILE, log("x"))
