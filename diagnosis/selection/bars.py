@@ -97,4 +97,5 @@ def blurred(score: Score, bars: Bars) -> float:
 
 
 def repeated(score: Score, known: Sequence[Score]) -> bool:
+    """Whether the same effect is known, on any axis."""
     return any(k.hypothesis.id == score.hypothesis.id for k in known)
