@@ -54,6 +54,8 @@ ELSEWHERE = (
     ("rests", "SLOW"),
     ("rests", "TURN"),
     ("reversals", "REACH"),
+    ("reversals", "NEAR"),
+    ("reversals", "FEW"),
     ("prepare", "MOVES"),
     ("window", "NOISE"),
     ("window", "GAP"),

@@ -58,12 +58,12 @@ def generic(rows: Rows, axis: int) -> list[Generic]:
             listed.append((name, _hats(values), smooth))
     pairs = zip(_along(rows, axis, PLACES), arguments["direction"], strict=True)
     listed.append(("angle and direction", [h * d[:, None] for h, d in pairs], smooth))
-    listed.append(("the motion", _waves(list(arguments.values())), one))
+    listed.append(("present motion", _waves(list(arguments.values())), one))
     memory = _memory(rows, axis)
-    listed.append(("the motion before", memory, (np.eye(memory[0].shape[1]),)))
+    listed.append(("past motion", memory, (np.eye(memory[0].shape[1]),)))
     whole = [np.hstack(own) for own in zip(*(values for _, values, _ in listed), strict=True)]
     middle = [ways[len(ways) // 2] for _, _, ways in listed]
-    listed.append(("all of the motion", whole, (block_diag(*middle),)))
+    listed.append(("present and past motion", whole, (block_diag(*middle),)))
     return [
         Generic(name, rows.raw(own), rows.white(axis, own), ways)
         for name, values, ways in listed

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from math import log
 
 from flexhex.diagnosis.selection.bars import Bars, bars_of, form_error
@@ -83,7 +84,7 @@ class Search:
             for other in (s for s in others if s.hypothesis.freedom <= most):
                 gain, error = part.gain + other.gain, form_error(whole, self.criteria)
                 if as_good(gain, whole.gain, error, self.criteria) and other.gain > self.bars.first:
-                    return replace(found, score=part, rivals=(), fuller=())
+                    return replace(found, score=part, fuller=(whole,))
         return found
 
     def _answer(self, found: Accepted | None) -> bool:
@@ -106,16 +107,14 @@ class Search:
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
 
     def _chosen(self, scores: Sequence[Score], number: int) -> Accepted | None:
-        plain: list[Moments] = []
+        @cache
+        def plain() -> Moments:
+            return self.moments.without(*(error for _, error in filter(None, self.terms)))
 
         def plainly(score: Score) -> Score:
             if not isinstance(score.hypothesis, EffectHypothesis):
                 return score
-            if not plain:
-                plain.append(
-                    self.moments.without(*(error for _, error in filter(None, self.terms)))
-                )
-            return with_shape(plain[0], self.hypotheses, score)
+            return with_shape(plain(), self.hypotheses, score)
 
         bars = self._bars()
         return chosen(self.moments, self.known(), scores, bars, number, self.criteria, plainly)
