@@ -204,10 +204,44 @@ def test_magnified_error_is_that_many_times_the_error(shown: Browser) -> None:
     assert np.allclose(magnified, r - 100 * made["feedback.e"][place], atol=1e-8)
 
 
-def test_error_that_the_mechanism_cannot_take_is_said(shown: Browser) -> None:
+def test_error_is_drawn_no_larger_than_the_machine_can_show(shown: Browser) -> None:
+    """10 mrad 10000 times would be 100 rad; what is drawn instead is said, the same as for 25."""
     shown.run("DATA.runs[0].frames.e.fill(0.01); setFactor(4)")
     shown.drawn()
-    assert "cannot take an error × 10000" in shown.run("byId('said').textContent")
+    assert "error × 25 here" in shown.run("byId('said').textContent")
+    turned = shown.run(
+        "[25, 1e4].map(f => angles(DATA.runs[0].frames, state.t,"
+        " magnified(DATA.runs[0].frames, state.t, f)))"
+    )
+    assert turned[1] == pytest.approx(turned[0])
     shown.run("setFactor(0)")
     shown.drawn()
     assert shown.run("byId('said').textContent") == ""
+
+
+def test_runs_beside_each_other_say_how_large_their_error_is(shown: Browser) -> None:
+    """Each has a ghost where it should be, and its name says the magnification that it takes."""
+    shown.run("DATA.runs[0].frames.e.fill(0.001); setGhost('beside'); setFactor(3)")
+    shown.drawn()
+    names = shown.run("[...byId('names').children].map(name => name.textContent)")
+    assert names == ["first, error × 250", "second, error × 1000"]
+    assert shown.run("byId('said').textContent") == ""
+    ghosts = shown.run(
+        "[ghost, twin].map(one => [one.root.visible, Math.sign(one.root.position.x)])"
+    )
+    assert ghosts == [[True, -1], [True, 1]]
+    assert shown.run("real.root.position.x === ghost.root.position.x")
+
+
+def test_angles_that_the_mechanism_cannot_take_are_said(shown: Browser) -> None:
+    shown.run("DATA.runs[0].frames.theta.fill(2); place()")
+    assert "cannot take these angles" in shown.run("byId('said').textContent")
+
+
+def test_values_say_their_joint_and_times_their_unit(shown: Browser) -> None:
+    """Without the colon joint 1 with 340 mN m read as 1340 mN m."""
+    shown.run("setTime(2.5)")
+    values = shown.run("[...document.querySelectorAll('.values b')].map(b => b.textContent)")
+    assert all(text.startswith("1: ") for text in values)
+    ticks = shown.run("plots.charts[0].plot.axes[0]._values")
+    assert all(text.endswith(" s") for text in ticks if text)

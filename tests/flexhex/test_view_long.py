@@ -58,14 +58,42 @@ def test_gaps_of_a_line_make_no_column(shown: Browser) -> None:
 
 def test_motion_is_coarse_only_where_pictures_come_late(shown: Browser) -> None:
     shown.run(
-        "(async () => { for (let k = 0; k < 12; k++) { setTime(2 + 0.1 * k);"
+        "(async () => { stage.card = true; for (let k = 0; k < 12; k++) { setTime(2 + 0.1 * k);"
         " const end = performance.now() + 90; while (performance.now() < end);"
         " await new Promise(requestAnimationFrame); } })()"
     )
-    whole, moving = shown.run("[stage.fine, stage.renderer.getPixelRatio()]")
-    assert moving == whole / 2
+    ratio, moving = shown.run("[stage.rough, stage.renderer.getPixelRatio()]")
+    assert moving == ratio
     shown.run("new Promise(done => setTimeout(done, 2000))")
-    assert shown.run("stage.renderer.getPixelRatio()") == whole
+    assert shown.run("stage.renderer.getPixelRatio() === stage.fine")
+
+
+def test_without_a_graphics_card_motion_is_coarse_at_once(shown: Browser) -> None:
+    """The browser of the tests has none. At rest all is drawn: more pixels than the screen has, in
+    place of smoothed edges, and shadows."""
+    card, smoothed = shown.run(
+        "[stage.card, stage.renderer.getContext().getContextAttributes().antialias]"
+    )
+    assert (card, smoothed) == (False, False)
+    drawn = "[stage.renderer.getPixelRatio(), stage.sun.castShadow]"
+    shown.run("new Promise(done => setTimeout(done, 2000))")
+    assert shown.run(drawn) == [1.5, True]
+    shown.run("setTime(2.5)")
+    shown.drawn()
+    assert shown.run(f"(() => {{ setTime(2.6); frame(last + 1); return {drawn}; }})()") == [
+        0.5,
+        False,
+    ]
+    shown.run("new Promise(done => setTimeout(done, 2000))")
+    assert shown.run(drawn) == [1.5, True]
+
+
+def test_ghost_that_would_not_be_seen_is_not_drawn(shown: Browser) -> None:
+    """Below half a milliradian: a tenth of a pixel. It costs as much as the machine itself."""
+    shown.run("setGhost('wanted'); DATA.runs[0].frames.e.fill(1e-5); setFactor(1); place()")
+    assert shown.run("ghost.root.visible") is False
+    shown.run("setFactor(2); place()")
+    assert shown.run("ghost.root.visible") is True
 
 
 @pytest.mark.slow

@@ -6,7 +6,8 @@ const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 const FIRST = [["feedback.e", "e"], ["residual", "plant.tau_meas", "tau_meas", "feedback.tau"], ["plant.theta", "theta"]];
 
 const state = { t: DATA.begin, playing: false, speed: 1, factor: 1, colour: "torque", ghost: "none", range: [DATA.begin, DATA.end] };
-let stage, plots, real, ghost, other, dirty = true, last = 0;
+const SEEN = 5e-4;  // least angle between a machine and its ghost that is seen [rad]: a tenth of a pixel
+let stage, plots, real, ghost, other, twin, dirty = true, last = 0;
 
 function setTime(t) {
   state.t = Math.min(Math.max(t, DATA.begin), DATA.end);
@@ -42,18 +43,25 @@ function setRange(range) {
 // what is drawn in green or in the colour of the second run; `beside` is no ghost, but a machine
 function ghosts() {
   const list = [["none", "none"]];
-  if (DATA.runs.length > 1) { list.unshift(["second", DATA.runs[1].name], ["beside", `${DATA.runs[1].name}, beside`]); }
+  if (DATA.runs.length > 1) { list.unshift(["second", DATA.runs[1].name], ["beside", "beside each other"]); }
   if (DATA.runs[0].frames.e) { list.splice(list.length - 1, 0, ["wanted", "wanted pose"]); }
   return list;
 }
 
+// a ghost at the angles `at` over a machine at those of `of`, where one sees it: as much as a whole
+// machine costs to draw; whether the mechanism can take them
+function haunt(one, of, at) {
+  one.root.visible = Boolean(at) && at.some((angle, i) => Math.abs(angle - of[i]) > SEEN);
+  return !one.root.visible || one.place(at);
+}
+
 function place() {
-  const fits = [real.place(angles(DATA.runs[0].frames, state.t, state.factor))];
-  ghost.root.visible = ["second", "wanted"].includes(state.ghost);
-  if (state.ghost === "second") { fits.push(ghost.place(angles(DATA.runs[1].frames, state.t, state.factor))); }
-  if (state.ghost === "wanted") { fits.push(ghost.place(angles(DATA.runs[0].frames, state.t, 0))); }
-  if (state.ghost === "beside") { fits.push(other.place(angles(DATA.runs[1].frames, state.t, state.factor))); }
-  byId("said").textContent = fits.every(Boolean) ? "" : `The mechanism cannot take an error × ${+state.factor.toPrecision(2)} here.`;
+  const factors = DATA.runs.map(run => magnified(run.frames, state.t, state.factor));
+  const [mine, theirs] = DATA.runs.map((run, r) => angles(run.frames, state.t, factors[r]));
+  const wanted = DATA.runs.map(run => angles(run.frames, state.t, 0)), beside = state.ghost === "beside";
+  const fits = [real.place(mine), haunt(ghost, mine, { second: theirs, wanted: wanted[0], beside: wanted[0] }[state.ghost])];
+  if (other) { fits.push(!beside || other.place(theirs), haunt(twin, theirs, beside && wanted[1])); }
+  tell(factors, fits.every(Boolean));
   const channel = { torque: "tau", error: "e" }[state.colour];
   const most = channel ? tops[channel] || 1 : 1;
   for (const [machine, run] of [[real, DATA.runs[0]], [other, DATA.runs[1]]]) {
@@ -61,6 +69,15 @@ function place() {
     machine?.carry(run ? payloadAt(run.frames, state.t) : 0);
     machine?.paint(values ? values.map(v => Math.abs(v) / most) : null);
   }
+}
+
+// what is drawn otherwise than asked for; beside each other, the names say how large their error is
+function tell(factors, fits) {
+  const times = factor => `error × ${+factor.toPrecision(2)}`, names = byId("names").children;
+  [...names].forEach((name, r) => { name.textContent = DATA.runs[r].name + (state.factor > 1 ? `, ${times(factors[r])}` : ""); });
+  const less = DATA.runs.findIndex((run, r) => factors[r] < state.factor && (r === 0 || state.ghost === "second"));
+  byId("said").textContent = !fits ? "The mechanism cannot take these angles."
+    : less < 0 || names.length ? "" : `${DATA.runs[less].name}: ${times(factors[less])} here, so that no joint is drawn more than ${FARTHEST} rad off.`;
 }
 
 const tops = {};
@@ -84,11 +101,11 @@ function setGhost(name) {
   const apart = name === "beside" ? 0.78 * stage.reach : 0;
   if (other) {
     other.root.visible = apart > 0;
-    other.root.position.x = apart;
-    real.root.position.x = -apart;
+    other.root.position.x = twin.root.position.x = apart;
+    real.root.position.x = ghost.root.position.x = -apart;
   }
   if (stage.wide !== 2 * apart) { stage.wide = 2 * apart; stage.look(apart ? "front" : "home"); byId("camera").value = apart ? "front" : "home"; }
-  ghost.root.traverse(part => { if (part.material) { part.material.color.set(colour); } });
+  for (const one of [ghost, twin]) { one?.root.traverse(part => { part.material?.color.set(colour); }); }
   dirty = true;
 }
 
@@ -207,6 +224,12 @@ function frame(now) {
   requestAnimationFrame(frame);
 }
 
+// the machine as it stands, for print
+function still() {
+  stage.draw();
+  return byId("machine").toDataURL();
+}
+
 async function start() {
   document.documentElement.classList.toggle("framed", window.parent !== window);
   const media = window.matchMedia("(prefers-color-scheme: dark)");  // in a frame: that of the page around
@@ -223,14 +246,14 @@ async function start() {
   ghost = new Mechanism(DATA.machine, neutral, "#888888");
   other = DATA.runs.length > 1 ? new Mechanism(DATA.machine, neutral, null) : null;
   stage.add(real);
-  if (other) { stage.add(other); }
-  stage.add(ghost);
+  twin = other && new Mechanism(DATA.machine, neutral, "#888888");
+  [other, twin, ghost].forEach(one => { if (one) { stage.add(one); } });
   stage.colours();
   setColour(DATA.runs[0].frames.tau ? "torque" : DATA.runs[0].frames.e ? "error" : "none");
   setGhost(DATA.begins.ghost ?? ghosts()[0][0]);
   setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);
-  setTime(DATA.settled);
+  setTime(DATA.begins.t ?? DATA.settled);
   if (LIVE) { setPlaying(true); follow(); }
   requestAnimationFrame(now => { last = now; frame(now); document.documentElement.dataset.ready = "yes"; });
 }

@@ -42,6 +42,15 @@ function angles(frames, t, factor) {
   return e ? theta.map((value, i) => value + e[i] - factor * e[i]) : theta;
 }
 
+// the most by which a magnified error moves a joint [rad]: seen at once, and the loops still close
+const FARTHEST = 0.25;
+
+// how many times the error at t is drawn of `factor` times that are asked for
+function magnified(frames, t, factor) {
+  const most = Math.max(1e-12, ...(at(frames, "e", t) ?? []).map(Math.abs));
+  return Math.min(factor, Math.max(1, FARTHEST / most));
+}
+
 // the largest magnitude of a channel in all runs, after `from` [s]
 function largest(name, from) {
   let most = 0;

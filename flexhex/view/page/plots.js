@@ -5,6 +5,7 @@ const TALL = 4;  // mean height of a column from which on bars are drawn [px]
 const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
 const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
+const seconds = (u, ticks) => digits(u, ticks).map(text => text && `${text} s`);
 
 // Plots are drawn by the processor: through an emulated graphics card the same lines took seconds,
 // for which everything else waited.
@@ -108,7 +109,7 @@ class Plots {
         x: { time: false, range: () => this.range },
         y: { range: () => this.extent(chart, scale) },
       },
-      axes: [{ ...axis, size: 28, values: digits }, { ...axis, size: 50, values: digits }],
+      axes: [{ ...axis, size: 28, values: seconds }, { ...axis, size: 50, values: digits }],
       series: [{}, { show: true, paths: () => null, points: { show: false } }],
       hooks: {
         draw: [u => chart.lines.forEach(line => this.stroke(u, line, scale))],
@@ -219,7 +220,7 @@ class Plots {
       chart.values.replaceChildren(...chart.lines.map(line => {
         const text = document.createElement("b");
         text.style.color = line.colour;
-        text.textContent = `${line.label} ${shown(valueAt(line, t), line.unit)}`.trim();
+        text.textContent = `${line.label && `${line.label}: `}${shown(valueAt(line, t), line.unit)}`;
         return text;
       }));
     }

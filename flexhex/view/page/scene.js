@@ -20,6 +20,16 @@ const FOV = 30;
 // LATE: time between two pictures from which on they are coarse, after the first FEW of a motion;
 // REST: when it is over [ms]
 const LATE = 60, FEW = 5, REST = 200;
+// what draws where there is no graphics card; edges smoothed by it cost more than all the rest
+// SMOOTH: pixels each way for one of the screen where these smooth the edges instead
+const SMOOTH = 1.5;
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
+function hasCard() {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const names = probe?.getExtension("WEBGL_debug_renderer_info");
+  return !names || !SOFTWARE.test(probe.getParameter(names.UNMASKED_RENDERER_WEBGL));
+}
 
 class Stage {
   constructor(canvas, machine) {
@@ -27,9 +37,11 @@ class Stage {
     this.reach = machine.L + machine.l;
     this.wide = 0;  // between the middles of two machines beside each other [m]
     this.middle = vector([machine.x_E0[0], machine.x_E0[1], machine.x_E0[2] * 0.46]);
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.card = hasCard();
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: this.card, alpha: true });
     Object.assign(this, { interval: 0, pictures: 0, still: 0 });
-    this.fine = Math.min(window.devicePixelRatio, 2);
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    Object.assign(this, { fine: this.card ? ratio : Math.max(ratio, SMOOTH), rough: ratio / 2 });
     this.renderer.setPixelRatio(this.fine);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
@@ -58,6 +70,7 @@ class Stage {
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = 0.004;
     sun.shadow.radius = 5;
+    this.sun = sun;
     const fill = new THREE.DirectionalLight("#cfe2ff", 0.9);
     fill.position.set(-size, size, 0.8 * size);
     this.scene.add(sun, fill);
@@ -118,20 +131,21 @@ class Stage {
   }
 
   // a picture `interval` [ms] after the one before it, of something that moves or not: coarse where
-  // those of a motion come late; true where one that rests has to be drawn anew
+  // those of a motion come late or no card draws; true where one that rests has to be drawn anew
   pace(interval, moves) {
     this.pictures = moves ? this.pictures + 1 : 0;
     this.still = moves ? 0 : this.still + interval;
     if (this.pictures > 1) { this.interval += 0.3 * (interval - this.interval); }
-    if (moves) { this.coarse(this.pictures > FEW && this.interval > LATE); }
+    if (moves) { this.coarse(!this.card || (this.pictures > FEW && this.interval > LATE)); }
     return this.still > REST && this.coarse(false);
   }
 
-  // half the pixels each way, or all; whether that is a change
+  // half the pixels of the screen each way and no shadows, or all; whether that is a change
   coarse(on) {
-    const ratio = on ? this.fine / 2 : this.fine;
+    const ratio = on ? this.rough : this.fine;
     if (this.renderer.getPixelRatio() === ratio) { return false; }
     this.renderer.setPixelRatio(ratio);
+    this.sun.castShadow = !on;
     return true;
   }
 
