@@ -33,6 +33,9 @@ BEFORE, LEARNING = 1.0, 9.0
 SIZE = Size(frames=800, values=50_000)
 FARTHEST = 0.2
 """Magnified error of the worse run at its largest [rad]: seen at once, and within the stroke."""
+LARGE = 1000.0
+"""Magnification that shows what adaptive feedforward leaves; the page draws no joint further off
+than the machine can show."""
 STEPS = 4
 """Steps of the magnification in a decade, as on the page."""
 PLACE = "@data@"
@@ -70,13 +73,13 @@ def _adaptive(run: PaperRun) -> Clip | None:
         return None
     shown = [_run(run.table.of("feedback")), _run(run.adaptive)]
     span = (SETTLE, min(SETTLE + SECONDS, *(one.result.duration for one in shown)))
-    factor = _factor(shown, span)
     text = (
-        f"The first {span[1] - span[0]:g} s of both runs with the error drawn {_shown(factor)}"
-        " times as large; press play, or hover over a plot. A larger “error ×” shows what adaptive"
-        " feedforward leaves."
+        f"The first {span[1] - span[0]:g} s of both runs with the error drawn {LARGE:g} times as"
+        " large: with feedback only as large as the machine can show it, as the name below says."
+        " Green: where the machine should be. Press play, or hover over a plot."
     )
-    return _clip(run, "feedback only and adaptive", shown, span, factor, text)
+    worst = _worst(shown, span)[1]
+    return _clip(run, "feedback only and adaptive", shown, span, LARGE, text, t=worst)
 
 
 def _payload(run: PaperRun) -> Clip | None:
@@ -186,10 +189,16 @@ def _run(outcome: Outcome) -> Run:
 
 def _factor(runs: list[Run], span: tuple[float, float]) -> float:
     """The largest step from 1 to 1000 that keeps the magnified errors within FARTHEST."""
-    most = 1e-12
+    step = math.floor(STEPS * math.log10(FARTHEST / _worst(runs, span)[0]))
+    return float(10 ** (min(max(step, 0), 3 * STEPS) / STEPS))
+
+
+def _worst(runs: list[Run], span: tuple[float, float]) -> tuple[float, float]:
+    """The largest error of a joint in the runs [rad], and when it is [s]."""
+    found = [(1e-12, span[0])]
     for run in runs:
         time = run.result.time(ERROR)
         kept = (time >= span[0]) & (time <= span[1])
-        most = max(most, float(np.abs(run.result[ERROR][kept]).max()))
-    step = math.floor(STEPS * math.log10(FARTHEST / most))
-    return float(10 ** (min(max(step, 0), 3 * STEPS) / STEPS))
+        size = np.abs(run.result[ERROR][kept]).max(axis=1)
+        found.append((float(size.max()), float(time[kept][size.argmax()])))
+    return max(found)

@@ -16,4 +16,6 @@
     place.querySelector("p").textContent = told.clips[chosen].text;
   }
   show(0);
+  // print shows the machine as it stands
+  addEventListener("beforeprint", () => { place.querySelector(".still").src = frame.contentWindow.still?.() ?? ""; });
 }

@@ -85,14 +85,29 @@ def missing(folder: Path) -> Any:
 
 
 @pytest.mark.parametrize("larger", [1.0, 40.0])
-def test_clip_shows_both_runs_with_an_error_that_is_seen(larger: float) -> None:
-    """20 urad is magnified by 1000, the most; 800 urad by less, so that it stays below FARTHEST."""
+def test_clip_shows_both_runs_with_the_error_times_1000(larger: float) -> None:
+    """It begins where the larger error is largest, so that the first picture shows it."""
     (found,) = clips(paper_run(larger))
     data = found.data
     assert [run["name"] for run in data["runs"]] == ["feedback title", "adaptive title"]
     assert (data["begin"], data["end"], data["begins"]["ghost"]) == (2.0, 6.0, "beside")
-    factor = data["begins"]["factor"]
-    most = max(np.abs(numbers(run["frames"]["e"])).max() for run in data["runs"])
+    assert data["begins"]["factor"] == 1000
+    assert "drawn 1000 times" in found.text
+    result = paper_run(larger).table.of("feedback").result
+    error = np.abs(result["feedback.e"]).max(axis=1)
+    at = np.searchsorted(result.time("feedback.e"), data["begins"]["t"])
+    assert error[at] == pytest.approx(larger * 20e-6, rel=1e-3)
+
+
+@pytest.mark.parametrize("larger", [1.0, 40.0])
+def test_clip_of_the_payload_has_an_error_that_is_seen(larger: float) -> None:
+    """20 urad is magnified by 1000, the most; 800 urad by less, so that it stays below FARTHEST."""
+    made = payload()
+    for result in made.results:
+        result["feedback.e"][:] *= larger
+    found = clips(paper_run(payload=made))[1]
+    factor = found.data["begins"]["factor"]
+    most = max(np.abs(numbers(run["frames"]["e"])).max() for run in found.data["runs"])
     assert factor * most <= FARTHEST
     assert factor == 1000 or factor * most * 10**0.25 > FARTHEST
     assert {1.0: "drawn 1000 times", 40.0: "drawn 180 times"}[larger] in found.text
@@ -157,7 +172,7 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
     page.write_text(text, encoding="utf-8")
     browser.asked.clear()
     browser.open(page)
-    texts = set()
+    texts, stills = set[str](), set[str]()
     for k, clip in enumerate(found):
         browser.run(CHOOSE % k)
         inside = "document.querySelector('.clips iframe').contentWindow"
@@ -175,7 +190,12 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
         texts.add(browser.run("document.querySelector('.clips p').textContent"))
         shown = browser.run("document.querySelectorAll('.clips [aria-pressed=true]').length")
         assert shown == 1
+        # print shows the machine as it stands
+        browser.run("dispatchEvent(new Event('beforeprint'))")
+        stills.add(browser.run("document.querySelector('.still').src"))
     assert texts == {clip.text for clip in found}
+    assert len(stills) == len(found)
+    assert all(still.startswith("data:image/png") and len(still) > 10_000 for still in stills)
     strangers = {url for url in browser.asked if not url.startswith(("blob:", "data:"))}
     assert strangers == {page.as_uri()}
     assert browser.said == []
