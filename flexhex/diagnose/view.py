@@ -76,7 +76,7 @@ def effect_rows(found: Diagnosis) -> Rows:
         share = percent(e.share)
         for name, estimate in e.parameters.items():
             text, unit = measured(estimate), estimate.unit
-            value = text.removesuffix(f" {unit}") if unit != "1" else text
+            value = text.replace(f" {unit}", "") if unit != "1" else text
             rows.append((*first, name, value, unit, share))
             first, share = ("", ""), ""
         if not e.parameters:

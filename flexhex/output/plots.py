@@ -57,6 +57,7 @@ def figure(
     The scheme's colours are added where it is drawn (frame/frame.js). Lines over a common x show
     their values together; `{joint}` in the title is the chosen joint.
     """
+    x, y = (text.replace("/s2", "/s²") for text in (x, y))
     together = all("lines" in one.get("mode", "") for one in traces)
     base: dict[str, Any] = {
         "title": {"text": title, "font": {"size": 15}, "x": 0, "xref": "paper"},

@@ -54,7 +54,7 @@ def figures(run: PaperRun) -> dict[str, Figure]:
     if run.table.published:
         drawn |= {
             "paper-e": _beside(run, 0, "Tracking error", "e [µrad]"),
-            "paper-tau": _beside(run, 1, "Feedback torque", "τ_FB [N m]"),
+            "paper-tau": _beside(run, 1, "Feedback torque", "τ<sub>FB</sub> [N m]"),
         }
     for name, result in run.experiments.items():
         drawn |= experiment(name).figures(result)

@@ -98,7 +98,7 @@ class PaperRun:
             f" fixed and {adaptive:.1f} µrad with adaptive feedforward"
         )
         ratio = self.adaptive.figures.tau_fb / self.compared[0].figures.tau_fb
-        return f"{sentence}, whose feedback torque is {ratio:.2%} of that with feedback only."
+        return f"{sentence}, whose feedback torque is {100 * ratio:.2f} % of that with feedback only."
 
 
 def figure_rows(rows: Rows | Sequence[Outcome]) -> list[dict[str, str | float | None]]:

@@ -68,7 +68,7 @@ def _print_table(out: Console, run: PaperRun) -> None:
     out.print(speed_table(run.adaptive.result, f"Time in each FMU, {run.adaptive.case.title}"))
     if not run.is_model:
         out.print(
-            f"{run.share:.1%} of the adaptive run's feedback torque is repeatable"
+            f"{100 * run.share:.1f} % of the adaptive run's feedback torque is repeatable"
             f"{beside(run.table)}: a better model could remove it"
         )
     warn_of(out, run.fit)
@@ -81,7 +81,7 @@ def _print_table(out: Console, run: PaperRun) -> None:
 def beside(rows: Rows) -> str:
     """The published share, where there is one."""
     known = rows.published.repeatable_share if rows.published else None
-    return "" if known is None else f" (published: {known:.1%})"
+    return "" if known is None else f" (published: {100 * known:.1f} %)"
 
 
 def variant_rows(run: PaperRun) -> list[dict[str, str | float | None]]:

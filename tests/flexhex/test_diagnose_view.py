@@ -13,7 +13,13 @@ import pytest
 from rich.console import Console
 
 from flexhex.diagnose.next import Asked
-from flexhex.diagnose.view import closed, diagnosis_json, gap_rows, print_diagnosis
+from flexhex.diagnose.view import (
+    closed,
+    diagnosis_json,
+    effect_rows,
+    gap_rows,
+    print_diagnosis,
+)
 from flexhex.diagnose.words import listed, measured, number, percent, phrase, verdict
 from flexhex.diagnosis.confidence import Confidence
 from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
@@ -136,6 +142,14 @@ def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:
 )
 def test_digits_are_those_of_the_interval(value: float, half: float, unit: str, text: str) -> None:
     assert measured(estimate(value, half, unit)) == text
+
+
+def test_table_has_the_unit_of_a_value_in_one_column_alone() -> None:
+    """An interval given by its ends wears the unit twice in a sentence."""
+    value = Estimate(2e-7, (1.7e-7, 2.3e-7), "rad")
+    effect = replace(BASIC.effects[0], parameters={"s_0": value})
+    (row,) = effect_rows(replace(BASIC, effects=(effect,)))
+    assert row[3:5] == ("2.00e-07 (1.70e-07 to 2.30e-07)", "rad")
 
 
 def test_lopsided_interval_is_given_by_its_ends() -> None:

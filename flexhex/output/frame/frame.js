@@ -33,7 +33,7 @@ function coloured(value, key = "") {
 
 const unitOf = title => /\[([^\]]+)\]/.exec(title ?? "")?.[1] ?? "";
 const axisOf = (f, trace, name) => f.layout[`${name}axis${(trace[`${name}axis`] ?? "").slice(1)}`] ?? {};
-const plain = text => (text ?? "").replace(/<[^>]*>/g, " ");
+const plain = text => (text ?? "").replace(/<sub>/g, "_").replace(/<\/su[bp]>/g, "").replace(/<[^>]*>/g, " ");
 
 function layoutOf(f) {
   const axis = { gridcolor: "#e6e9ec", linecolor: "#bbb", zerolinecolor: "#bbb" };
@@ -50,21 +50,27 @@ function layoutOf(f) {
     made.xaxis = { ...made.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
   }
   if (made.title?.text) { made.title = { ...made.title, text: made.title.text.replaceAll("{joint}", joint ?? "") }; }
-  if (narrow()) {
-    made.margin = { ...made.margin, l: 55, r: 10 };
+  const half = printing && f.layout.meta?.half;
+  if (narrow() || half) {
     if (made.title) {
       const text = wrapped(made.title.text ?? "", 46), more = 16 * (text.split("<br>").length - 1);
       made.margin.t = (made.margin.t ?? 45) + more;
       made.title = { ...made.title, font: { size: 12.5 }, text, xref: "container", x: 0.03, yref: "container", y: 1, yanchor: "top", pad: { t: 12 } };
     }
+  }
+  if (narrow()) {
+    // a wide margin to the right is the place of a legend
+    made.margin = { ...made.margin, l: 55, r: made.margin.r < 100 ? made.margin.r : 10 };
     // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
     const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
     if (named.length > 1 && made.legend?.orientation !== "h") {
-      made.margin.b = 60 + 22 * Math.ceil(named.length / 2);
+      const longest = Math.max(...named.map(trace => plain(trace.name).length));
+      const beside = Math.max(1, Math.floor((innerWidth - 90) / (50 + 7.5 * longest)));
+      made.margin.b = 60 + 22 * Math.ceil(named.length / beside);
       made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
     }
   }
-  if (printing) { made.width = f.layout.meta?.half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
+  if (printing) { made.width = half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
   return made;
 }
 
