@@ -1,6 +1,6 @@
 """Draws the pictures of pages: hexapod.png, my-hexapod.png, diagnosis.png, in headless Chromium.
 
-python docs/draw_pages.py out/runs/feedback.h5 out/runs/adaptive.h5
+python -m docs.draw_pages out/runs/feedback.h5 out/runs/adaptive.h5
 """
 
 from __future__ import annotations
@@ -8,29 +8,32 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.view.data import page_data
 from flexhex.view.page import write_view
 from flexhex.view.sources import load_sources
+from tests.flexhex.browser import Browser
 
 HERE = Path(__file__).resolve().parent
-SPAN, FACTOR = (3.25, 7.0), 32.0
-"""Time that is shown of both runs [s], begun in a move; magnification of the error."""
+SPAN, SHOWN, FACTOR = (3.25, 7.0), 5.47, 1000.0
+"""Time of the plots and of the bodies [s], where feedback only is far off; magnification."""
 INIT = ("--radius", "0.12", "--upper", "0.2", "--height", "0.25")
 """The hexapod of my-hexapod.md."""
-CHROMIUM = (
-    "chromium", "--headless=new", "--no-sandbox", "--hide-scrollbars", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader", "--virtual-time-budget=20000",
-)  # fmt: skip
+REST = 3.0
+"""Time after which what rests is drawn finely [s]."""
 
 
 def picture(page: Path, name: str, width: int, height: int) -> None:
     """The top of a page as a file beside this one."""
-    window = (f"--window-size={width},{height}", f"--screenshot={HERE / name}")
-    address = page.absolute().as_uri()
-    subprocess.run([*CHROMIUM, *window, address], check=True, stderr=subprocess.DEVNULL)
+    with tempfile.TemporaryDirectory() as profile:
+        browser = Browser(Path(profile))
+        browser.open(page, width, height)
+        time.sleep(REST)
+        (HERE / name).write_bytes(browser.picture())
+        browser.close()
 
 
 def flexhex(folder: Path, *words: str, code: int = 0) -> None:
@@ -43,11 +46,11 @@ def flexhex(folder: Path, *words: str, code: int = 0) -> None:
 def main(files: list[Path]) -> None:
     """Make the pages in a folder that vanishes, and their pictures."""
     machine = load_machine(HERE.parent / "machines" / "tflex.toml")
-    data = page_data(load_sources(files), machine, SPAN, ghost="beside", factor=FACTOR)
+    data = page_data(load_sources(files), machine, SPAN, ghost="beside", factor=FACTOR, t=SHOWN)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         page = write_view(folder / "page.html", "flexhex view", data)
-        picture(page, "hexapod.png", 1200, 640)
+        picture(page, "hexapod.png", 1120, 600)
         flexhex(folder, "init", "my.toml", *INIT)
         picture(folder / "my.html", "my-hexapod.png", 1100, 620)
         (folder / "axis").symlink_to(HERE.parent / "examples" / "axis")

@@ -95,6 +95,12 @@ def test_pictures_of_pages_are_small() -> None:
     assert max(pictures.values()) <= 150_000
 
 
+def test_every_picture_stands_on_a_page() -> None:
+    text = "".join(page.read_text(encoding="utf-8") for page in DOCS.glob("*.md"))
+    pictures = [path.name for kind in ("png", "svg") for path in DOCS.glob(f"*.{kind}")]
+    assert [name for name in pictures if f"({name})" not in text] == []
+
+
 def test_files_shown_in_the_tutorial_begin_so() -> None:
     """Each block of text is the head of a log in examples/axis."""
     text = (DOCS / "five-minutes.md").read_text(encoding="utf-8")

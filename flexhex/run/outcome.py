@@ -98,7 +98,8 @@ class PaperRun:
             f" fixed and {adaptive:.1f} µrad with adaptive feedforward"
         )
         ratio = self.adaptive.figures.tau_fb / self.compared[0].figures.tau_fb
-        return f"{sentence}, whose feedback torque is {100 * ratio:.2f} % of that with feedback only."
+        share = f"{100 * ratio:.2f} %"
+        return f"{sentence}, whose feedback torque is {share} of that with feedback only."
 
 
 def figure_rows(rows: Rows | Sequence[Outcome]) -> list[dict[str, str | float | None]]:

@@ -158,7 +158,8 @@ def test_title_of_half_a_page_stands_above_its_legend_in_print(
     browser.run(
         "figures.bars.data = ['published figures', 'simulated figures'].map(name =>"
         " ({ ...figures.bars.data[0], name })); Object.assign(figures.bars.layout, { margin:"
-        " { l: 20, r: 15, t: 90 }, legend: { orientation: 'h', x: 0, y: 1.02, yanchor: 'bottom' } });"
+        " { l: 20, r: 15, t: 90 }, legend:"
+        " { orientation: 'h', x: 0, y: 1.02, yanchor: 'bottom' } });"
         " paper(true).then(() => 0)"
     )
     browser.drawn()

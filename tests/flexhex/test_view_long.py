@@ -68,7 +68,7 @@ def test_motion_is_coarse_only_where_pictures_come_late(shown: Browser) -> None:
     assert shown.run("stage.renderer.getPixelRatio() === stage.fine")
 
 
-def test_without_a_graphics_card_motion_is_coarse_at_once(shown: Browser) -> None:
+def test_without_a_graphics_card_motion_is_coarse_from_its_third_picture(shown: Browser) -> None:
     """The browser of the tests has none. At rest all is drawn: more pixels than the screen has, in
     place of smoothed edges, and shadows."""
     card, smoothed = shown.run(

@@ -131,12 +131,12 @@ class Stage {
   }
 
   // a picture `interval` [ms] after the one before it, of something that moves or not: coarse where
-  // those of a motion come late or no card draws; true where one that rests has to be drawn anew
+  // those of a motion come late, or from its third on where no card draws; true where one that rests has to be drawn anew
   pace(interval, moves) {
     this.pictures = moves ? this.pictures + 1 : 0;
     this.still = moves ? 0 : this.still + interval;
     if (this.pictures > 1) { this.interval += 0.3 * (interval - this.interval); }
-    if (moves) { this.coarse(!this.card || (this.pictures > FEW && this.interval > LATE)); }
+    if (moves) { this.coarse(this.card ? this.pictures > FEW && this.interval > LATE : this.pictures > 2); }
     return this.still > REST && this.coarse(false);
   }
 
