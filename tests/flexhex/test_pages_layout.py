@@ -1,0 +1,63 @@
+"""What may cover something else in the plots of a page: on a phone, in print of half a page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.flexhex.browser import Browser
+from tests.flexhex.test_pages_browser import NARROW, page
+
+__all__ = ["page"]
+
+
+def boxes(browser: Browser, *names: str) -> list[list[float]]:
+    """Left, top, right, bottom of parts of the page [px]."""
+    found = browser.run(
+        f"{json.dumps(names)}.map(name => {{ const b ="
+        " document.querySelector(name).getBoundingClientRect();"
+        " return [b.left, b.top, b.right, b.bottom]; })"
+    )
+    return list(found)
+
+
+def test_legend_below_a_narrow_plot_leaves_room_for_the_title_of_its_axis(
+    browser: Browser, page: Path
+) -> None:
+    """Names so long that each entry has a row of its own."""
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.data = Array.from({ length: 4 }, (_, k) => ({ ...figures.error.data[0],"
+        " name: `backward, measured ${k}` })); redraw().then(() => 0)"
+    )
+    browser.drawn()
+    ticks, title, legend = boxes(browser, "#error .xtick", "#error .xtitle", "#error .legend")
+    assert ticks[3] <= title[1] < title[3] <= legend[1]
+
+
+def test_number_behind_a_bar_is_whole_on_a_narrow_screen(browser: Browser, page: Path) -> None:
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "Object.assign(figures.bars.data[0], { orientation: 'h', x: [32.3, 1], y: ['a', 'b'],"
+        " text: ['32.3', '1.0'], textposition: 'outside', cliponaxis: false });"
+        " figures.bars.layout.margin = { r: 45, l: 20 }; redraw().then(() => 0)"
+    )
+    browser.drawn()
+    text, plot = boxes(browser, "#bars .bartext", "#bars .main-svg")
+    assert text[2] <= plot[2]
+
+
+def test_title_of_half_a_page_stands_above_its_legend_in_print(
+    browser: Browser, page: Path
+) -> None:
+    browser.open(page)
+    browser.run(
+        "figures.bars.data = ['published figures', 'simulated figures'].map(name =>"
+        " ({ ...figures.bars.data[0], name })); Object.assign(figures.bars.layout, { margin:"
+        " { l: 20, r: 15, t: 90 }, legend:"
+        " { orientation: 'h', x: 0, y: 1.02, yanchor: 'bottom' } });"
+        " paper(true).then(() => 0)"
+    )
+    browser.drawn()
+    title, legend = boxes(browser, "#bars .gtitle", "#bars .legend")
+    assert title[3] <= legend[1]
