@@ -45,6 +45,12 @@ class Joint:
         """Parts of all effects in order."""
         return [part for effect in self.effects for part in effect.parts]
 
+    @property
+    def geared(self) -> list[int]:
+        """Axes whose effects ask what the rotor leaves of the torque."""
+        effects = self.bench.effects
+        return [p.axis for p in self.parts if p.axis is not None and effects[p.id].effect.geared]
+
     @cached_property
     def covariance(self) -> Array:
         """Of q (nb, nb)."""

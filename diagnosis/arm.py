@@ -39,6 +39,7 @@ class RigidArmBase(ColumnBase):
         self.arm, kinds = arm, tuple(link.kind for link in arm.links)
         super().__init__(kinds, (*_inertias(arm), *_rotors(kinds)), ts)
         self.payload = tuple(range(10 * (self.n - 1), 10 * self.n))
+        self.rotors = tuple(range(10 * self.n, 11 * self.n))
         self.reach = float(sum(np.linalg.norm(link.at) for link in arm.links))
         n = self.n
         theta, thetad, thetadd = (ca.SX.sym(s, n) for s in ("theta", "thetad", "thetadd"))

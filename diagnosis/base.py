@@ -144,6 +144,9 @@ class Base(Protocol):
     """Effects that the model has already, at the values of its file."""
     payload: tuple[int, ...]
     """Places in `linear` of the parameters that a payload changes."""
+    rotors: tuple[int, ...]
+    """Places in `linear` of the inertia of each axis' rotor, apart from what its gear drives; empty
+    where they are one body."""
     reach: float
     """How far from its nominal place an announced payload may be [m]; infinite: nothing of it is
     known, whatever the logs say."""

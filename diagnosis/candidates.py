@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
-from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.compiled import Compiled
+from flexhex.diagnosis.misread import Misread
 from flexhex.diagnosis.regression import Columns
 from flexhex.diagnosis.scales import Scales
-from flexhex.diagnosis.signals import TORQUES, entering, signals_of, slow_motions
+from flexhex.diagnosis.signals import TORQUES, entering, passed_on, signals_of
 from flexhex.diagnosis.turning import followed, states_along
 from flexhex.fmus.common.effects import Shape
 
 Array = NDArray[np.float64]
 STEP = 1e-4
 """Change of a torque, relative to its RMS, that shows how much of it is lost."""
-TURN = 1e-5
-"""Angle by which an axis is turned to see what an error of its encoder does [rad]."""
 
 
 class Bench:
@@ -34,7 +30,7 @@ class Bench:
         """across: time goes on from run to run instead of starting anew."""
         self.made, self.n, self.across = made, made.base.n, across
         self.effects = {c.effect.id: c for c in effects}
-        self._kept: dict[tuple[int, bool, bool, bool], list[Array]] = {}
+        self._kept: dict[tuple[int, bool, str, bool], list[Array]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
         self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
 
@@ -48,8 +44,18 @@ class Bench:
         return signals_of(self.made, self.across)
 
     @cached_property
-    def _entering(self) -> list[Array]:
-        return entering(self.made)
+    def _misread(self) -> Misread:
+        return Misread(self.made)
+
+    @cached_property
+    def _torques(self) -> dict[str, list[Array]]:
+        """Torques and their rates in other places than at the joint, made when asked for."""
+        return {}
+
+    def _elsewhere(self, place: str) -> list[Array]:
+        if place not in self._torques:
+            self._torques[place] = {"drive": entering, "link": passed_on}[place](self.made)
+        return self._torques[place]
 
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
@@ -86,10 +92,13 @@ class Bench:
         if name not in self.effects:
             return [{}]
         item = self.effects[name]
-        if item.effect.turning and not self.scales.kinds[axis].turns:
+        effect = item.effect
+        if effect.turning and not self.scales.kinds[axis].turns:
+            return []
+        if effect.geared and not self.made.base.rotors:
             return []
         listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
-        return [shape for shape in listed if item.effect.meets(axis + 1, self.n, shape)]
+        return [shape for shape in listed if effect.meets(axis + 1, self.n, shape)]
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
         """Whitened columns of an effect on an axis."""
@@ -126,7 +135,8 @@ class Bench:
             inputs = self._inputs(item, axis)
             rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
             made = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
-            self._errors[key] = dict(shape), [self._turned(k, axis, e) for k, e in enumerate(made)]
+            turned = self._misread.geared if item.effect.geared else self._misread.turned
+            self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(made)]
         return self._errors[key][1]
 
     def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
@@ -146,21 +156,23 @@ class Bench:
     def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
         """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
         the torque is the one that it acts on. seen: of the samples that lie in any window."""
-        kind = axis, item.alone, item.effect.entered, seen
+        effect = item.effect
+        place = "drive" if effect.entered else "link" if effect.geared else ""
+        kind = axis, item.alone, place, seen
         if kind not in self._kept:
             if self._kept and next(iter(self._kept))[0] != axis:
                 self._kept.clear()
             self._kept[kind] = self._made(*kind)
         return self._kept[kind]
 
-    def _made(self, axis: int, alone: bool, entered: bool, seen: bool) -> list[Array]:
+    def _made(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
         found = []
         for k, signals in enumerate(self.signals):
             own = np.ascontiguousarray(signals[:, axis])
             inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
-            if entered:
+            if place:
                 inputs = inputs.copy()
-                inputs[:, TORQUES] = self._entering[k][:, axis]
+                inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
             found.append(inputs[self.made.blocks[k].seen] if seen else inputs)
         return found
 
@@ -191,42 +203,9 @@ class Bench:
         return [found[k] for k in range(len(blocks))]
 
     @cached_property
-    def _slow(self) -> list[tuple[Motion, csr_array]]:
-        return slow_motions(self.made)
-
-    def _torque(self, k: int, motion: Motion) -> Array:
-        fitted, base = self.made.fitted, self.made.base
-        tau = base.torque(motion, self.made.linear(self.made.blocks[k].run))
-        if len(base.curved):
-            tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
-        return tau
-
-    @cached_property
-    def _level(self) -> list[Array]:
-        return [self._torque(k, motion) for k, (motion, _) in enumerate(self._slow)]
-
-    def _turned(self, k: int, axis: int, error: Array) -> Array:
-        """What an angle error of an axis (samples, k) does to all torques (m, n, k)."""
-        motion, weights = self._slow[k]
-        step = round(motion.ts / self.made.blocks[k].run.motion.ts)
-        found = []
-        for column in error[::step].T:
-            e = np.zeros_like(motion.theta)
-            e[:, axis] = TURN * column
-            rate = np.gradient(e, motion.ts, axis=0)
-            moved = replace(
-                motion,
-                theta=motion.theta + e,
-                thetad=motion.thetad + rate,
-                thetadd=motion.thetadd + np.gradient(rate, motion.ts, axis=0),
-            )
-            found.append(-(weights @ (self._torque(k, moved) - self._level[k])) / TURN)
-        return np.stack(found, axis=2)
-
-    @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
         found: list[Mapping[str, Array]] = []
-        for (motion, weights), block in zip(self._slow, self.made.blocks, strict=True):
+        for (motion, weights), block in zip(self._misread.slow, self.made.blocks, strict=True):
             columns = self.made.base.whole(motion, self.made.linear(block.run)).items()
             own = {
                 n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns

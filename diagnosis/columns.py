@@ -31,6 +31,7 @@ class ColumnBase:
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
     payload: tuple[int, ...] = ()
+    rotors: tuple[int, ...] = ()
     reach = np.inf
     complete = False
     curved: tuple[Known, ...] = ()

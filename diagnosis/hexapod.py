@@ -44,6 +44,7 @@ class HexapodBase:
     window, spacing, settle = 0.0105, 0.005, 1.0
     late = LATE
     holds = frozenset({"viscous_friction"})
+    rotors: tuple[int, ...] = ()
     complete = True
 
     def __init__(self, machine: Machine) -> None:

@@ -44,6 +44,7 @@ class PathBase:
     holds: frozenset[str] = frozenset()
     given: tuple[EffectUse, ...] = ()
     payload: tuple[int, ...] = ()
+    rotors: tuple[int, ...] = ()
     reach = np.inf
     complete = True
 

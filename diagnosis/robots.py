@@ -43,6 +43,7 @@ class RobotBase(ColumnBase):
             robot.kinds, [*_inertias(robot, tolerance, self.length), *_rotors(robot)], ts
         )
         self.payload = tuple(range(10 * (n - 1), 10 * n))
+        self.rotors = tuple(range(10 * n, 11 * n))
         self.reach = self.length * n
         self._at = [robot.model.joints[place].idx_v for place in robot.places]
         bodies = [10 * (place - 1) + k for place in robot.places for k in range(10)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
@@ -9,6 +11,7 @@ from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.noise import pairs
 from flexhex.diagnosis.reversals import angle_noise
 from flexhex.diagnosis.smoothing import hann_weights
 from flexhex.fmus.filter.equations import hann
@@ -49,6 +52,46 @@ def entering(made: Calibrated) -> list[Array]:
         torque = np.stack(own, axis=1)
         found.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
     return found
+
+
+def passed_on(made: Calibrated) -> list[Array]:
+    """Reported torques less those of the rotors, and their rates (samples, n, 2), of each block:
+    what springs behind the rotors feel, in whichever way these let the links swing; as smooth as
+    their noise asks for where an acceleration follows from them."""
+    places, found = list(made.base.rotors), list[Array]()
+    for block, reported in zip(made.blocks, entering(made), strict=True):
+        motion = block.run.motion
+        rotor = made.linear(block.run)[places] * motion.thetadd
+        found.append(reported[:, :, 0] - rotor)
+    ts = made.blocks[0].run.motion.ts
+    for axis in range(made.base.n):
+        points = _points(made, [torque[:, axis] for torque in found])
+        for torque in found:
+            torque[:, axis] = convolve1d(torque[:, axis], hann(points), mode="nearest")
+    return [np.stack([torque, np.gradient(torque, ts, axis=0)], axis=2) for torque in found]
+
+
+def _points(made: Calibrated, torques: Sequence[Array]) -> int:
+    """Length of the smoothing of the torques (samples,) of an axis, in samples, behind which most
+    can be seen of their second derivative: a longer one takes more of what comes again in the next
+    pass, a shorter one leaves more noise."""
+    ts, both = made.blocks[0].run.motion.ts, list(pairs(made.blocks))
+    points = max(2 * round(SLOW / ts), 2)
+    if not both:
+        return max(points, 2 * round(made.base.window / ts / 2))
+    best, seen = points, 0.0
+    while 4 * points < min(len(torque) for torque in torques):
+        bent = []
+        for block, torque in zip(made.blocks, torques, strict=True):
+            smooth = convolve1d(torque, hann(points), mode="nearest")
+            bent.append(block.smooth(np.gradient(np.gradient(smooth))[:, None])[:, 0])
+        rows = [(bent[a], bent[b], made.kept[a] & made.kept[b]) for a, b in both]
+        again = sum(float(one[good] @ other[good]) for one, other, good in rows)
+        whole = sum(float((one[good] ** 2 + other[good] ** 2).sum()) for one, other, good in rows)
+        if max(again, 0.0) ** 2 > seen * whole:
+            best, seen = points, again**2 / whole
+        points *= 2
+    return best
 
 
 def slow_motions(made: Calibrated) -> list[tuple[Motion, csr_array]]:

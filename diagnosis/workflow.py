@@ -32,8 +32,8 @@ from flexhex.fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]
 SEARCHES, BENT, LATER = 3, 0.05, 0.2
-"""Searches of the mechanism at most; change of a width, relative, and of the delay, relative to its
-tolerance, that ask for another one."""
+"""Searches of the mechanism at most; change of a width or rotor, relative, and of the delay,
+relative to its tolerance, that ask for another one."""
 Progress = Callable[[str, int, int], None]
 USUAL = Options()
 __all__ = ["Options", "diagnose", "diagnose_files", "silent"]
@@ -138,7 +138,8 @@ def _mechanism(
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
         found.held.bench.forget()
-        settled = next((m for m in map(beside, found.accepted) if _moved(made, m)), None)
+        anew = ((beside(joint), joint.geared) for joint in found.accepted)
+        settled = next((m for m, axes in anew if _moved(made, m, axes)), None)
         if settled is None:
             break
         made = settled
@@ -146,11 +147,14 @@ def _mechanism(
     return before, found
 
 
-def _moved(before: Calibrated, after: Calibrated) -> bool:
-    """Whether widths or delay are others."""
+def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:
+    """Whether widths, delay or the rotors of geared axes are others."""
     widths = np.abs(np.log(after.fitted.widths / before.fitted.widths)).max(initial=0.0)
     delay = abs(after.fitted.delay - before.fitted.delay)
-    return bool(widths > BENT or delay > LATER * before.fitted.late)
+    places = [before.base.rotors[axis] for axis in geared]
+    rotors = np.abs(after.fitted.p[places] - before.fitted.p[places])
+    turned = (rotors > BENT * np.abs(before.fitted.p[places])).any()
+    return bool(widths > BENT or delay > LATER * before.fitted.late or turned)
 
 
 def _sought(asked: Asked) -> dict[str, Effect]:

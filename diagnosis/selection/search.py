@@ -22,7 +22,12 @@ from flexhex.diagnosis.selection.evidence import together
 from flexhex.diagnosis.selection.feedback import answers, noisy
 from flexhex.diagnosis.selection.form import ARGUMENTS, LOADED, form_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
-from flexhex.diagnosis.selection.hypothesis import Axis, ChangedParameter, EffectHypothesis
+from flexhex.diagnosis.selection.hypothesis import (
+    Axis,
+    ChangedParameter,
+    EffectHypothesis,
+    Hypothesis,
+)
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.payload import payload_score
 from flexhex.diagnosis.selection.scores import Score, effect_term, generic_score, with_shape
@@ -168,13 +173,16 @@ class Search:
         error = form_error(score, self.criteria)
         return term, form_errors(self.hypotheses.rows, term, gains, error, arguments)
 
-    def revise(self, axis: int | None) -> None:
-        """Choose the earlier effects of an axis anew beside the later ones: the first may have
-        stood in for two, and then be another one or none."""
+    def revise(self, latest: Hypothesis) -> None:
+        """Choose the earlier effects of the axes that feel the latest one anew beside it: the first
+        may have stood in for two, and then be another one or none."""
+        felt = {latest.axis}
+        if isinstance(latest, EffectHypothesis) and latest.axis is not None:
+            felt |= {*latest.felt}
         for _ in range(len(self.accepted)):
             names = [score.hypothesis.id for score in self.known()]
             for k in reversed(range(len(self.accepted) - 1)):
-                if self.terms[k] and self.accepted[k].score.hypothesis.axis == axis:
+                if self.terms[k] and self.accepted[k].score.hypothesis.axis in felt:
                     self._anew(k)
             if names == [score.hypothesis.id for score in self.known()]:
                 break

@@ -79,7 +79,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         if isinstance(found.score.hypothesis, HeavierBody):
             return heavier(bench, found.score.hypothesis, search.moments)
         search.accept(found)
-        search.revise(found.score.hypothesis.axis)
+        search.revise(found.score.hypothesis)
     arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
     beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]

@@ -12,11 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.verdict import Diagnosis, Estimate, Gap, Named, rms
+from flexhex.diagnose.numbers import measured, number, percent
+from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
-COUNTED = ("harmonic", "lag", "delay", "force", "mode", "hysteresis", "base", "ring", "limit")
+COUNTED = (
+    "harmonic",
+    "lag",
+    "delay",
+    "force",
+    "mode",
+    "hysteresis",
+    "base",
+    "ring",
+    "joint",
+    "limit",
+)
 """Last words of titles that want an article."""
 SEVERAL = 3
 """Axes up to which each has its own figure in a sentence."""
@@ -57,36 +69,6 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def number(value: float, digits: int = 3) -> str:
-    """Significant digits without an exponent where that is readable."""
-    if not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    place = digits - 1 - math.floor(math.log10(abs(value)))
-    if not -4 <= place - digits < 5:
-        return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(place, 0)}f}"
-
-
-def measured(e: Estimate) -> str:
-    """`0.050 ± 0.003 N m`: the digits are those of the interval; unit 1 is left out."""
-    unit = "" if e.unit in ("1", "") else f" {e.unit}"
-    low, high = e.ci95
-    half = 0.5 * (high - low)
-    if math.isinf(half):
-        return f"{number(e.value)}{unit} (not determined)"
-    if not half > 0:
-        return number(e.value) + unit
-    lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
-    place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")
-    if place > 6 or place < -3 or lopsided:
-        text = number(e.value)
-        return f"{text}{unit} ({number(low)} to {number(high)}{unit})"
-    digits = max(place, 0)
-    return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
-
-
 def sizes(effect: Named) -> str:
     """Its size for a sentence: a value, one of each of a few axes, or a pair's length."""
     gains_of = library()[effect.id].gains if effect.id in library() else ()
@@ -108,14 +90,6 @@ def sizes(effect: Named) -> str:
         values = sorted(abs(e.value) for e in same)
         return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"
     return f" of {listed([measured(e) for e in same])}"
-
-
-def percent(share: float) -> str:
-    """A share as a whole percentage; never 100 % unless it is."""
-    if not math.isfinite(share):
-        return "–"
-    whole = round(100 * share)
-    return f"{99 if whole == 100 and share < 0.9995 else whole} %"
 
 
 def explained(gap: Gap) -> float:

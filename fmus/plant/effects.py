@@ -9,7 +9,7 @@ import casadi as ca
 
 from flexhex.fmus.common.effects import Effect
 from flexhex.fmus.common.machine.machine import Machine
-from flexhex.fmus.common.model.effect_bank import SIGNALS, Bank, instant
+from flexhex.fmus.common.model.effect_bank import Bank, instant
 
 SUBSTEPS = 64
 """Most integration steps a tick."""
@@ -98,19 +98,22 @@ def functions(bank: Bank) -> list[ca.Function]:
 
     plant_effect_start(theta) -> state (n_states,)
     plant_effect_lines(effect) -> lag, delay (n,) [s]
-    plant_effect_reading(theta, effect) -> reading (n,): what the encoders see
+    plant_effect_reading(theta, tau, effect) -> reading (n,): what the encoders see, tau: torque of
+    the motors
     plant_effect_lag(tau, command, f_current, T, h, x) -> start, middle, end: one axis
     """
     if not bank:
         return []
     n = bank.n
-    theta, effect = ca.SX.sym("theta", n), ca.SX.sym("effect", bank.n_gains)
+    theta, tau, effect = (
+        ca.SX.sym(*a) for a in (("theta", n), ("tau", n), ("effect", bank.n_gains))
+    )
     one = ca.SX.ones(bank.n_gains)
     lag, delay = (
         bank.on_axes(effect, one, [part.effect.line == line for part, _ in bank.gains])
         for line in ("lag", "delay")
     )
-    still = ca.vertcat(theta, ca.SX.zeros((len(SIGNALS) - 1) * n + 1))
+    still = ca.vertcat(theta, ca.SX.zeros(2 * n), tau, ca.SX.zeros(n + 1))
     columns = bank.columns(instant(still, n), ca.SX.zeros(bank.n_states))
     read = [part.effect.acts_on == "measurement" for part, _ in bank.gains]
     reading = theta + bank.on_axes(effect, columns, read)
@@ -118,7 +121,11 @@ def functions(bank: Bank) -> list[ca.Function]:
         ca.Function("plant_effect_start", [theta], [bank.start(theta)], ["theta"], ["state"]),
         ca.Function("plant_effect_lines", [effect], [lag, delay], ["effect"], ["lag", "delay"]),
         ca.Function(
-            "plant_effect_reading", [theta, effect], [reading], ["theta", "effect"], ["reading"]
+            "plant_effect_reading",
+            [theta, tau, effect],
+            [reading],
+            ["theta", "tau", "effect"],
+            ["reading"],
         ),
         _lag(),
     ]

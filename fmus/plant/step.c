@@ -53,7 +53,7 @@ static void read_sensors(const plant_parameters *p, state *s, plant_outputs *y) 
   const double *angle = s->now.of.theta;
 #ifdef PLANT_N_EFFECT
   double reading[N];
-  plant_effect_reading(angle, p->effect, reading);
+  plant_effect_reading(angle, s->tau_motor, p->effect, reading);
   angle = reading;
 #endif
   for (int i = 0; i < N; ++i) {

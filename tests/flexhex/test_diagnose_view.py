@@ -13,8 +13,9 @@ import pytest
 from rich.console import Console
 
 from flexhex.diagnose.next import Asked
+from flexhex.diagnose.numbers import measured, number, percent
 from flexhex.diagnose.view import closed, diagnosis_json, effect_rows, gap_rows, print_diagnosis
-from flexhex.diagnose.words import listed, measured, number, percent, phrase, verdict
+from flexhex.diagnose.words import listed, phrase, verdict
 from flexhex.diagnosis.confidence import Confidence
 from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate, Named
 from flexhex.fmus.common.effects import library
@@ -130,7 +131,9 @@ def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:
         (3.71, 0.1, "kg", "3.71 ± 0.10 kg"),
         (36.2, 12.0, "1/rad", "36 ± 12 1/rad"),
         (0.02, 0.002, "1", "0.020 ± 0.002"),
-        (2e-7, 3e-8, "rad", "2.00e-07 rad (1.70e-07 to 2.30e-07 rad)"),
+        (2e-7, 3e-8, "rad", "(2.0 ± 0.3)e-7 rad"),
+        (3.7e-5, 3e-6, "rad/N m", "(3.7 ± 0.3)e-5 rad/N m"),
+        (-2e-6, 3e-4, "s", "(0 ± 3)e-4 s"),
         (0.5, math.nan, "s", "0.500 s"),
     ],
 )

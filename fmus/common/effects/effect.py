@@ -126,6 +126,8 @@ class Effect:
     extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
+    geared    whether it lies between a rotor, whose angle is read, and the link that it drives: the
+              torque of such an effect is the one that passes on to the link
     exact     the functional form is physically exact (a sine, say), so no allowance for model
               error is made when it is compared with another exact effect
     """
@@ -148,6 +150,7 @@ class Effect:
     extends: str = ""
     most: int = 1
     turning: bool = False
+    geared: bool = False
     exact: bool = False
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:

@@ -1,0 +1,51 @@
+"""Numbers for a person: as many digits as are known."""
+
+from __future__ import annotations
+
+import math
+
+from flexhex.diagnosis.verdict import Estimate
+
+
+def number(value: float, digits: int = 3) -> str:
+    """Significant digits without an exponent where that is readable."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0:
+        return "0"
+    place = digits - 1 - math.floor(math.log10(abs(value)))
+    if not -4 <= place - digits < 5:
+        return f"{value:.{digits - 1}e}"
+    return f"{value:.{max(place, 0)}f}"
+
+
+def measured(e: Estimate) -> str:
+    """`0.050 ± 0.003 N m`, `(3.7 ± 0.3)e-5 s`: the digits are those of the interval; unit 1 is left
+    out."""
+    unit = "" if e.unit in ("1", "") else f" {e.unit}"
+    low, high = e.ci95
+    half = 0.5 * (high - low)
+    if math.isinf(half):
+        return f"{number(e.value)}{unit} (not determined)"
+    if not half > 0:
+        return number(e.value) + unit
+    lopsided = abs(high + low - 2 * e.value) > 0.2 * (high - low)
+    place = -math.floor(math.log10(half)) + (f"{half:e}"[0] == "1")
+    ten = math.floor(math.log10(max(abs(e.value), half)))
+    if ten < -3 and not lopsided:
+        digits = max(place + ten, 0)
+        value = round(e.value / 10**ten, digits) + 0.0
+        return f"({value:.{digits}f} ± {half / 10**ten:.{digits}f})e{ten}{unit}"
+    if place < -3 or lopsided:
+        text = number(e.value)
+        return f"{text}{unit} ({number(low)} to {number(high)}{unit})"
+    digits = max(place, 0)
+    return f"{e.value:.{digits}f} ± {half:.{digits}f}{unit}"
+
+
+def percent(share: float) -> str:
+    """A share as a whole percentage; never 100 % unless it is."""
+    if not math.isfinite(share):
+        return "–"
+    whole = round(100 * share)
+    return f"{99 if whole == 100 and share < 0.9995 else whole} %"

@@ -1,0 +1,63 @@
+"""Joints that give way between a motor, whose angle is logged, and the link: an arm's links move as
+is wanted, and its motors turn by as much more as their springs ask for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.verdict import Diagnosis
+from tests.diagnosis import two_links
+from tests.diagnosis.made import plain_csv
+from tests.diagnosis.test_payloads import answer, several
+from tests.diagnosis.test_payloads_arm import planar
+
+Array = NDArray[np.float64]
+ROTORS = np.array([0.4, 0.15])
+"""Inertia of the motors behind their gears [kg m2]."""
+__all__ = ["planar"]
+
+
+def run(seed: int, number: int, compliance: Array) -> dict[str, Array]:
+    """time, theta, tau_meas of a pass of the motion `seed`; compliance (2,) [rad/N m]."""
+    t = np.arange(round(two_links.SECONDS / two_links.TS)) * two_links.TS
+    rng = np.random.default_rng([seed, number])
+    motion = two_links.moved(t, seed)
+    passed = two_links.torque(motion, 0.0, (0.0, 0.0))
+    bent = compliance * passed
+    rate = np.gradient(np.gradient(bent, two_links.TS, axis=0), two_links.TS, axis=0)
+    tau = passed + ROTORS * (motion[2] + rate)
+    theta = motion[0] + bent + 2e-6 * rng.standard_normal(bent.shape)
+    tau = tau + two_links.NOISE * rng.standard_normal(tau.shape)
+    return {"time": t, "theta": theta, "tau_meas": tau}
+
+
+def found(folder: Path, base: str, *compliance: float) -> Diagnosis:
+    """The answer for two motions, three passes each."""
+    paths = []
+    for motion in (1, 2):
+        for number in (1, 2, 3):
+            log = run(motion, number, np.array(compliance))
+            more = {"trajectory": str(motion), "pass": str(number)}
+            paths.append(plain_csv(folder / f"{motion}{number}.csv", log, **more))
+    return answer(paths, base=base)
+
+
+@several
+@pytest.mark.parametrize("axis", [1, 2])
+def test_elastic_joint_is_named_with_its_compliance(axis: int, planar: str, tmp_path: Path) -> None:
+    c = (4e-4, 5e-3)[axis - 1]
+    diagnosis = found(tmp_path, planar, *(c if k == axis else 0.0 for k in (1, 2)))
+    (effect,) = diagnosis.effects
+    assert (effect.id, effect.axes) == ("joint_elasticity", (axis,))
+    ((_, values),) = effect.parts
+    low, high = values["c"].ci95
+    assert low <= c <= high
+
+
+@several
+def test_stiff_joints_have_no_elasticity(planar: str, tmp_path: Path) -> None:
+    assert not found(tmp_path, planar, 0.0, 0.0).effects
