@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -28,8 +29,9 @@ class Joint:
     """All effects that were found, fitted together with the base model.
 
     parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
-    deviation and shape_deviation: standard deviations of gains and shapes; q: coefficients of the
-    base columns; freed: inverse variances of base parameters that left their tolerances, by place.
+    deviation and shape_deviation: standard deviations of gains and shapes; sure: in how many of
+    them the gains of a part stand above zero together; q: coefficients of the base columns; freed:
+    inverse variances of base parameters that left their tolerances, by place.
     """
 
     bench: Bench
@@ -37,6 +39,7 @@ class Joint:
     beta: tuple[Array, ...]
     deviation: tuple[Array, ...]
     shape_deviation: tuple[dict[str, float], ...]
+    sure: tuple[float, ...]
     q: Array
     freed: Mapping[int, float] = field(default_factory=dict)
 
@@ -101,19 +104,28 @@ def joint(
     regression = bench.made.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
-        return Joint(bench, (), (), (), (), regression.q, freed)
+        return Joint(bench, (), (), (), (), (), regression.q, freed)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
     columns, tangents = stack(bench, regression, parts)
-    deviation, spread = deviations_of(bench, regression, parts, columns, tangents)
+    deviation, spread, covariance = deviations_of(bench, regression, parts, columns, tangents)
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
     _, beta = regression.fall(Columns(None, columns))
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
-    gains = tuple(np.split(beta, edges[:-1]))
-    deviations = tuple(np.split(deviation, edges[:-1]))
+    places = np.split(np.arange(edges[-1]), edges[:-1])
+    gains, deviations = (tuple(v[k] for k in places) for v in (beta, deviation))
+    sure = [_sure(beta[k], deviation[k], covariance[np.ix_(k, k)]) for k in places]
     found = _regrouped(effects, parts)
-    return Joint(bench, found, gains, deviations, tuple(spread), q, freed)
+    return Joint(bench, found, gains, deviations, tuple(spread), tuple(sure), q, freed)
+
+
+def _sure(beta: Array, deviation: Array, covariance: Array) -> float:
+    """In how many deviations gains (k,) stand above zero together; those held there do not count,
+    nor do those that the runs do not determine."""
+    free = (deviation > 0.0) & np.isfinite(deviation)
+    inverse = np.linalg.pinv(covariance[np.ix_(free, free)], hermitian=True)
+    return math.sqrt(max(float(beta[free] @ inverse @ beta[free]), 0.0))
 
 
 def again(held: Joint, bench: Bench) -> Joint:

@@ -10,7 +10,7 @@ from math import log
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import Joint, joint, steady, torque_of
+from flexhex.diagnosis.answer import Joint, steady, torque_of
 from flexhex.diagnosis.blocks import JUDGED, LEAST, Block, Run, blocks
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
@@ -28,6 +28,7 @@ from flexhex.diagnosis.selection.choose import (
     simplest,
 )
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.firm import firm
 from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (
@@ -37,7 +38,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 )
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.scores import generic_score
-from flexhex.diagnosis.selection.side import Side, grouped
+from flexhex.diagnosis.selection.side import Side
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]
@@ -76,9 +77,9 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         good = [s for s in best_first(scores) if beyond_chance(s, (), bars, criteria)]
         if good and shown(good[0], criteria):
             kept.append(simplest(good[0], good, 1, criteria))
+    kept, held = firm(bench, one_cause(kept), criteria)
     if not kept:
         return []
-    held = joint(bench, grouped(bench, one_cause(kept)))
     others = None
     if judged:
         others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))

@@ -35,9 +35,9 @@ def deviations_of(
     parts: Sequence[Part],
     columns: Array,
     tangents: Array,
-) -> tuple[Array, list[dict[str, float]]]:
+) -> tuple[Array, list[dict[str, float]], Array]:
     """Standard deviations of all gains, and of the shapes of each part: infinite for one that
-    the runs do not determine.
+    the runs do not determine; and the covariance of the gains.
 
     Such a shape is kept, the least certain one first: left free it would take the gain with it.
     """
@@ -60,7 +60,7 @@ def deviations_of(
     known = [place for place, is_free in zip(shaped, free, strict=True) if is_free]
     for (k, name), value in zip(known, deviation[count:], strict=True):
         spread[k][name] = float(value)
-    return deviation[:count], spread
+    return deviation[:count], spread, gain.covariance[:count, :count]
 
 
 def _reach(bench: Bench, part: Part, name: str) -> float:

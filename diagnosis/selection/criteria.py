@@ -13,7 +13,8 @@ class Criteria:
     smallest_rest: smallest repeatable residual that is worth a word where nothing is named.
     largest_rest: largest one, relative to the torque of the one effect that is named, that leaves
     it its name; of several, divided by their number.
-    deviations: standard errors that a repeatable residual must stand above zero.
+    deviations: standard errors that a repeatable residual must stand above zero, and the gains of
+    what is named.
     false_alarms: chance that any of the hypotheses of a search is accepted without reason.
     odds: two hypotheses whose evidence differs by less than this factor are not told apart.
     form_error: relative error of the functional form of an effect.

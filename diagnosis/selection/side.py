@@ -13,12 +13,12 @@ from flexhex.diagnosis.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
-from flexhex.diagnosis.found import Found, Part
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.firm import firm, grouped
 from flexhex.diagnosis.selection.form import mean_errors
 from flexhex.diagnosis.selection.hypothesis import (
     ChangedParameter,
@@ -101,11 +101,11 @@ def selected(
         if isinstance(a.score.hypothesis, ChangedParameter) and (kept or not remains)
     ]
     freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
-    held = joint(bench, grouped(bench, kept), freed)
+    kept, held = firm(bench, kept, criteria, freed)
     poor = poor_axes(made, held.residual)
     if poor:
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
-        held = joint(bench, grouped(bench, kept), freed)
+        kept, held = firm(bench, kept, criteria, freed)
         notes.append(sentence(poor))
     payloads = payload_changes(held)
     if payloads and not selection.arbitrated:
@@ -198,22 +198,6 @@ def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria
     orders = [a.score.order for a in accepted if a.score.order is not None]
     count = len(accepted) - len(orders) + len(fundamentals(orders))
     return criteria.largest_rest * explained / count if count else 0.0
-
-
-def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
-    """Accepted effects of one kind on several axes as one."""
-    parts: dict[str, list[Part]] = {}
-    rivals: dict[str, list[str]] = {}
-    for each in sorted(accepted, key=lambda a: a.score.hypothesis.axis or 0):
-        hypothesis = each.score.hypothesis
-        assert isinstance(hypothesis, EffectHypothesis)
-        shape = dict(hypothesis.shapes[each.score.shape])
-        part = Part.of(bench, hypothesis.id, hypothesis.axis, shape, each.score.still)
-        parts.setdefault(hypothesis.id, []).append(part)
-        others = [r.hypothesis for r in each.rivals]
-        listed = [o.id for o in others if isinstance(o, EffectHypothesis)]
-        rivals.setdefault(hypothesis.id, []).extend(listed)
-    return [Found(name, tuple(p), tuple(dict.fromkeys(rivals[name]))) for name, p in parts.items()]
 
 
 def _candidates(selection: Selection) -> list[Candidate]:

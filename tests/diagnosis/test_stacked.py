@@ -27,7 +27,7 @@ def spreads(alike: float) -> tuple[float, dict[str, float]]:
     column, tangent = own[:, None], (own + alike * other)[:, None]
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    deviation, shape = deviations_of(bench, regression(ROWS), [part], column, tangent)
+    deviation, shape, _ = deviations_of(bench, regression(ROWS), [part], column, tangent)
     return float(deviation[0]), shape[0]
 
 
@@ -61,7 +61,7 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     chance -= ROWS.across(chance)  # what one pass has more, the other has less
     part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    deviation, shape = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
+    deviation, shape, _ = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
     assert shape[0] == {"w": np.inf}
     assert deviation[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
 

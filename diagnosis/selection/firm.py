@@ -1,0 +1,65 @@
+"""What stands beside all that is named: an effect whose gains may be zero there has no name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from flexhex.diagnosis.answer import Joint, joint
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.found import Found, Part
+from flexhex.diagnosis.selection.choose import Accepted
+from flexhex.diagnosis.selection.criteria import Criteria
+from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
+
+
+def firm(
+    bench: Bench,
+    accepted: Sequence[Accepted],
+    criteria: Criteria,
+    freed: Mapping[int, float] = MappingProxyType({}),
+) -> tuple[list[Accepted], Joint]:
+    """Accepted effects without those whose gains do not stand above zero in the fit of all, the
+    least certain one first; and that fit.
+
+    A search takes effects one after the other, in a model that is still wrong elsewhere. Errors of
+    the last fit are those of its own residual, whatever that is made of.
+    """
+    kept = list(accepted)
+    while True:
+        held = joint(bench, grouped(bench, kept), freed)
+        order = [each for same in _by_effect(kept).values() for each in same]
+        if min(held.sure, default=np.inf) >= criteria.deviations:
+            return kept, held
+        kept.remove(order[int(np.argmin(held.sure))])
+
+
+def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
+    """Accepted effects of one kind on several axes as one."""
+    found = []
+    for name, same in _by_effect(accepted).items():
+        parts, rivals = list[Part](), list[str]()
+        for each in same:
+            hypothesis = _effect(each)
+            shape = dict(hypothesis.shapes[each.score.shape])
+            parts.append(Part.of(bench, name, hypothesis.axis, shape, each.score.still))
+            others = (rival.hypothesis for rival in each.rivals)
+            rivals += [other.id for other in others if isinstance(other, EffectHypothesis)]
+        found.append(Found(name, tuple(parts), tuple(dict.fromkeys(rivals))))
+    return found
+
+
+def _by_effect(accepted: Sequence[Accepted]) -> dict[str, list[Accepted]]:
+    """By the id of the effect, each by axis."""
+    found: dict[str, list[Accepted]] = {}
+    for each in sorted(accepted, key=lambda a: a.score.hypothesis.axis or 0):
+        found.setdefault(_effect(each).id, []).append(each)
+    return found
+
+
+def _effect(accepted: Accepted) -> EffectHypothesis:
+    hypothesis = accepted.score.hypothesis
+    assert isinstance(hypothesis, EffectHypothesis)
+    return hypothesis

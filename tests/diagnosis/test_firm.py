@@ -1,0 +1,41 @@
+"""Beside all that is named an effect must still stand above zero, whatever a search made of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.selection.choose import Accepted, effect_scores
+from flexhex.diagnosis.selection.criteria import USUAL
+from flexhex.diagnosis.selection.firm import firm
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.rows import Rows
+from tests.diagnosis.test_selection import RMS, chosen, names
+
+
+def test_effect_that_may_be_zero_beside_the_others_has_no_name(tmp_path: Path) -> None:
+    """The wave alone is there; the others were scored, and are accepted here all the same."""
+    selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
+    assert names(selection) == ["cogging_harmonic"]
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.made))
+    scores = effect_scores(hypotheses.moments, hypotheses, (), USUAL, [0])
+    others = [score for score in scores if score.size < USUAL.smallest_effect]
+    assert others
+    accepted = [*(Accepted(s, (), 2) for s in others), *selection.accepted]
+    kept, held = firm(selection.bench, accepted, USUAL)
+    assert kept == list(selection.accepted)
+    assert [part.id for part in held.parts] == ["cogging_harmonic"]
+    assert held.sure[0] > 10 * USUAL.deviations
+    assert np.hypot(*held.beta[0]) == pytest.approx(0.05 * RMS, rel=0.02)
+
+
+def test_gains_count_together(tmp_path: Path) -> None:
+    """A wave of a single run of known phase: its cosine is zero, its sine is sure."""
+    selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
+    _, held = firm(selection.bench, selection.accepted, USUAL)
+    (gains,), (spread,) = held.beta, held.deviation
+    single = np.abs(gains) / spread
+    assert single.min() < USUAL.deviations < single.max()
+    assert held.sure[0] == pytest.approx(np.hypot(*single), rel=0.5)
