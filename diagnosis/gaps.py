@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True)
 class Before:
     """What the base model alone leaves (n,) [N m]: torque, for comparison; nominal, with the
-    parameters of the file; fitted; repeat, of that; judged, both on the locked runs."""
+    parameters of the file, NaN where it has none; fitted; repeat, of that; judged, both on the
+    locked runs."""
 
     torque: Array
     nominal: Array
@@ -40,6 +41,8 @@ def before_of(side: Side) -> Before:
             "before": axis_rms(others.blocks, others.residual((), (), plain)),
         }
     nominal, fitted = (axis_rms(made.blocks, made.residual(q)) for q in (bare, plain))
+    if not any(known.nominal for known in made.known):
+        nominal = np.full(made.base.n, np.nan)
     repeat, _ = repeat_rms(made, made.residual(plain))
     return Before(made.torque_rms, nominal, fitted, repeat, judged)
 

@@ -10,7 +10,7 @@ from scipy.signal import welch
 
 from flexhex.diagnosis.answer import Joint
 from flexhex.diagnosis.noise import pairs
-from flexhex.diagnosis.verdict import Map
+from flexhex.diagnosis.pictured import Map
 
 Array = NDArray[np.float64]
 BINS = 24

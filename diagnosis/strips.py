@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.blocks import Block, torque_at
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.pictured import Strip
 from flexhex.diagnosis.selection.side import Side
-from flexhex.diagnosis.verdict import Strip
 
 Array = NDArray[np.float64]
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.confidence import Confidence
+from flexhex.diagnosis.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
 VERDICTS = ("named", "set", "changed", "unknown", "none", "cannot tell")
@@ -27,6 +28,32 @@ class Estimate:
     def data(self) -> dict[str, Any]:
         """As in `--json`."""
         return {"value": self.value, "ci95": [_finite(v) for v in self.ci95], "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
+    of the axis' torque; what it goes with, where that is known. form: no more than effects that are
+    named there leave, as their form is not exact."""
+
+    axis: int
+    rms: float
+    unit: str
+    share: float
+    what: str = ""
+    form: bool = False
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return asdict(self)
+
+    def sentence(self) -> str:
+        """For the notes."""
+        text = f"{self.rms:.2g} {self.unit} on axis {self.axis} repeats"
+        if self.form:
+            return f"{text} beside what was found: its form is not exact"
+        goes = f": it goes with {self.what}" if self.what else ""
+        return f"{text} and is explained by no effect of the library{goes}"
 
 
 @dataclass(frozen=True)
@@ -128,60 +155,6 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """How a hypothesis did in one round: axis and shape, and what it predicts.
-
-    gain: what it adds to the log density of left-out trajectories [nats]; size: RMS of its torque
-    beyond what the base model takes up, relative to that of the axis.
-    """
-
-    round: int
-    id: str
-    axes: tuple[int, ...]
-    shape: Mapping[str, float]
-    gain: float
-    size: float
-    chosen: bool = False
-    rival: bool = False
-
-
-@dataclass(frozen=True)
-class Map:
-    """Repeating residual [`residual`] of an axis over one quantity [unit], before and after.
-
-    centre (bins,), before, after (bins,): means; spread (bins,): standard error of a mean.
-    """
-
-    axis: int
-    over: str
-    unit: str
-    centre: Array
-    before: Array
-    after: Array
-    spread: Array
-    residual: str = "N m"
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Torque of an axis (from 1) in one run over time (m,) [s], in `unit`; held_out: nothing was
-    fitted to the run.
-
-    measured, and what the model says before and after what was found was added (m,); NaN where the
-    log has a gap.
-    """
-
-    run: str
-    held_out: bool
-    axis: int
-    unit: str
-    time: Array
-    measured: Array
-    before: Array
-    after: Array
-
-
-@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
 
@@ -203,6 +176,7 @@ class Diagnosis:
     machine: str | None = None
     shown: Mapping[str, Any] = field(default_factory=dict)
     strips: tuple[Strip, ...] = ()
+    remains: tuple[Rest, ...] = ()
     confidence: Confidence | None = None
 
     def data(self) -> dict[str, Any]:
@@ -213,6 +187,7 @@ class Diagnosis:
             "compared": self.confidence.data() if self.confidence else None,
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],
+            "remains": [rest.data() for rest in self.remains],
             "gap": self.gap.data(),
             "machine": self.machine,
             "notes": list(self.notes),

@@ -115,6 +115,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
         (*asked.findings, *filter(None, [late])),
         *asked.names,
         strips=strips(main),
+        remains=settled.rests,
         confidence=_confidence(made, verdict),
     )
 

@@ -15,6 +15,7 @@ from flexhex.diagnosis.changed import changed_of, impossible, payload_changes
 from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
 from flexhex.diagnosis.guard import poor_axes, sentence
 from flexhex.diagnosis.naming import named_of
+from flexhex.diagnosis.pictured import Candidate
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
@@ -27,7 +28,7 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.verdict import Candidate, Changed, Named
+from flexhex.diagnosis.verdict import Changed, Named, Rest
 
 Say = Callable[[str], None]
 SHOWN = 8
@@ -50,6 +51,7 @@ class Side:
     notes: tuple[str, ...] = ()
     candidates: tuple[Candidate, ...] = ()
     accepted: tuple[Joint, ...] = ()
+    rests: tuple[Rest, ...] = ()
 
     @property
     def matters(self) -> bool:
@@ -85,15 +87,15 @@ def selected(
             text = "would fit, but one trajectory cannot show it: record another one"
             notes.append(f"{listed} {text}")
     remains = nameless(selection, criteria, {a.score.hypothesis.axis for a in kept})
+    rests = list[Rest]()
     for axis, left in remains.items():
         own = [a for a in kept if a.score.hypothesis.axis == axis]
-        unit = bench.scales.kinds[axis].unit("N m")
-        torque = f"{left.size * made.torque_rms[axis]:.2g} {unit} on axis {axis + 1} repeats"
-        if left.size > tolerated(own, selection.explained[axis], criteria):
+        form = left.size <= tolerated(own, selection.explained[axis], criteria)
+        if not form:
             kept = [a for a in kept if a not in own]
-            notes.append(f"{torque} and is explained by no effect of the library{left.what}")
-        else:
-            notes.append(f"{torque} beside what was found: its form is not exact")
+        size, unit = left.size * float(made.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
+        rests.append(Rest(axis + 1, size, unit, left.size, left.what, form))
+    notes += [rest.sentence() for rest in rests]
     # where nothing has a name, parameters only imitate what is left
     bodies = [
         a.score.hypothesis.places
@@ -126,6 +128,7 @@ def selected(
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
+        tuple(rests),
     )
 
 
@@ -152,8 +155,7 @@ def validated(
 
 @dataclass(frozen=True)
 class Nameless:
-    """Something without a name: relative RMS; what it goes with, as a phrase, where that is
-    known."""
+    """Something without a name: relative RMS; what it goes with, where that is known."""
 
     size: float
     what: str = ""
@@ -180,14 +182,13 @@ def nameless(
         goes = selection.arbitrated and beside.gain > chance and shown(beside, criteria)
         size = left.size if sure else beside.size if goes else 0.0
         if size > least:
-            what = f": it goes with {beside.hypothesis.id}" if goes else ""
-            found[axis] = Nameless(size, what)
+            found[axis] = Nameless(size, beside.hypothesis.id if goes else "")
     for axis, other in selection.instead.items():
         if not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
         whole = float(np.hypot(selection.explained[axis], rest[axis].size))
-        found[axis] = Nameless(whole, f": it goes with {other.hypothesis.id}")
+        found[axis] = Nameless(whole, other.hypothesis.id)
     return found
 
 

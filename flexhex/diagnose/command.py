@@ -157,8 +157,8 @@ class Session:
     def agree(self, found: Diagnosis) -> bool:
         """Whether what was found is to be added: as told by --apply, else by the user."""
         from flexhex.diagnose.next import applicable
+        from flexhex.diagnose.numbers import listed
         from flexhex.diagnose.view import best_of, print_diagnosis
-        from flexhex.diagnose.words import listed
 
         if not applicable(found) or self.base != "hexapod":
             return False

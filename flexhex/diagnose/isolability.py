@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from flexhex.diagnose.numbers import number
+from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.plots import heat
 from flexhex.diagnose.view import say, table
-from flexhex.diagnose.words import listed, title, where
+from flexhex.diagnose.words import title, where
 from flexhex.diagnosis.isolability import ALIKE, Isolability
 from flexhex.output.page import Part, write_page
 

@@ -6,7 +6,8 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from flexhex.diagnose.words import listed, title
+from flexhex.diagnose.numbers import listed
+from flexhex.diagnose.words import title
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import library

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from flexhex.diagnosis.verdict import Estimate
 
@@ -49,3 +50,10 @@ def percent(share: float) -> str:
         return "–"
     whole = round(100 * share)
     return f"{99 if whole == 100 and share < 0.9995 else whole} %"
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"

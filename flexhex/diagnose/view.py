@@ -16,8 +16,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from flexhex.diagnose.next import Asked, next_steps
-from flexhex.diagnose.numbers import measured, number, percent
-from flexhex.diagnose.words import listed, title, verdict, where
+from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.words import title, verdict, where
 from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -12,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.numbers import measured, number, percent
-from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnose.numbers import listed, measured, number, percent
+from flexhex.diagnose.sizes import SEVERAL, sizes
+from flexhex.diagnosis.verdict import Diagnosis, Gap, Rest, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
@@ -30,8 +30,6 @@ COUNTED = (
     "limit",
 )
 """Last words of titles that want an article."""
-SEVERAL = 3
-"""Axes up to which each has its own figure in a sentence."""
 
 
 @cache
@@ -57,39 +55,9 @@ def where(axes: Sequence[int], short: bool = False) -> str:
     return f"axes {listed([str(a) for a in axes])}"
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
-    """`a, b and c`."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} {last} {words[-1]}"
-
-
 def capital(text: str) -> str:
     """The first letter in capitals, the others as they are."""
     return text[:1].upper() + text[1:]
-
-
-def sizes(effect: Named) -> str:
-    """Its size for a sentence: a value, one of each of a few axes, or a pair's length."""
-    gains_of = library()[effect.id].gains if effect.id in library() else ()
-    known = [g.below[0] for g in gains_of if g.below] or [g.name for g in gains_of]
-    gains = {
-        name: [e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name]
-        for name in known
-    }
-    found = {name: values for name, values in gains.items() if values}
-    if len(found) == 2 and all(len(values) == 1 for values in found.values()):
-        (first,), (second,) = found.values()
-        if first.unit == second.unit:
-            unit = "" if first.unit == "1" else f" {first.unit}"
-            return f" of {number(math.hypot(first.value, second.value))}{unit}"
-    if len(found) != 1:
-        return ""
-    (same,) = found.values()
-    if len(same) > SEVERAL:
-        values = sorted(abs(e.value) for e in same)
-        return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"
-    return f" of {listed([measured(e) for e in same])}"
 
 
 def explained(gap: Gap) -> float:
@@ -136,7 +104,7 @@ def _named(found: Diagnosis) -> str:
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
         text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
-    return " ".join([f"{text}.", *_other_values(found)])
+    return " ".join([f"{text}.", *_beside(found), *_other_values(found)])
 
 
 def _set(found: Diagnosis) -> str:
@@ -150,7 +118,7 @@ def _set(found: Diagnosis) -> str:
     sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
-    return " ".join([*sentences, *_other_values(found)])
+    return " ".join([*sentences, *_beside(found), *_other_values(found)])
 
 
 def _changed(found: Diagnosis) -> str:
@@ -179,7 +147,40 @@ def _carriers(found: Diagnosis) -> list[str]:
     return sentences
 
 
+def _beside(found: Diagnosis) -> list[str]:
+    """What remains beside all that is named, on axes whose effects do not leave it."""
+    rests = [rest for rest in found.remains if not rest.form]
+    if not rests:
+        return []
+    more = f"no effect of the library explains {_rests(rests)}"
+    return [f"Beside that a residual repeats: {more}."]
+
+
+def _rests(rests: Sequence[Rest]) -> str:
+    """`0.3 N m (2 % of its torque) on axis 1`, the largest shares first, a few of them."""
+    first = sorted(rests, key=lambda rest: -rest.share)
+    texts = []
+    for rest in first[:SEVERAL]:
+        force = "torque" if rest.unit == "N m" else "force"
+        share = f"{number(100 * rest.share, 2)} % of its {force}"
+        goes = f", which goes with {rest.what}" if rest.what else ""
+        texts.append(f"{number(rest.rms, 2)} {rest.unit} ({share}) on axis {rest.axis}{goes}")
+    more = [f"less on {where(sorted(r.axis for r in first[SEVERAL:]))}"] if first[SEVERAL:] else []
+    return listed([*texts, *more])
+
+
 def _unknown(found: Diagnosis) -> str:
+    parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
+    same = (
+        f" Identified: {listed(parts)}, but more than half of the residual remains."
+        if parts
+        else ""
+    )
+    if found.remains:
+        text = (
+            f"A residual repeats that no effect of the library explains: {_rests(found.remains)}."
+        )
+        return text + same
     gap = found.gap
     left = gap.repeat_after
     # axes of different units compare as shares of their torque or force
@@ -192,18 +193,29 @@ def _unknown(found: Diagnosis) -> str:
     share = rms(left[there]) / rms(gap.torque[there]) if gap.unit else rms(size[there])
     if math.isfinite(share):
         text += f": {amount(gap, left, there)} RMS, {number(100 * share, 2)} % of the torque"
-    parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
-    if parts:
-        text += f". Identified: {listed(parts)}, but more than half of the residual remains"
-    return text + "."
+    return f"{text}.{same}"
 
 
 def _none(found: Diagnosis) -> str:
     gap = found.gap
     return (
-        "No effect is missing: the model explains these runs down to the non-repeatable residual"
-        f" ({amount(gap, gap.before)} RMS, of which {amount(gap, gap.floor)} is non-repeatable)."
+        f"No effect is missing: {_fitted(gap)} explains these runs down to the non-repeatable"
+        f" residual ({amount(gap, gap.before)} RMS, of which {amount(gap, gap.floor)} is"
+        f" non-repeatable{_as_written(gap)})."
     )
+
+
+def _fitted(gap: Gap) -> str:
+    written = np.isfinite(gap.nominal).any()
+    return (
+        "with its parameters fitted within their tolerances the model" if written else "the model"
+    )
+
+
+def _as_written(gap: Gap) -> str:
+    if not np.isfinite(gap.nominal).any():
+        return ""
+    return f"; with the values of its file it leaves {amount(gap, gap.nominal)}"
 
 
 def _cannot(found: Diagnosis) -> str:

@@ -18,7 +18,8 @@ import numpy as np
 
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
 from flexhex.diagnosis.identify import Fit
-from flexhex.diagnosis.verdict import Diagnosis, Map, Named
+from flexhex.diagnosis.pictured import Map
+from flexhex.diagnosis.verdict import Diagnosis, Named
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import UsageError

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.verdict import Candidate, Changed, Diagnosis, Estimate, Gap, Map, Named
+from flexhex.diagnosis.pictured import Candidate, Map
+from flexhex.diagnosis.verdict import Changed, Diagnosis, Estimate, Gap, Named
 
 N = 6
 FLOOR = np.full(N, 0.009)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from flexhex.diagnosis.verdict import Candidate
+from flexhex.diagnosis.pictured import Candidate
 from studies.method_figure import LEFT, picture
 
 

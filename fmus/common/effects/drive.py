@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import casadi as ca
 
 from flexhex.fmus.common.effects.effect import Effect, Experiment, Expr, Gain, Shapes, Signals
@@ -52,6 +54,9 @@ class DriveGain(Effect):
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
         return s.tau
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        return f"the drive reports {1 + values['g']:.3f} times what the joint gets"
 
 
 EFFECTS = (DriveLag(), TimeDelay(), DriveGain())

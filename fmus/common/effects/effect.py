@@ -183,6 +183,10 @@ class Effect:
         """The state (n_states,) at rest at theta."""
         return ca.SX.zeros(len(self.states))
 
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        """What these gains of an axis, in these units, mean where their names do not say it."""
+        return ""
+
     def mechanism(self, gravity: ca.SX, gains: Mapping[str, Any]) -> Expr:
         """Gravity (3,) [m/s2] that the machine feels, for acts_on = "mechanism"."""
         return gravity

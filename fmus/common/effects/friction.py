@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -109,6 +110,9 @@ class StribeckFriction(DryFriction):
         peak = total / ca.fmax(sum(weights), STILL)
         z_s = (state[1] + peak * (state[0] - sign) * way) * left + peak * sign * (1 - left)
         return ca.vertcat(actuator.dahl(state[0], delta, shape["s_0"]), z_s)
+
+    def meaning(self, values: Mapping[str, float], units: Mapping[str, str]) -> str:
+        return f"breakaway at {values['F_c'] + values['F_s']:.3g} {units['F_s']}"
 
 
 def _slow(s: Signals, shape: Shapes) -> Expr:

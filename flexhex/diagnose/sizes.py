@@ -1,0 +1,66 @@
+"""How large an effect is, for a sentence."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+from flexhex.diagnose.numbers import listed, measured, number
+from flexhex.diagnosis.verdict import Estimate, Named
+from flexhex.fmus.common.effects import library
+
+SEVERAL = 3
+"""Axes up to which each has its own figure in a sentence."""
+PLACES = {"order": ("order", ""), "f": ("", "Hz")}
+"""Shapes that say where an effect is seen: words before and behind the number."""
+
+
+def sizes(effect: Named) -> str:
+    """A value, one of each of a few axes, or a pair's length, with what these mean and where they
+    are seen: ` of 0.05 N m at order 80`."""
+    known = library()[effect.id].gains if effect.id in library() else ()
+    main = [g.below[0] for g in known if g.below] or [g.name for g in known]
+    found = {name: _all(effect, name) for name in main}
+    found = {name: values for name, values in found.items() if values}
+    text = _amounts(list(found.values()), len(effect.axes) < 2)
+    return f"{text}{_places(effect)}{_meaning(effect)}" if text else ""
+
+
+def _all(effect: Named, name: str) -> list[Estimate]:
+    """Estimates of a parameter: of all axes, and of all shapes that one axis has it with."""
+    return [e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name]
+
+
+def _amounts(found: Sequence[Sequence[Estimate]], alone: bool) -> str:
+    if len(found) == 2 and alone and found[0][0].unit == found[1][0].unit:
+        # sine and cosine
+        lengths = [number(math.hypot(a.value, b.value)) for a, b in zip(*found, strict=True)]
+        unit = found[0][0].unit
+        return f" of {listed(lengths)}" + ("" if unit == "1" else f" {unit}")
+    if len(found) != 1:
+        return ""
+    (same,) = found
+    if len(same) > SEVERAL:
+        values = sorted(abs(e.value) for e in same)
+        return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"
+    return f" of {listed([measured(e) for e in same])}"
+
+
+def _places(effect: Named) -> str:
+    for name, (before, behind) in PLACES.items():
+        seen = [f"{e.value:.4g}" for e in _all(effect, name)]
+        if seen and len(effect.axes) == 1:
+            plural = "s" if before and len(seen) > 1 else ""
+            return f" at {f'{before}{plural} {listed(seen)} {behind}'.strip()}"
+    return ""
+
+
+def _meaning(effect: Named) -> str:
+    if effect.id not in library() or len(effect.axes) != 1:
+        return ""
+    values = {name: e.value for name, e in effect.parameters.items()}
+    units = {name: e.unit for name, e in effect.parameters.items()}
+    known = {gain.name for gain in library()[effect.id].gains} <= values.keys()
+    text = library()[effect.id].meaning(values, units) if known else ""
+    return f" ({text})" if text else ""

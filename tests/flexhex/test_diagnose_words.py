@@ -1,0 +1,129 @@
+"""What a diagnosis says in sentences: every verdict reads well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from flexhex.diagnose.words import phrase, verdict
+from flexhex.diagnosis.confidence import Confidence
+from flexhex.diagnosis.verdict import Named, Rest
+from flexhex.fmus.common.effects import library
+from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NAMED, coulomb, estimate
+
+SENTENCES = {
+    "named": "Axis 3 has Coulomb friction of 0.050 ± 0.003 N m that the model lacks; it explains"
+    " 93 % of the repeatable residual.",
+    "pair": "The model lacks 2 effects: Coulomb friction on axes 2 and 4 and a cogging harmonic on"
+    " axis 5; together they explain 94 % of the repeatable residual. Parameters that deviate from"
+    " the machine file: end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
+    "set": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second hysteresis;"
+    " these runs do not distinguish them.",
+    "changed": "No effect is missing. Parameters that deviate from the machine file: end_effector.m"
+    " is 3.71 ± 0.10 kg, not 3.20 kg.",
+    "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
+    " 0.0290 N m RMS, 1.3 % of the torque.",
+    "none": "No effect is missing: with its parameters fitted within their tolerances the model"
+    " explains these runs down to the non-repeatable residual (0.00900 N m RMS, of which"
+    " 0.00900 N m is non-repeatable; with the values of its file it leaves 0.0108 N m).",
+    "payload": "No effect is missing. A payload that no log announces was on run1.csv and run2.csv:"
+    " payload 0.2550 ± 0.0010 kg, payload.c_z 0.0231 ± 0.0012 m.",
+    "cannot tell": "These runs do not decide whether the model lacks an effect. No trajectory was"
+    " run twice, so what repeats is not known.",
+}
+
+
+def test_verdict_says_how_often_such_answers_were_right() -> None:
+    sure = replace(NAMED, confidence=Confidence(18, 19))
+    assert verdict(sure).endswith("Confidence 90 %: 18 of 19 such answers in the study were right.")
+    assert sure.data()["confidence"] == pytest.approx(19 / 21)
+    assert "Confidence" not in verdict(NAMED)
+
+
+@pytest.mark.parametrize("name", SENTENCES)
+def test_verdict_is_one_plain_sentence(name: str) -> None:
+    assert verdict(EXAMPLES[name]) == SENTENCES[name]
+
+
+def test_reason_that_asks_ends_as_it_does() -> None:
+    asking = replace(CANNOT, notes=("other units?",))
+    assert verdict(asking).endswith("lacks an effect. Other units?")
+    assert verdict(replace(CANNOT, notes=())).endswith("lacks an effect.")
+
+
+def test_nothing_is_said_to_repeat_where_no_run_was_repeated() -> None:
+    single = replace(BASIC, gap=replace(BASIC.gap, repeat=np.full(6, np.nan)))
+    assert verdict(single).endswith("it explains 93 % of the residual.")
+
+
+def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
+    """The largest shares first, with what they go with; errors of form are no news there."""
+    rests = (
+        Rest(2, 15.2, "N m", 0.11, "present and past motion"),
+        Rest(3, 0.3, "N m", 0.02, form=True),
+        Rest(4, 2.9, "N", 0.2),
+    )
+    text = verdict(replace(BASIC, remains=rests))
+    assert text.endswith(
+        " Beside that a residual repeats: no effect of the library explains 2.9 N (20 % of its"
+        " force) on axis 4 and 15 N m (11 % of its torque) on axis 2, which goes with present and"
+        " past motion."
+    )
+    unknown = replace(EXAMPLES["unknown"], remains=rests[:1])
+    assert verdict(unknown) == (
+        "A residual repeats that no effect of the library explains: 15 N m (11 % of its torque) on"
+        " axis 2, which goes with present and past motion."
+    )
+    assert unknown.data()["remains"][0]["share"] == 0.11
+
+
+def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
+    waves = {
+        "a": estimate(0.03, 0.001),
+        "b": estimate(0.04, 0.001),
+        "order": estimate(80.0, 0.1, "1/rad"),
+        "a#2": estimate(0.01, 0.001),
+        "b#2": estimate(0.0, 0.001),
+        "order#2": estimate(160.0, 0.1, "1/rad"),
+    }
+    two = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), waves),))
+    assert "of 0.0500 and 0.0100 N m at orders 80 and 160 that" in verdict(two)
+    gain = replace(BASIC, effects=(Named("drive_gain", "", (2,), {"g": estimate(0.2, 0.01, "1")}),))
+    assert "(the drive reports 1.200 times what the joint gets) that" in verdict(gain)
+    dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}
+    found = replace(BASIC, effects=(Named("stribeck_friction", "", (1,), dry),))
+    assert "of 4.0 ± 0.2 N m (breakaway at 6.5 N m) that" in verdict(found)
+
+
+def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:
+    few = verdict(replace(BASIC, effects=(coulomb((2, 4)),)))
+    assert "Axes 2 and 4 have Coulomb friction of 0.050 ± 0.003 N m and 0.060 ± 0.003 N m" in few
+    many = verdict(replace(BASIC, effects=(coulomb((1, 2, 4, 5)),)))
+    assert "of 0.0500 to 0.0800 N m that" in many
+
+
+def test_amplitudes_of_sine_and_cosine_are_one_size() -> None:
+    """hypot(3, 4) = 5; other units, as those of a drift's two gains, are no pair."""
+    pair = {"a": estimate(0.03, 0.001), "b": estimate(-0.04, 0.001)}
+    found = replace(BASIC, effects=(Named("cogging_harmonic", "", (1,), pair),))
+    assert "Axis 1 has a cogging harmonic of 0.0500 N m that" in verdict(found)
+    other = {"g_t": estimate(0.03, 0.001, "1"), "g_w": estimate(0.1, 0.01, "1/N2 m2")}
+    found = replace(BASIC, effects=(Named("thermal_drift", "", (1,), other),))
+    assert "Axis 1 has thermal drift of the motor constant that" in verdict(found)
+
+
+def test_effect_on_the_whole_machine_and_one_from_nowhere_have_sentences() -> None:
+    tilt = {"tilt_x": estimate(0.003, 0.0004, "rad"), "tilt_y": estimate(0.004, 0.0004, "rad")}
+    found = replace(BASIC, effects=(Named("gravity_tilt", "", (), tilt, share=0.8),))
+    assert verdict(found).startswith("The machine as a whole has a tilted base of 0.00500 rad that")
+    found = replace(BASIC, effects=(Named("my_own_effect", "", (2,), {}),))
+    assert verdict(found).startswith("Axis 2 has my own effect that the model lacks")
+
+
+def test_every_effect_of_the_library_has_a_phrase_that_reads() -> None:
+    articles = {name for name in library() if phrase(name).startswith(("a ", "an "))}
+    assert {"flexible_mode", "cable_force", "drive_lag", "gravity_tilt", "drive_gain"} <= articles
+    assert not articles & {"coulomb_friction", "quadratic_drag", "cubic_stiffness"}
+    assert phrase("encoder_eccentricity") == "an eccentric encoder ring"
