@@ -11,10 +11,17 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.answer import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import units_of
 from flexhex.diagnosis.noise import measured
+from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.side import Side
 from flexhex.diagnosis.verdict import Gap
 
 Array = NDArray[np.float64]
+
+
+SLOW = 2.0
+"""Offset and slope of runs that are worth a word, relative to what does not repeat."""
+UNLIKE = 2.0
+"""Residual on held-out runs, relative to that on the runs of the fit, that is worth a word."""
 
 
 @dataclass(frozen=True)
@@ -67,3 +74,29 @@ def gap_of(before: Before, side: Side) -> Gap:
     return Gap(
         units_of(made.base, made.base.n, "N m"), *usual, floor, before.repeat, repeat, judged
     )
+
+
+def slow(gap: Gap, rests: Mapping[int, float]) -> list[str]:
+    """A sentence for each axis with much that repeats and is an offset or a slope of whole runs:
+    noise of this kind is told from nothing. rests: RMS of what repeats else, by axis (from 0)."""
+    found = list[str]()
+    for i, rest in rests.items():
+        left = float(np.sqrt(max(gap.repeat_after[i] ** 2 - rest**2, 0.0)))
+        if left > max(SLOW * gap.floor[i], USUAL.smallest_rest * gap.torque[i]):
+            found.append(
+                f"axis {i + 1}: an offset or slope of whole runs is left, {left:.2g}"
+                f" {gap.units[i]}: a drift between them, or something slow that the model lacks"
+            )
+    return found
+
+
+def unlike(gap: Gap) -> list[str]:
+    """A sentence for each axis on which far more is left of the held-out runs."""
+    found, left = list[str](), gap.locked.get("after", gap.after)
+    for i in np.flatnonzero(left > UNLIKE * gap.after):
+        there, here = (f"{values[i]:.2g} {gap.units[i]}" for values in (left, gap.after))
+        found.append(
+            f"axis {i + 1}: {there} is left of the held-out runs, {here} of the others: those hold"
+            " something that these do not"
+        )
+    return found

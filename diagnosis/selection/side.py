@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
@@ -40,7 +40,7 @@ class Side:
     """One place where model and data meet: what was found there, and what remains (axes from 0).
 
     accepted: fits beside what the search accepted first, and beside all that it accepted, whether
-    it is named or not.
+    it is named or not. left: RMS of what repeats beside the offset and slope of runs [N m].
     """
 
     held: Joint
@@ -52,6 +52,7 @@ class Side:
     candidates: tuple[Candidate, ...] = ()
     accepted: tuple[Joint, ...] = ()
     rests: tuple[Rest, ...] = ()
+    left: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def matters(self) -> bool:
@@ -129,6 +130,7 @@ def selected(
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
         tuple(rests),
+        {i: rest.size * float(made.torque_rms[i]) for i, rest in enumerate(selection.rest)},
     )
 
 
