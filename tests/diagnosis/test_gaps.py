@@ -1,4 +1,4 @@
-"""What a gap says beside its figures: much that is slow, held-out runs that are unlike the others."""
+"""What a gap says beside its figures: much that is slow, held-out runs unlike the others."""
 
 from __future__ import annotations
 
