@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from flexhex.cli import app
 from flexhex.simulation.builder import Builder
 from tests.conftest import ROOT
+from tests.diagnosis.test_five_bar import write_log
+from tests.studies.test_measured import write_emps
 from tests.test_documents import blocks, commands, documents
 
 ELSEWHERE = {
@@ -36,6 +38,19 @@ CODES = {"diagnose": 1, "compare": 1}
 """Exit codes of what finds something: effects, differences."""
 
 
+def write_five_bar(folder: Path) -> None:
+    """Logs of three motions of the five-bar, under the guide's names."""
+    for seed, name in enumerate("abc", 1):
+        write_log(folder / f"{name}.csv", seed, friction=0.5, noise=seed)
+
+
+LOGS = {
+    r"identify DATA_EMPS.mat .*": write_emps,
+    r"identify a.csv .*--base examples/five_bar/.*": write_five_bar,
+}
+"""Commands by pattern with logs of another machine than the axis, and what writes such logs."""
+
+
 def every() -> list[str]:
     """The commands of all guides, once each."""
     guides = [path for path in documents() if path.parent in (ROOT, ROOT / "docs")]
@@ -46,6 +61,18 @@ def every() -> list[str]:
 def elsewhere(call: str) -> bool:
     plain = call.replace("'", "")
     return any(re.fullmatch(pattern, plain) for pattern in ELSEWHERE)
+
+
+@pytest.fixture
+def place(call: str, folder: Path, tmp_path: Path) -> Path:
+    """Where a command is called: the user's folder, or one with logs of another machine."""
+    for pattern, write in LOGS.items():
+        if re.fullmatch(pattern, call):
+            (tmp_path / "examples").symlink_to(ROOT / "examples")
+            (tmp_path / "out").mkdir()
+            write(tmp_path)
+            return tmp_path
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -66,15 +93,15 @@ def folder(builder: Builder, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_lists_of_commands_are_needed() -> None:
     """No pattern without a command; something is left to run."""
     plain = [call.replace("'", "") for call in every()]
-    idle = [p for p in ELSEWHERE if not any(re.fullmatch(p, call) for call in plain)]
+    idle = [p for p in (*ELSEWHERE, *LOGS) if not any(re.fullmatch(p, call) for call in plain)]
     assert idle == []
     assert sum(not elsewhere(call) for call in every()) > 10
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("call", [call for call in every() if not elsewhere(call)])
-def test_command_of_a_guide_runs(call: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder)
+def test_command_of_a_guide_runs(call: str, place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(place)
     opened: list[str] = []
     monkeypatch.setattr("typer.launch", opened.append)
     words = shlex.split(call)

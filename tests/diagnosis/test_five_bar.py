@@ -77,15 +77,19 @@ def torques(seed: int, friction: float = 0.0) -> Array:
     return tau + machines.rubbed(v, (friction, 0.0), (0.0, 0.0))
 
 
+def write_log(path: Path, seed: int, friction: float, head: str = "", noise: int = 0) -> Path:
+    """A log of the motion of this seed, with friction of the first motor [N m]; noise: its seed."""
+    q, _, _ = motion(seed)
+    return machines.write(path, T, q, torques(seed, friction), (False,) * 2, head, noise)
+
+
 def logs(folder: Path, seeds: tuple[int, ...], friction: float, passes: int = 1) -> list[Path]:
     found = []
     for seed in seeds:
         for k in range(passes):
             head = f"# trajectory: {seed}\n# pass: {k + 1}\n"
             path = folder / f"{seed}-{k}.csv"
-            q, _, _ = motion(seed)
-            tau = torques(seed, friction)
-            found.append(machines.write(path, T, q, tau, (False,) * 2, head, 10 * seed + k))
+            found.append(write_log(path, seed, friction, head, 10 * seed + k))
     return found
 
 

@@ -29,10 +29,8 @@ Array = NDArray[np.float64]
 TRUE = {"m": 95.0, "d": 200.0, "F_c": 20.0, "o": -3.0}
 
 
-def made_emps(data: Path) -> Measured:
-    """A log like that of EMPS of a machine that is known: back and forth, three times."""
-    folder = data / EMPS / "examples" / "EMPS" / "data"
-    folder.mkdir(parents=True)
+def write_emps(folder: Path) -> None:
+    """Logs like those of EMPS of a machine that is known: back and forth, three times."""
     t = np.arange(18_001) * 1e-3
     rng = np.random.default_rng(2)
     for name, w in (("DATA_EMPS", 2 * np.pi / 6.0), ("DATA_EMPS_PULSES", 2 * np.pi / 4.5)):
@@ -41,10 +39,16 @@ def made_emps(data: Path) -> Measured:
         force = TRUE["m"] * a + TRUE["d"] * v + TRUE["F_c"] * np.tanh(v / 1e-3) + TRUE["o"]
         force = force + 0.5 * rng.standard_normal(len(t))
         read = q + 1e-7 * rng.standard_normal(len(t))
-        savemat(
-            folder / f"{name}.mat",
-            {"t": t[:, None], "qm": read[:, None], "vir": force[:, None] / 35.0, "gtau": 35.0},
-        )
+        channels = {"t": t, "qm": read, "qg": q, "vir": force / 35.0}
+        columns = {key: value[:, None] for key, value in channels.items()}
+        savemat(folder / f"{name}.mat", columns | {"gtau": 35.0})
+
+
+def made_emps(data: Path) -> Measured:
+    """The set EMPS, with those logs."""
+    folder = data / EMPS / "examples" / "EMPS" / "data"
+    folder.mkdir(parents=True)
+    write_emps(folder)
     return emps(data)
 
 
