@@ -39,7 +39,7 @@ TREE = """<mujoco><compiler angle="radian"/><worldbody><body name="cart" pos="0 
  name="rail" type="slide" axis="1 0 0"/><inertial pos="0 0 .1" mass="2" diaginertia=".1 .1 .1"/>
  <body name="left" pos="0 .2 0"><joint name="a" type="hinge" axis="0 .6 .8"/>
  <inertial pos=".1 0 -.2" mass="1" diaginertia=".02 .03 .02"/></body>
- <body name="right" pos="0 -.2 0" euler=".3 0 0"><joint name="b" type="hinge" axis="0 1 0"/>
+ <body name="right" pos="0 -.2 0" euler=".3 .5 -.4"><joint name="b" type="hinge" axis="0 1 0"/>
  <inertial pos="0 .1 -.3" mass=".5" diaginertia=".01 .02 .015"/></body></body></worldbody></mujoco>
 """
 RUBBED = 2.0
