@@ -14,8 +14,8 @@ from flexhex.view.measured import measured_runs
 from flexhex.view.page import write_view
 from tests.diagnosis.robots.simulated import FILE
 from tests.flexhex.browser import Browser
+from tests.flexhex.robot_logs import AXIS, FIVE_BAR, arm_log, write
 from tests.flexhex.test_view_browser import WINDOWS
-from tests.flexhex.test_view_robots import AXIS, FIVE_BAR, arm_log, write
 
 pytest.importorskip("pinocchio", reason="the extra `robots` is not installed")
 
