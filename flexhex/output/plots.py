@@ -106,8 +106,8 @@ def multiples(
     lines, axes = list[dict[str, Any]](), dict[str, Any]()
     for k, line in enumerate(panels.values()):
         number = str(k + 1) if k else ""
-        meta = {"panel": k} | ({"joint": k + 1} if numbered else {})
-        lines.append({**line, "xaxis": f"x{number}", "yaxis": f"y{number}", "meta": meta})
+        place = {"panel": k} | ({"joint": k + 1} if numbered else {})
+        lines.append({**line, "xaxis": f"x{number}", "yaxis": f"y{number}", "meta": place})
         axes[f"xaxis{number}"] = {"title": {"text": x}, "zeroline": False}
         axes[f"yaxis{number}"] = {"title": {"text": y}, "zeroline": False}
     # no number among those of a line: it has no height
