@@ -48,7 +48,7 @@ def measured_runs(
         fit = _fit(paths, machine_file, options)
         results = [_with(r, log, fit) for r, log in zip(results, logs, strict=True)]
     except LogError as error:
-        said = f"no residual: {error}"
+        said = f"No residual: {error}."
     return named_runs(paths, results), shape, said
 
 

@@ -216,7 +216,7 @@ def test_log_that_is_too_short_for_a_fit_is_shown_without_a_residual(
     rng = np.random.default_rng(1)
     log = write(tmp_path / "a.csv", t, np.sin(9 * t[:, None]), rng.standard_normal((60, 1)))
     data = data_of(shown(app, tmp_path, log, "--base", "axis"))
-    assert data["said"].startswith("no residual: ")
+    assert data["said"].startswith("No residual: ")
     assert "are needed" in data["said"]
     assert data["runs"][0]["frames"]["residual"] is None
 
