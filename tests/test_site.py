@@ -140,7 +140,9 @@ def test_cells_of_the_notebook_run(
 
 
 @pytest.mark.parametrize(
-    ("page", "codes"), [("five-minutes", [1, 0, 1]), ("my-hexapod", [0, 0])], ids=["axis", "hexapod"]
+    ("page", "codes"),
+    [("five-minutes", [1, 0, 1]), ("my-hexapod", [0, 0])],
+    ids=["axis", "hexapod"],
 )
 def test_commands_of_the_tutorials_do_what_they_say(
     page: str, codes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

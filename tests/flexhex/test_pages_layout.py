@@ -103,3 +103,15 @@ def test_wide_table_is_whole_in_print(browser: Browser, page: Path) -> None:
     (table,) = boxes(browser, ".wide table")
     assert table[2] <= 718
     browser.call("Emulation.setEmulatedMedia", media="")
+
+
+def test_long_title_of_an_axis_is_whole_on_a_narrow_screen(browser: Browser, page: Path) -> None:
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.layout.xaxis.title.text = 'gain on left-out trajectories of others [nats]';"
+        " redraw().then(() => 0)"
+    )
+    browser.drawn()
+    ticks, title, plot = boxes(browser, "#error .xtick", "#error .xtitle", "#error .main-svg")
+    assert plot[0] <= title[0] < title[2] <= plot[2]
+    assert ticks[3] <= title[1] < title[3] <= plot[3]

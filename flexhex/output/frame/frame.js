@@ -6,6 +6,7 @@
 const root = document.documentElement;
 const media = matchMedia("(prefers-color-scheme: dark)");
 const PAPER = 700; // width of a plot in print [px]: A4 between its margins
+const LONG = 26; // characters of the title of an axis below a narrow plot
 let chosen = "", joint = null, printing = false;
 try { chosen = localStorage.getItem("flexhex-scheme") ?? ""; } catch { /* a page from a file may have no storage */ }
 
@@ -77,6 +78,11 @@ function layoutOf(f) {
       made.margin.b = 60 + 22 * Math.ceil(named.length / beside);
       made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
     }
+  }
+  if (narrow() && made.xaxis?.title?.text?.length > LONG) {
+    const text = wrapped(made.xaxis.title.text, LONG);
+    made.xaxis = { ...made.xaxis, title: { ...made.xaxis.title, text } };
+    made.margin = { ...made.margin, b: (made.margin.b ?? 50) + 18 * (text.split("<br>").length - 1) };
   }
   if (printing) { made.width = half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
   return made;
