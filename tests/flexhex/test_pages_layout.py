@@ -114,4 +114,5 @@ def test_long_title_of_an_axis_is_whole_on_a_narrow_screen(browser: Browser, pag
     browser.drawn()
     ticks, title, plot = boxes(browser, "#error .xtick", "#error .xtitle", "#error .main-svg")
     assert plot[0] <= title[0] < title[2] <= plot[2]
-    assert ticks[3] <= title[1] < title[3] <= plot[3]
+    # boxes are rounded to parts of a pixel, each in its own way
+    assert ticks[3] <= title[1] < title[3] <= plot[3] + 0.5
