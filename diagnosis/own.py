@@ -9,6 +9,8 @@ holds       ids of effects that the columns contain already
 payload     names of the parameters that a payload changes: mass, first and second moments
 complete    whether most of the torque is explained before any effect; default: False
 window      smoothing window [s]; settle [s]: what is left out at the start of a run
+bars        theta (samples, n) to (samples, bars, 2, 3) [m]: both ends of each straight bar of the
+            machine, that of axis i first, which begins where the axis is; for `flexhex view` alone
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ from flexhex.fmus.common.errors import FlexhexError, MachineError
 
 Array = NDArray[np.float64]
 NEEDED = ("parameters", "columns")
-OPTIONAL = ("axes", "holds", "payload", "complete", "window", "settle")
+OPTIONAL = ("axes", "holds", "payload", "complete", "window", "settle", "bars")
 PROBE = 8
 """Samples of the log at which the columns are tried first."""
 
@@ -54,6 +56,7 @@ class OwnBase(ColumnBase):
         if not callable(columns):
             raise MachineError(f"{name}: no method `columns(theta, thetad, thetadd)`: write one")
         self._columns: Callable[[Array, Array, Array], Any] = columns
+        self._bars: Callable[[Array], Any] | None = getattr(model, "bars", None)
         self.holds = frozenset(_holds(getattr(model, "holds", ()), name))
         self.payload = _payload(getattr(model, "payload", ()), linear, name)
         self.complete = bool(getattr(model, "complete", False))
@@ -84,6 +87,23 @@ class OwnBase(ColumnBase):
             raise MachineError(
                 f"{self.name}: columns: that of {self.linear[place].name} on axis {axis + 1} is"
                 " not finite"
+            )
+        return found
+
+    def bars(self, theta: Array) -> Array | None:
+        """Ends (samples, bars, 2, 3) [m] of the machine's bars; None for a model without.
+
+        MachineError where it fails, or for another shape."""
+        if self._bars is None:
+            return None
+        try:
+            found = np.asarray(self._bars(np.array(theta)), dtype=np.float64)
+        except Exception as error:
+            raise MachineError(f"{self.name}: bars: {told(error)}") from error
+        if found.ndim != 4 or found.shape != (len(theta), max(found.shape[1], self.n), 2, 3):
+            raise MachineError(
+                f"{self.name}: bars returned shape {found.shape} for {len(theta)} samples: must be"
+                f" ({len(theta)}, bars, 2, 3), with at least a bar for each of {self.n} axes"
             )
         return found
 

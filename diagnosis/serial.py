@@ -95,7 +95,7 @@ def misplacements(arm: Arm) -> list[Known]:
 def _frames(arm: Arm, e: ca.SX) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
     """Gravity (3,) and of each joint place (3,) and rotation (3, 3), with errors e."""
     g = ca.SX(list(arm.gravity))
-    frames = [(ca.SX(list(link.at)), ca.SX(_rotation(link.rpy))) for link in arm.links]
+    frames = [(ca.SX(list(link.at)), ca.SX(rotation(link.rpy))) for link in arm.links]
     turns = [axis for axis in np.eye(3) if np.cross(arm.gravity, axis).any()]
     for k, axis in enumerate(turns):
         g = g + e[k] * ca.SX(np.cross(axis, arm.gravity))
@@ -106,7 +106,7 @@ def _frames(arm: Arm, e: ca.SX) -> tuple[ca.SX, list[tuple[ca.SX, ca.SX]]]:
     return g, frames
 
 
-def _rotation(rpy: tuple[float, float, float]) -> Array:
+def rotation(rpy: tuple[float, float, float]) -> Array:
     """Rotation (3, 3) about fixed x, then y, then z."""
     (sx, sy, sz), (cx, cy, cz) = np.sin(rpy), np.cos(rpy)
     X = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])

@@ -1,4 +1,5 @@
-"""Draws the pictures of pages: hexapod.png, my-hexapod.png, diagnosis.png, in headless Chromium.
+"""Draws the pictures of pages in headless Chromium: hexapod.png, my-hexapod.png, arm.png,
+diagnosis.png.
 
 python -m docs.draw_pages out/runs/feedback.h5 out/runs/adaptive.h5
 """
@@ -11,8 +12,10 @@ import tempfile
 import time
 from pathlib import Path
 
+from flexhex.diagnosis.prepare import Options
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.view.data import page_data
+from flexhex.view.measured import measured_runs
 from flexhex.view.page import write_view
 from flexhex.view.sources import load_sources
 from tests.flexhex.browser import Browser
@@ -22,6 +25,8 @@ SPAN, SHOWN, FACTOR = (3.25, 7.0), 5.47, 1000.0
 """Time of the plots and of the bodies [s], where feedback only is far off; magnification."""
 INIT = ("--radius", "0.12", "--upper", "0.2", "--height", "0.25")
 """The hexapod of my-hexapod.md."""
+ARM, MOVING = ("run_001", "run_040", "run_060", "run_080"), 2.0
+"""Logs of examples/schunk, and the time of the first that is shown [s]."""
 REST = 3.0
 """Time after which what rests is drawn finely [s]."""
 
@@ -53,10 +58,14 @@ def main(files: list[Path]) -> None:
         picture(page, "hexapod.png", 1120, 600)
         flexhex(folder, "init", "my.toml", *INIT)
         picture(folder / "my.html", "my-hexapod.png", 1100, 620)
+        logs = [HERE.parent / "examples" / "schunk" / f"{log}.csv" for log in ARM]
+        runs, shape, _ = measured_runs(logs, None, Options("schunk"))
+        page = write_view(page, "arm", page_data(runs, shape, (0.0, 60.0), t=MOVING))
+        picture(page, "arm.png", 1120, 640)
         (folder / "axis").symlink_to(HERE.parent / "examples" / "axis")
-        logs = [f"axis/{log}.csv" for log in ("a1", "a2", "b1", "b2")]
+        named = [f"axis/{log}.csv" for log in ("a1", "a2", "b1", "b2")]
         held_out = ("--held-out", "axis/c1.csv")
-        flexhex(folder, "diagnose", *logs, "--base", "axis", *held_out, code=1)
+        flexhex(folder, "diagnose", *named, "--base", "axis", *held_out, code=1)
         picture(folder / "out" / "diagnose" / "diagnosis.html", "diagnosis.png", 1000, 1000)
 
 

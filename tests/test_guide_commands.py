@@ -24,6 +24,7 @@ ELSEWHERE = {
     r"study .*": "tests/flexhex/test_study.py",
     r"build( --platform .*)?": "the FMUs that the other commands take",
     r"view a.csv --live": "tests/flexhex/test_view_live.py",
+    r"view .*--base robot.urdf": "tests/flexhex/test_view_robots.py",
     r"identify .*--base (robot.urdf|base.py).*": "tests/flexhex/test_identify_other.py",
     r"diagnose .*--base (robot.urdf|base.py).*": "tests/diagnosis/test_own_base.py, test_robots.py",
     r"diagnose (?!.*(--base|--isolability)).*": "`make missing`, tests/flexhex/test_diagnose.py",

@@ -31,6 +31,17 @@ class FiveBar:
         *_bar("rod_2", ROD, True),
     )
 
+    def bars(self, theta: Array) -> Array:
+        """Ends of arm 1, arm 2, rod 1, rod 2 in the plane x, z, for `flexhex view`,
+        (samples, 4, 2, 3) [m]."""
+        (c1, c2), (s1, s2) = np.cos(theta).T, np.sin(theta).T
+        zero = np.zeros_like(c1)
+        elbows = (ARM * c1 - FOOT, ARM * s1), (ARM * c2 + FOOT, ARM * s2)
+        feet, tip = ((zero - FOOT, zero), (zero + FOOT, zero)), _meet(*elbows)
+        ends = [*zip(feet, elbows, strict=True), *((elbow, tip) for elbow in elbows)]
+        placed = [[np.stack([x, zero, z], axis=1) for x, z in pair] for pair in ends]
+        return np.moveaxis(np.array(placed), 2, 0)
+
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Torques of both motors for one of each parameter, (samples, 2, 10).
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 
 from flexhex.output.plots import COLOURS
@@ -59,7 +60,7 @@ def load_runs(first: Path, second: Path) -> tuple[Run, Run]:
 
 
 def named_runs(paths: Sequence[Path], results: Sequence[Result]) -> list[Run]:
-    """One or two runs with names and colours that differ."""
+    """Runs with names that differ, and colours, which differ where there are two."""
     names = [_name(path, r) for path, r in zip(paths, results, strict=True)]
     if len(set(names)) < len(names):
         names = [str(path) for path in paths]
@@ -84,7 +85,8 @@ def _colours(cases: list[str]) -> list[str]:
     if known[-1] in known[:-1]:
         known[-1] = ""
     free = [colour for colour in SPARE if colour not in known]
-    return [colour or free.pop(0) for colour in known]
+    spare = cycle(free or SPARE)
+    return [colour or next(spare) for colour in known]
 
 
 def figures(first: Run, second: Run) -> Figures | None:

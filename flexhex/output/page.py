@@ -68,7 +68,7 @@ def page_html(
     )
     text: str = environment.get_template(template).render(
         css=_frame("frame.css"),
-        js=_frame("frame.js"),
+        js=_frame("multiples.js") + _frame("frame.js"),
         plotly=plotly_js(),
         figures_json=_script(figures),
         term=term,

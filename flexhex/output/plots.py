@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,8 @@ Array = NDArray[np.float64]
 Figure = dict[str, Any]
 COLOURS = {"feedback": "#8c8c8c", "fixed": "#d1731d", "adaptive": "#1f6fb2"}
 MAX_POINTS = 3000
+ALIKE = 0.1
+"""Height of a line, relative to that of all, below which it would look flat beside them."""
 _TICKS = [f"{digit}e{power}" for power in range(-9, 10) for digit in (1, 2, 5)]
 LOG: dict[str, Any] = {
     "type": "log",
@@ -83,6 +86,37 @@ def per_joint(figure: Figure, word: str = "joint", first: int = 1) -> Figure:
     the page begins with."""
     layout = figure["layout"]
     return {**figure, "layout": {**layout, "meta": {"joint": word, "first": first}}}
+
+
+def multiples(
+    title: str,
+    x: str,
+    y: str,
+    panels: Mapping[str, Mapping[str, Any]],
+    word: str = "joint",
+    numbered: bool = True,
+    alike: bool = True,
+) -> Figure:
+    """A figure with a panel for each line, by the name that stands over it.
+
+    word: what the page's selector calls them; numbered: it chooses among these, too; alike: all
+    have one unit. Those have one scale to begin with, unless the smallest line would be less than
+    ALIKE of it.
+    """
+    lines, axes = list[dict[str, Any]](), dict[str, Any]()
+    for k, line in enumerate(panels.values()):
+        number = str(k + 1) if k else ""
+        place = {"panel": k} | ({"joint": k + 1} if numbered else {})
+        lines.append({**line, "xaxis": f"x{number}", "yaxis": f"y{number}", "meta": place})
+        axes[f"xaxis{number}"] = {"title": {"text": x}, "zeroline": False}
+        axes[f"yaxis{number}"] = {"title": {"text": y}, "zeroline": False}
+    # no number among those of a line: it has no height
+    known = [[v for v in line["y"] if v is not None and math.isfinite(v)] for line in lines]
+    heights = [max(values) - min(values) if values else 0.0 for values in known]
+    every = [v for values in known for v in values] or [0.0]
+    same = min(heights) >= ALIKE * (max(every) - min(every)) if alike else None
+    meta = {"joint": word, "first": 0, "multiples": {"names": list(panels), "same": same}}
+    return figure(title, x, y, lines, **axes, meta=meta)
 
 
 def spectrum(e: Array, ts: float) -> tuple[Array, Array]:

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.fmus.common.errors import UsageError
+from flexhex.fmus.common.interface import indices
 from flexhex.output.page import Part, write_page
-from flexhex.output.plots import figure, trace
+from flexhex.output.plots import Figure, figure, multiples, trace
 from flexhex.output.tables import Column, Row, console, table
 from flexhex.ssp.result import Array, Result
 from flexhex.view.thin import rows
@@ -18,6 +19,11 @@ from flexhex.view.thin import rows
 WIDTH = 40
 """Characters of a small curve."""
 LEVELS = "▁▂▃▄▅▆▇█"
+INK = "#1f6fb2"
+"""Colour of a line that has a panel of its own."""
+PREFIXES = ((1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+PREFIXED = ("rad", "m", "N m", "N", "s", "rad/s", "m/s", "A", "V")
+"""Units that may have a prefix."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +117,54 @@ def listing(result: Result) -> None:
             out.print(f"  {name:<24} {size}{group.units.get(name, '')[:24]}", markup=False)
 
 
+def scaled(values: Array, unit: str) -> tuple[Array, str]:
+    """Values with the prefix that fits the largest of them: 23e-6 rad are 23 µrad."""
+    known = np.abs(values[np.isfinite(values)])
+    most = known.max() if known.size else 0.0
+    if unit not in PREFIXED or not 0 < most < 1:
+        return values, unit
+    size, prefix = next(((s, p) for s, p in PREFIXES if most >= s), PREFIXES[-1])
+    return values / size, prefix + unit
+
+
+def drawn(one: Picked) -> Figure:
+    """A plot of a scalar; of an array a panel for each element."""
+    return _panels(one) if len(one.columns) > 1 else _alone(one)
+
+
+def _alone(one: Picked) -> Figure:
+    values, unit = scaled(one.values[:, 0], one.units[0])
+    lines = [trace(one.time, values, one.name)]
+    return figure("", "time [s]", _label(one.name, unit), lines, margin={"t": 15, "r": 15})
+
+
+def _panels(one: Picked) -> Figure:
+    """Elements that are counted are those of joints, others have names."""
+    short = [column.removeprefix(one.name) for column in one.columns]
+    counted = short == list(indices(len(short)))
+    names = [f"joint {i}" if counted else text.strip(".[]") for i, text in enumerate(short, 1)]
+    alike = len(set(one.units)) == 1
+    if alike:
+        values, unit = scaled(one.values, one.units[0])
+        columns, units = list(values.T), [unit] * len(names)
+    else:
+        pairs = [scaled(v, unit) for v, unit in zip(one.values.T, one.units, strict=True)]
+        columns, units = [list(part) for part in zip(*pairs, strict=True)]
+    panels = {
+        _label(name, unit): trace(one.time, column, full, INK)
+        for name, unit, column, full in zip(names, units, columns, one.columns, strict=True)
+    }
+    label = _label(one.name, units[0] if alike else "")
+    return multiples(one.name, "time [s]", label, panels, numbered=counted, alike=alike)
+
+
+def _label(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
 def write_plots(picked: Sequence[Picked], name: str, path: Path) -> Path:
-    """The page: a plot for each signal, on linked time axes."""
+    """The page: a plot for each signal, a panel for each joint, on linked time axes."""
     parts = []
     for k, one in enumerate(picked):
-        lines = [
-            trace(one.time, values, column)
-            for column, values in zip(one.columns, one.values.T, strict=True)
-        ]
-        units = sorted(set(one.units))
-        drawn = figure(one.name, "time [s]", ", ".join(units), lines)
-        parts.append(Part(one.name, figures={f"signal{k}": drawn}, timed=True))
+        parts.append(Part(one.name, figures={f"signal{k}": drawn(one)}, timed=True))
     return write_page(path, "Signals of a run", name, parts)

@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from flexhex.experiments import render
+from flexhex.experiments import experiment, render
 from flexhex.export.diagram import svg
 from flexhex.output.page import page_html
 from flexhex.output.plots import COLOURS
@@ -27,6 +27,7 @@ from flexhex.simulation.cases import SETTLE
 from flexhex.simulation.provenance import sentence
 from flexhex.ssp.diagram import read_diagram
 
+TEMPLATES = ("report.html.j2", "clips.html.j2", "sections.html.j2")
 TITLES = {"feedback": "feedback only", "fixed": "fixed", "adaptive": "adaptive"}
 """Words of the three answers by the name of the case."""
 SPEED_COLUMNS = (
@@ -45,7 +46,7 @@ def write_report(run: PaperRun, path: Path) -> Path:
     text = page_html(
         "report.html.j2",
         figures(run),
-        {name: text_of(name) for name in ("report.html.j2", "clips.html.j2")},
+        {name: text_of(name) for name in TEMPLATES},
         title=f"flexhex report: {run.builder.machine.name}",
         run=run,
         machine=run.builder.machine,
@@ -61,6 +62,7 @@ def write_report(run: PaperRun, path: Path) -> Path:
         margins=html(loop.COLUMNS, [vars(loop.margins(run.builder.machine))]),
         faults=run.faults,
         provenance=judged.provenance,
+        titles={name: experiment(name).title for name in run.experiments},
         sections={name: render(name, result) for name, result in run.experiments.items()},
     )
     path.parent.mkdir(parents=True, exist_ok=True)

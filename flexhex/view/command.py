@@ -1,4 +1,4 @@
-"""Command `view`: one or two runs as a page, the machine in 3D beside its signals."""
+"""Command `view`: runs as a page, the machine in 3D beside its signals."""
 
 from __future__ import annotations
 
@@ -8,23 +8,41 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, MachineFile, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, found_machine
+from flexhex.base_options import Joints, Tolerances, base_options
+from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.fmus.common.machine.machine import Machine
+    from flexhex.view.shapes import Shape
 
 
 def view_command(
-    run: Annotated[
-        Path,
+    runs: Annotated[
+        list[Path],
         typer.Argument(
-            metavar="RUN", help="result, recording of the gateway, or measured log of a hexapod"
+            metavar="RUN...",
+            help="results, recordings of the gateway, or measured logs; of two, the second is a"
+            " ghost, of more, the page shows one at a time",
         ),
     ],
-    second: Annotated[
-        Path | None, typer.Argument(metavar="[RUN]", help="a second run, shown as a ghost")
+    machine: Annotated[
+        Path | None, typer.Option("--machine", "-m", help="machine file (TOML) of a hexapod")
     ] = None,
-    machine: MachineFile = DEFAULT_MACHINE,
+    base: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="whose logs these are, as `diagnose` takes it: a robot's file (.urdf, MJCF .xml,"
+            " .sdf), FILE.py:NAME, axis, schunk, hexapod; it is fitted to them, and the page shows"
+            " what it leaves of the torques",
+        ),
+    ] = None,
+    joints: Joints = "",
+    tolerance: Tolerances = None,
+    torque_constant: TorqueConstant = None,
+    unit: Unit = None,
+    rename: Rename = None,
     begin: Annotated[float, typer.Option("--from", help="show from this time on [s]")] = 0.0,
     end: Annotated[
         float | None, typer.Option("--to", help="show up to this time [s]; default: all")
@@ -38,23 +56,37 @@ def view_command(
     ] = 4851,
     show: Annotated[bool, typer.Option("--open", help="open the page in the browser")] = False,
 ) -> None:
-    """Show a run in the browser: the machine in 3D beside its signals, in one offline file."""
+    """Show runs in the browser: the machine in 3D beside its signals, in one offline file."""
     from flexhex.fmus.common.errors import UsageError
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.view.data import page_data
     from flexhex.view.page import write_view
     from flexhex.view.sources import load_sources
 
-    made = load_machine(found_machine(machine))
+    logs = log_options(torque_constant, unit or [], rename or [])
     if live:
-        if second is not None:
-            raise UsageError("--live follows one recording: leave the second run out")
-        _follow(run, made, port, show)
+        if len(runs) > 1:
+            raise UsageError("--live follows one recording: leave the others out")
+        if base is not None:
+            raise UsageError("--live follows a hexapod's recording: take --base out")
+        _follow(runs[0], load_machine(found_machine(machine or DEFAULT_MACHINE)), port, show)
         return
-    runs = load_sources([run] if second is None else [run, second])
-    data = page_data(runs, made, (begin, math.inf if end is None else end))
-    title = " and ".join(one.name for one in runs)
-    written = write_view(page, title, data)
+    drawn: Machine | Shape
+    if base is None:
+        if joints or tolerance:
+            option = "--joints" if joints else "--tolerance"
+            raise UsageError(f"{option}: say whose, --base robot.urdf")
+        drawn, said = load_machine(found_machine(machine or DEFAULT_MACHINE)), ""
+        shown = load_sources(runs, logs)
+    else:
+        from flexhex.view.measured import measured_runs
+
+        options, file = base_options(base, machine, joints, tolerance, logs)
+        shown, drawn, said = measured_runs(runs, file, options)
+    data = page_data(shown, drawn, (begin, math.inf if end is None else end))
+    written = write_view(page, " and ".join(one.name for one in shown), {**data, "said": said})
+    if said:
+        print(f"note   {said}")
     print(f"page   {written} ({written.stat().st_size / 1e6:.1f} MB)")
     if show:
         typer.launch(written.absolute().as_uri())

@@ -1,4 +1,4 @@
-"""What stands in the page: the machine's geometry, angles for the bodies, lines for the plots."""
+"""What stands in the page: the machine's shape, angles for the bodies, lines for the plots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.result import Array, Group, Result
 from flexhex.tracking import SETTLE
-from flexhex.view.sources import ERROR, PAYLOAD, THETA, TORQUE, WANTED, find
+from flexhex.view.shapes import Shape, of_machine
+from flexhex.view.sources import ERROR, PAYLOAD, RESIDUAL, THETA, TORQUE, WANTED, find
 from flexhex.view.thin import held, instants, line, rows
 
 
@@ -26,34 +27,48 @@ class Size:
     frames: int = 20_000
     values: int = 1_000_000
 
+    def shared(self, runs: int) -> Size:
+        """For each of so many runs, of which more than two are shown one at a time."""
+        return Size(max(FEWEST, 2 * self.frames // max(2, runs)), 2 * self.values // max(2, runs))
+
 
 FEWEST = 1000
 """Points of a line, however many lines there are."""
+CHANNELS = {"e": ERROR, "tau": TORQUE, "residual": RESIDUAL, "payload": PAYLOAD}
+"""What is known of the joints at an instant beside their angles."""
 Span = tuple[float, float]
 """Begin and end of what is shown [s]."""
 
 
 def page_data(
-    runs: Sequence[Run], machine: Machine, span: Span, size: Size | None = None, **begins: Any
+    runs: Sequence[Run],
+    machine: Machine | Shape,
+    span: Span,
+    size: Size | None = None,
+    **begins: Any,
 ) -> dict[str, Any]:
     """Everything that the page draws; numbers are base64 of little-endian float32.
 
-    size: how much, default that of `Size`. begins: what the page begins with, `ghost` and
-    `factor` as its controls call them, `plots` the signals.
+    machine: a hexapod's, or what is drawn of another one. size: how much, default that of `Size`.
+    begins: what the page begins with, `ghost` and `factor` as its controls call them, `plots` the
+    signals.
 
     Raises UsageError for a machine without a platform, a run without its angles, and a span that
     no run has.
     """
-    if not machine.has_platform or machine.n_arms != 6:
-        raise UsageError(f"machine {machine.name!r} is no hexapod: it has no platform on six arms")
-    span, size = _within(runs, span), size or Size()
+    shape = of_machine(machine) if isinstance(machine, Machine) else machine
+    whole, size = span, (size or Size()).shared(len(runs))
+    span = _within(runs, span)
     return {
-        "machine": geometry(machine),
+        "machine": {**shape.data, "names": shape.joints},
         "begin": span[0],
         "end": span[1],
         "settled": _settled(runs, span),
         "begins": begins,
-        "runs": [run_data(run, machine.n_arms, span, size) for run in runs],
+        "runs": [
+            run_data(run, shape, span if len(runs) < 3 else _within([run], whole), size)
+            for run in runs
+        ],
     }
 
 
@@ -66,71 +81,73 @@ def _within(runs: Sequence[Run], span: Span) -> Span:
 
 
 def _settled(runs: Sequence[Run], span: Span) -> float:
-    """Where what is judged begins [s]: the preload's transient of a loop comes before."""
+    """Where what is judged begins [s]: the preload's transient of a loop comes before, or what no
+    fit of a base model has."""
+    fitted = [run.result for run in runs if RESIDUAL[0] in run.result]
+    if len(fitted) == len(runs):
+        shown = [np.isfinite(r[RESIDUAL[0]]).reshape(len(r[RESIDUAL[0]]), -1) for r in fitted]
+        firsts = [r.time(RESIDUAL[0])[s.all(axis=1)] for r, s in zip(fitted, shown, strict=True)]
+        begins = [float(first[0]) for first in firsts if len(first)]
+        return min(max([span[0], *begins]), span[1])
     loops = any(ERROR[0] in run.result for run in runs)
     return SETTLE if loops and span[0] < SETTLE < span[1] else span[0]
 
 
-def geometry(machine: Machine) -> dict[str, Any]:
-    """Lengths [m] and directions of the machine file, by its names."""
-    platform = machine.platform
-    arms = [
-        {"x_B": arm.x_B, "axis": arm.axis, "u_B": arm.u_B, "r_EP": platform.r_EP[i]}
-        for i, arm in enumerate(machine.arms)
-    ]
-    return {
-        "name": machine.name,
-        "L": machine.geometry.L,
-        "l": platform.l,
-        "x_E0": platform.x_E0,
-        "c_payload": platform.end_effector.c_payload,
-        "arms": arms,
-    }
-
-
-def run_data(run: Run, arms: int, span: Span, size: Size) -> dict[str, Any]:
+def run_data(run: Run, shape: Shape, span: Span, size: Size) -> dict[str, Any]:
     """Frames and signals of a run."""
     return {
+        "begin": span[0],
+        "end": span[1],
         "name": run.name,
         "file": run.file,
         "colour": run.colour,
-        "frames": frames(run, arms, span, size.frames),
+        "frames": frames(run, shape, span, size.frames),
         "signals": signals(run.result, span, size.values),
     }
 
 
-def frames(run: Run, arms: int, span: Span, most: int) -> dict[str, Any]:
-    """Angles [rad], tracking error r - theta [rad], torque [N m] at even instants, (n, 6) each;
-    payload (n,) [kg].
+def frames(run: Run, shape: Shape, span: Span, most: int) -> dict[str, Any]:
+    """Angles [rad], tracking error r - theta [rad], torque and residual [N m] at even instants,
+    (n, axes) each; payload (n,) [kg]; ends of bars (n, bars, 2, 3) [m].
 
-    Error, torque and payload are null where the run does not have them.
+    What the run does not have is null.
     """
     result = run.result
     name = find(result, THETA)
-    if not name or result[name].shape[1:] != (arms,):
-        raise UsageError(
-            f"{run.file}: has no angles of {arms} joints ({' or '.join(THETA)}), so there is no"
-            " machine to show; `flexhex plot` shows signals of any run"
-        )
+    if not name or result[name].size != shape.width * len(result[name]):
+        raise UsageError(f"{run.file}: {_other(result, name, shape)}")
     times = instants(result.group(name), *span, most)
     theta = _at(result, name, times)
-    error, wanted, torque = (find(result, names) for names in (ERROR, WANTED, TORQUE))
-    e = _at(result, error, times) if error else None
-    if e is None and wanted:
-        e = _at(result, wanted, times) - theta
-    tau = _at(result, torque, times) if torque else None
-    carried = find(result, PAYLOAD)
-    payload = _at(result, carried, times) if carried else None
+    found = {key: find(result, names) for key, names in CHANNELS.items()}
+    values = {key: _at(result, one, times) if one else None for key, one in found.items()}
+    wanted = find(result, WANTED)
+    if values["e"] is None and wanted:
+        values["e"] = _at(result, wanted, times) - theta
+    if values["payload"] is not None and not values["payload"].any():
+        values["payload"] = None
+    bars = shape.base.bars(theta.reshape(len(times), -1)) if shape.base else None
+    values |= {"theta": theta, "bars": bars}
     return {
         "t0": float(times[0]),
         "step": float(times[1] - times[0]) if len(times) > 1 else 1.0,
         "count": len(times),
-        "theta": packed(theta),
-        "e": None if e is None else packed(e),
-        "tau": None if tau is None else packed(tau),
-        "payload": None if payload is None or not payload.any() else packed(payload),
-        "torque": torque,
+        **{key: None if value is None else packed(value) for key, value in values.items()},
     }
+
+
+def _other(result: Result, name: str, shape: Shape) -> str:
+    """Why a run is not one of this machine."""
+    if not name:
+        return (
+            f"has no angles ({' or '.join(THETA)}), so there is no machine to show; `flexhex plot`"
+            " shows signals of any run"
+        )
+    count = result[name].size // max(1, len(result[name]))
+    axes = f"{count} {'axis' if count == 1 else 'axes'}"
+    return (
+        f"has angles of {axes}, the machine {shape.data['name']} has {shape.width}: say whose log"
+        " it is, --base robot.urdf, or --base axis for axes without a model"
+    )
 
 
 def _at(result: Result, name: str, times: Array) -> Array:
@@ -161,7 +178,7 @@ def _signal(group: Group, name: str, span: Span, points: int) -> dict[str, Any]:
     return {
         "name": name,
         "text": group.descriptions.get(name, ""),
-        "unit": group.units.get(name, "").split(",")[0],
+        "units": group.column_units(name),
         "Ts": group.Ts,
         "columns": [column.removeprefix(name) for column in group.columns(name)],
         "lines": [

@@ -12,8 +12,10 @@ SCRIPTS = (
     "data.js",
     "colours.js",
     "machine.js",
+    "robot.js",
     "scene.js",
     "plots.js",
+    "paint.js",
     "live.js",
     "app.js",
 )
@@ -33,13 +35,14 @@ def view_html(title: str, data: Any, live: bool = False) -> str:
     """The page; every text is escaped. live: it asks where it comes from for newer data."""
     import jinja2
 
+    bare = isinstance(data, dict) and data["machine"]["kind"] == "none"
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     template = environment.from_string(_text("view.html.j2"))
     text: str = template.render(
         title=title,
         live=live,
         styles=[_asset("uPlot.min.css"), _text("view.css")],
-        modules={name: script_text(_asset(name)) for name in MODULES},
+        modules={name: script_text(_asset(name)) for name in (() if bare else MODULES)},
         scripts=[script_text(_asset("uPlot.iife.min.js")), *(_text(name) for name in SCRIPTS)],
         data=json_text(data),
     )

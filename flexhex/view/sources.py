@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.compare.runs import Run, named_runs
-from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.logs import Log, Options, read_log
 from flexhex.diagnosis.logs.units import SI
 from flexhex.fmus.common.errors import LogError, unreadable
 from flexhex.recording import load_run
@@ -17,17 +18,20 @@ THETA = ("plant.theta", "theta")
 WANTED = ("reference.r", "r")
 ERROR = ("feedback.e", "e")
 PAYLOAD = ("reference.payload", "payload")
-TORQUE = ("residual", "plant.tau_meas", "tau_meas", "feedback.tau", "tau")
+TORQUE = ("plant.tau_meas", "tau_meas", "feedback.tau", "tau")
+RESIDUAL = ("residual",)
 """Where the parts of a motion stand, in results and in logs."""
+DEFAULT = Options()
 
 
-def load_sources(paths: list[Path]) -> list[Run]:
-    """One or two runs with names and colours. LogError for a file that is none."""
-    return named_runs(paths, [load_source(path) for path in paths])
+def load_sources(paths: list[Path], options: Options = DEFAULT) -> list[Run]:
+    """Runs with names and colours. LogError for a file that is none."""
+    return named_runs(paths, [load_source(path, options) for path in paths])
 
 
-def load_source(path: Path) -> Result:
-    """A result, a recording of the gateway, or a measured log as a result."""
+def load_source(path: Path, options: Options = DEFAULT) -> Result:
+    """A result, a recording of the gateway, or a measured log as a result; options: how to read
+    the last."""
     if not path.is_file():
         raise LogError(
             unreadable(path, IsADirectoryError() if path.is_dir() else FileNotFoundError())
@@ -36,7 +40,7 @@ def load_source(path: Path) -> Result:
         return load_run(path)
     except LogError as as_result:
         try:
-            return of_log(read_log(path))
+            return of_log(read_log(path, options))
         except LogError as as_log:
             raise LogError(
                 f"{path}: shows no run: as a result: {_reason(path, as_result)};"
@@ -60,7 +64,9 @@ def of_log(log: Log) -> Result:
         if known:
             key = f"{key} {name}"
             old = Group(1, channel.ts, {})
-        units = {**old.units, name: SI.get(name, "")}
+        axes = kinds_of(log, channel.width)
+        unit = ",".join(kind.unit(SI.get(name, "")) for kind in axes)
+        units = {**old.units, name: unit if len(set(axes)) > 1 else unit.partition(",")[0]}
         groups[key] = Group(1, channel.ts, {**old.signals, name: samples}, units)
     duration = max(group.rows * group.Ts for group in groups.values())
     return Result(groups, duration=duration, meta=dict(log.meta))

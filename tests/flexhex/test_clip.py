@@ -138,7 +138,7 @@ def test_clip_of_the_payload_carries_it_and_shows_what_the_model_takes_for_it() 
 def test_clip_of_the_residual_has_both_models(tmp_path: Path) -> None:
     found = clips(paper_run(missing=missing(tmp_path)))[1]
     assert "held-out" in found.text
-    left = [numbers(run["frames"]["tau"]) for run in found.data["runs"]]
+    left = [numbers(run["frames"]["residual"]) for run in found.data["runs"]]
     assert [run["name"] for run in found.data["runs"]] == ["original model", "extended model"]
     assert np.allclose(left[0], 0.3, atol=1e-6)
     assert np.allclose(left[1], 0.1, atol=1e-6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from flexhex.output.page import Part, write_page
 from tests.flexhex.browser import Browser
 from tests.flexhex.test_pages_browser import NARROW, page
 
@@ -61,3 +62,57 @@ def test_title_of_half_a_page_stands_above_its_legend_in_print(
     browser.drawn()
     title, legend = boxes(browser, "#bars .gtitle", "#bars .legend")
     assert title[3] <= legend[1]
+
+
+def test_first_column_stays_while_a_wide_table_is_moved(browser: Browser, page: Path) -> None:
+    """The page itself is no wider than the screen; nothing of the table stands over its names."""
+    browser.open(page, NARROW, 900)
+    assert browser.run("document.documentElement.scrollWidth") <= NARROW
+    before = boxes(browser, ".wide tr:nth-child(2) td:first-child")[0]
+    room = browser.run(
+        "(() => { const w = document.querySelector('.wide'); w.scrollLeft = 90;"
+        " return [w.scrollLeft, w.scrollWidth > w.clientWidth]; })()"
+    )
+    assert room == [90, True]
+    after = boxes(browser, ".wide tr:nth-child(2) td:first-child")[0]
+    assert after == before
+    seen = browser.run(
+        "(() => { const b = document.querySelector('.wide tr:nth-child(2) td');"
+        " b.scrollIntoView({ block: 'center' }); const r = b.getBoundingClientRect();"
+        " return document.elementFromPoint(r.right - 4, (r.top + r.bottom) / 2) === b; })()"
+    )
+    assert seen
+
+
+def test_table_of_words_stands_row_by_row_on_a_narrow_screen(
+    browser: Browser, tmp_path: Path
+) -> None:
+    rows = [("Log one more run.", "flexhex diagnose " + "a-very-long-name.csv " * 6)] * 2
+    part = Part("Next", "", ("", "command"), rows, words=True)
+    browser.open(write_page(tmp_path / "p.html", "A page", "", [part]), NARROW, 900)
+    what, command = boxes(browser, ".words tr:nth-child(2) td", ".words tr:nth-child(2) td + td")
+    assert what[3] <= command[1]
+    assert command[2] <= NARROW
+    assert browser.run("document.documentElement.scrollWidth") <= NARROW
+
+
+def test_wide_table_is_whole_in_print(browser: Browser, page: Path) -> None:
+    browser.open(page, 718, 1000)
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    browser.run("paper(true).then(() => 0)")
+    (table,) = boxes(browser, ".wide table")
+    assert table[2] <= 718
+    browser.call("Emulation.setEmulatedMedia", media="")
+
+
+def test_long_title_of_an_axis_is_whole_on_a_narrow_screen(browser: Browser, page: Path) -> None:
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.layout.xaxis.title.text = 'gain on left-out trajectories of others [nats]';"
+        " redraw().then(() => 0)"
+    )
+    browser.drawn()
+    ticks, title, plot = boxes(browser, "#error .xtick", "#error .xtitle", "#error .main-svg")
+    assert plot[0] <= title[0] < title[2] <= plot[2]
+    # boxes are rounded to parts of a pixel, each in its own way
+    assert ticks[3] <= title[1] < title[3] <= plot[3] + 0.5

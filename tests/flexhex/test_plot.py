@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.plot.command import plot_command
-from flexhex.plot.draw import LEVELS, curve
+from flexhex.plot.draw import LEVELS, Picked, curve, drawn, scaled
 from flexhex.ssp.results import save
 from tests.flexhex.test_view import run_of
 
@@ -55,10 +56,18 @@ def test_table_has_the_figures_of_each_scalar(app: typer.Typer, run: Path, tmp_p
     wanted = [theta.min(), theta.max(), np.sqrt(np.mean(theta**2))]
     assert figures == pytest.approx(wanted, rel=1e-3)
     text = page.read_text(encoding="utf-8")
-    drawn = json.loads(re.search(r"^const figures = (.*);$", text, re.M)[1])  # type: ignore[index]
-    assert [len(one["data"]) for one in drawn.values()] == [1, 6]
-    assert drawn["signal0"]["data"][0]["x"][0] == 2.0
-    assert drawn["signal1"]["layout"]["yaxis"]["title"]["text"] == "rad"
+    figures = json.loads(re.search(r"^const figures = (.*);$", text, re.M)[1])  # type: ignore[index]
+    assert [len(one["data"]) for one in figures.values()] == [1, 6]
+    assert figures["signal0"]["data"][0]["x"][0] == 2.0
+    assert figures["signal1"]["layout"]["yaxis"]["title"]["text"] == "feedback.e [µrad]"
+    panels = figures["signal1"]["layout"]["meta"]["multiples"]
+    assert panels == {"names": [f"joint {k} [µrad]" for k in range(1, 7)], "same": True}
+    assert [line["yaxis"] for line in figures["signal1"]["data"]] == [
+        "y",
+        *(f"y{k}" for k in range(2, 7)),
+    ]
+    e = made["feedback.e"][kept, 3] * 1e6
+    assert max(figures["signal1"]["data"][3]["y"]) == pytest.approx(e.max(), rel=1e-4)
 
 
 def test_without_signals_they_are_listed(app: typer.Typer, run: Path) -> None:
@@ -75,3 +84,33 @@ def test_unknown_signals_and_times_are_refused(app: typer.Typer, run: Path) -> N
         done = CliRunner().invoke(app, ["plot", str(run), *words])
         assert isinstance(done.exception, kind)
         assert reason in str(done.exception)
+
+
+def test_value_has_the_prefix_that_fits_the_largest() -> None:
+    for most, unit, wanted in (
+        (23e-6, "rad", "µrad"),
+        (0.5, "N m", "mN m"),
+        (3e-12, "m", "nm"),
+        (1.0, "rad", "rad"),
+        (0.01, "1", "1"),
+        (0.0, "rad", "rad"),
+    ):
+        values, named = scaled(np.array([0.0, -most, np.nan]), unit)
+        assert named == wanted
+        size = {"µrad": 1e-6, "mN m": 1e-3, "nm": 1e-9}.get(wanted, 1.0)
+        assert values[1] == pytest.approx(-most / size)
+
+
+def test_lines_of_other_units_or_sizes_have_scales_of_their_own() -> None:
+    def panels(sizes: tuple[float, ...], units: tuple[str, ...]) -> Any:
+        t = np.linspace(0.0, 1.0, 50)
+        values = np.sin(9 * t)[:, None] * np.array(sizes)
+        names = tuple(f"tau[{i}]" for i in range(1, len(sizes) + 1))
+        return drawn(Picked("tau", t, values, names, units))["layout"]["meta"]["multiples"]
+
+    assert panels((3.0, 1.0), ("N m", "N m"))["same"] is True
+    assert panels((30.0, 1.0), ("N m", "N m"))["same"] is False
+    assert panels((3.0, 1.0), ("N m", "N")) == {
+        "names": ["joint 1 [N m]", "joint 2 [mN]"],
+        "same": None,
+    }

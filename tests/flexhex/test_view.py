@@ -106,7 +106,7 @@ def test_page_holds_angles_errors_and_torques_of_the_run(app: typer.Typer, tmp_p
         sent = numbers(frames[name]).reshape(frames["count"], 6)
         assert np.array_equal(sent, made[signal][::every].astype("f4"))
     theta = next(one for one in run["signals"] if one["name"] == "plant.theta")
-    assert (theta["unit"], theta["columns"][5]) == ("rad", "[6]")
+    assert (theta["units"], theta["columns"][5]) == (["rad"] * 6, "[6]")
     drawn = numbers(theta["lines"][5]["values"])
     assert drawn.max() == np.float32(made["plant.theta"][:, 5].max())
     assert data["settled"] == 2.0, "the loop's preload settles before"
@@ -183,7 +183,7 @@ def test_what_cannot_be_shown_is_refused(app: typer.Typer, tmp_path: Path) -> No
     bare = save(result({"plant.fault": np.zeros(9)}), tmp_path / "bare.h5")
     (tmp_path / "text.csv").write_text("a,b\n1,2\n")
     for words, kind, reason in (
-        ([bare], UsageError, "no angles of 6 joints"),
+        ([bare], UsageError, "has no angles"),
         ([good, "--from", "9"], UsageError, "the run lasts from 0 to 4 s"),
         ([good, "--machine", "machines/tflex-actuators.toml"], UsageError, "is no hexapod"),
         ([good, "--machine", "none.toml"], MachineError, "none.toml"),

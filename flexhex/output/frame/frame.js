@@ -6,6 +6,7 @@
 const root = document.documentElement;
 const media = matchMedia("(prefers-color-scheme: dark)");
 const PAPER = 700; // width of a plot in print [px]: A4 between its margins
+const LONG = 26; // characters of the title of an axis below a narrow plot
 let chosen = "", joint = null, printing = false;
 try { chosen = localStorage.getItem("flexhex-scheme") ?? ""; } catch { /* a page from a file may have no storage */ }
 
@@ -49,7 +50,15 @@ function layoutOf(f) {
   if (made.hovermode === "x unified") {
     made.xaxis = { ...made.xaxis, unifiedhovertitle: { text: `${x} %{x:.5~g} ${unit}` } };
   }
+  const zoomed = zooms[f.layout.meta?.time];
+  if (zoomed) { made.xaxis = { ...made.xaxis, range: zoomed, autorange: false }; }
   if (made.title?.text) { made.title = { ...made.title, text: made.title.text.replaceAll("{joint}", joint ?? "") }; }
+  if (panelsOf(f).length) {
+    const box = document.getElementById(f.id);
+    panelled(f, made, printing ? PAPER : box.clientWidth);
+    if (printing) { made.width = PAPER; made.autosize = false; }
+    return made;
+  }
   const half = printing && f.layout.meta?.half;
   if (narrow() || half) {
     if (made.title) {
@@ -70,6 +79,11 @@ function layoutOf(f) {
       made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
     }
   }
+  if (narrow() && made.xaxis?.title?.text?.length > LONG) {
+    const text = wrapped(made.xaxis.title.text, LONG);
+    made.xaxis = { ...made.xaxis, title: { ...made.xaxis.title, text } };
+    made.margin = { ...made.margin, b: (made.margin.b ?? 50) + 18 * (text.split("<br>").length - 1) };
+  }
   if (printing) { made.width = half ? PAPER / 2 - 20 : PAPER; made.autosize = false; }
   return made;
 }
@@ -84,10 +98,15 @@ function wrapped(text, most) {
 }
 
 function tracesOf(f) {
-  return f.data.map(trace => {
+  const panels = shownPanels(f);
+  return f.data.filter(trace => !panels.length || panels.includes(trace.meta.panel)).map(trace => {
     const made = coloured(trace), unit = unitOf(axisOf(f, trace, "y").title?.text);
     if (!trace.hovertemplate && !trace.hoverinfo && !trace.hovertext && (trace.mode ?? "").includes("lines")) {
       made.hovertemplate = `%{y:.4~g} ${unit}`;
+    }
+    if (panels.length) {
+      const place = panels.indexOf(trace.meta.panel);
+      return { ...made, xaxis: nth("x", place), yaxis: nth("y", place), hovertemplate: `${made.hovertemplate}<extra></extra>` };
     }
     if (trace.meta?.joint !== undefined) { made.visible = trace.meta.joint === joint; }
     return made;
@@ -95,7 +114,7 @@ function tracesOf(f) {
 }
 
 function draw(id) {
-  const f = figures[id], box = document.getElementById(id);
+  const f = { ...figures[id], id }, box = document.getElementById(id);
   return Plotly.react(box, tracesOf(f), layoutOf(f), {
     responsive: !printing, displaylogo: false, displayModeBar: narrow() ? false : "hover",
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
@@ -144,15 +163,16 @@ function tools(id) {
   bar.className = "tools";
   if (jointsOf(f).length > 1) {
     bar.append(f.layout.meta.joint);
-    for (const number of jointsOf(f)) {
-      const button = Object.assign(document.createElement("button"), { type: "button", textContent: number });
+    for (const number of [...(panelsOf(f).length ? [0] : []), ...jointsOf(f)]) {
+      const button = Object.assign(document.createElement("button"), { type: "button", textContent: number || "all" });
       button.dataset.joint = number;
       button.addEventListener("click", () => choose(number));
       bar.append(button);
     }
   }
+  if (panelsOf(f).length) { bar.append(scaleButton(id)); }
   const data = Object.assign(document.createElement("button"), { type: "button", className: "data plain", textContent: "data (CSV)" });
-  data.setAttribute("aria-label", `download the data of ${plain(f.layout.title?.text)}`);
+  data.setAttribute("aria-label", `download the data of ${plain(f.layout.title?.text) || plain(f.layout.yaxis?.title?.text)}`);
   data.addEventListener("click", () => save(id));
   bar.append(data);
   frame.append(bar, box);
@@ -160,12 +180,14 @@ function tools(id) {
 
 function choose(number) {
   joint = number;
+  root.classList.toggle("one-joint", number > 0);
   for (const button of document.querySelectorAll("[data-joint]")) { button.setAttribute("aria-pressed", Number(button.dataset.joint) === number); }
   return Promise.all(Object.keys(figures).filter(id => jointsOf(figures[id]).length).map(draw));
 }
 
 // --- time axes that are zoomed together ----------------------------------------------------------
 let linking = false;
+const zooms = {};  // what a group of axes shows, where that is not all; kept when plots are drawn anew
 function link(id) {
   const group = figures[id].layout.meta?.time;
   if (!group) { return; }
@@ -173,6 +195,7 @@ function link(id) {
     const begin = change["xaxis.range[0]"], reset = change["xaxis.autorange"] || change["xaxis.showspikes"] !== undefined;
     if (linking || (begin === undefined && !reset)) { return; }
     linking = true;
+    if (begin === undefined) { delete zooms[group]; } else { zooms[group] = [begin, change["xaxis.range[1]"]]; }
     const range = begin === undefined ? { "xaxis.autorange": true } : { "xaxis.range": [begin, change["xaxis.range[1]"]] };
     const others = Object.keys(figures).filter(other => other !== id && figures[other].layout.meta?.time === group);
     Promise.all(others.map(other => Plotly.relayout(other, { ...range }))).finally(() => { linking = false; });
@@ -221,6 +244,13 @@ document.getElementById("scheme").addEventListener("click", () => {
 media.addEventListener("change", () => { scheme(); redraw(); });
 addEventListener("beforeprint", () => { paper(true); });
 addEventListener("afterprint", () => { paper(false); });
+// as many panels beside each other as there is room for
+let width = innerWidth;
+addEventListener("resize", () => {
+  if (innerWidth === width || printing) { return; }
+  width = innerWidth;
+  Object.keys(figures).filter(id => panelsOf(figures[id]).length).forEach(draw);
+});
 // tips that would leave the window open to the left
 for (const term of document.querySelectorAll(".term")) {
   const place = () => term.classList.toggle("leftward", term.getBoundingClientRect().left > innerWidth - 320 && innerWidth > 500);
@@ -237,4 +267,6 @@ contents();
 joint = Object.values(figures).map(f => f.layout.meta?.first).find(first => first !== undefined) ?? 1;
 Object.keys(figures).forEach(tools);
 choose(joint);
-redraw().then(() => { Object.keys(figures).forEach(link); root.dataset.ready = "yes"; });
+redraw().then(() => {
+  Object.keys(figures).forEach(link);
+  Object.keys(figures).filter(id => panelsOf(figures[id]).length).forEach(together); root.dataset.ready = "yes"; });

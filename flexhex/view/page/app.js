@@ -4,6 +4,7 @@
 const byId = id => document.getElementById(id);
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 const FIRST = [["feedback.e", "e"], ["residual", "plant.tau_meas", "tau_meas", "feedback.tau"], ["plant.theta", "theta"]];
+const FITTED = [["tau_smooth"], ["residual"], ["theta"]];  // of logs that a base model was fitted to
 
 const state = { t: DATA.begin, playing: false, speed: 1, factor: 1, colour: "torque", ghost: "none", range: [DATA.begin, DATA.end] };
 const SEEN = 5e-4;  // least angle between a machine and its ghost that is seen [rad]: a tenth of a pixel
@@ -44,30 +45,31 @@ function setRange(range) {
 function ghosts() {
   const list = [["none", "none"]];
   if (DATA.runs.length > 1) { list.unshift(["second", DATA.runs[1].name], ["beside", "beside each other"]); }
-  if (DATA.runs[0].frames.e) { list.splice(list.length - 1, 0, ["wanted", "wanted pose"]); }
+  if (DATA.runs[0].frames.e && posed()) { list.splice(list.length - 1, 0, ["wanted", "wanted pose"]); }
   return list;
 }
 
 // a ghost at the angles `at` over a machine at those of `of`, where one sees it: as much as a whole
 // machine costs to draw; whether the mechanism can take them
-function haunt(one, of, at) {
+function haunt(one, of, at, frames) {
   one.root.visible = Boolean(at) && at.some((angle, i) => Math.abs(angle - of[i]) > SEEN);
-  return !one.root.visible || one.place(at);
+  return !one.root.visible || one.place(at, frames);
 }
+
+// whether the page itself knows where the bodies are at any angles
+const posed = () => ["hexapod", "tree"].includes(DATA.machine.kind);
 
 function place() {
   const factors = DATA.runs.map(run => magnified(run.frames, state.t, state.factor));
   const [mine, theirs] = DATA.runs.map((run, r) => angles(run.frames, state.t, factors[r]));
   const wanted = DATA.runs.map(run => angles(run.frames, state.t, 0)), beside = state.ghost === "beside";
-  const fits = [real.place(mine), haunt(ghost, mine, { second: theirs, wanted: wanted[0], beside: wanted[0] }[state.ghost])];
-  if (other) { fits.push(!beside || other.place(theirs), haunt(twin, theirs, beside && wanted[1])); }
+  const [first, second] = DATA.runs.map(run => run.frames);
+  const fits = [real.place(mine, first), haunt(ghost, mine, { second: theirs, wanted: wanted[0], beside: wanted[0] }[state.ghost], state.ghost === "second" ? second : first)];
+  if (other) { fits.push(!beside || other.place(theirs, second), haunt(twin, theirs, beside && wanted[1], second)); }
   tell(factors, fits.every(Boolean));
-  const channel = { torque: "tau", error: "e" }[state.colour];
-  const most = channel ? tops[channel] || 1 : 1;
   for (const [machine, run] of [[real, DATA.runs[0]], [other, DATA.runs[1]]]) {
-    const values = run && channel && at(run.frames, channel, state.t);
     machine?.carry(run ? payloadAt(run.frames, state.t) : 0);
-    machine?.paint(values ? values.map(v => Math.abs(v) / most) : null);
+    machine?.paint(shares(run));
   }
 }
 
@@ -76,21 +78,8 @@ function tell(factors, fits) {
   const times = factor => `error × ${+factor.toPrecision(2)}`, names = byId("names").children;
   [...names].forEach((name, r) => { name.textContent = DATA.runs[r].name + (state.factor > 1 ? `, ${times(factors[r])}` : ""); });
   const less = DATA.runs.findIndex((run, r) => factors[r] < state.factor && (r === 0 || state.ghost === "second"));
-  byId("said").textContent = !fits ? "The mechanism cannot take these angles."
+  byId("said").textContent = !fits ? "The mechanism cannot take these angles. Is it the log of another machine? Say which, with --base."
     : less < 0 || names.length ? "" : `${DATA.runs[less].name}: ${times(factors[less])} here, so that no joint is drawn more than ${FARTHEST} rad off.`;
-}
-
-const tops = {};
-function setColour(name) {
-  state.colour = byId("colour").value = name;
-  const channel = { torque: "tau", error: "e" }[name];
-  const known = channel && DATA.runs[0].frames[channel];
-  if (known) { tops[channel] ??= largest(channel, DATA.settled); }
-  const title = name === "torque" ? `|${DATA.runs[0].frames.torque === "residual" ? "residual" : "torque"}| of each motor` : "|tracking error| of each joint";
-  const unit = name === "torque" ? "N m" : "rad";
-  byId("legend").innerHTML = !channel ? "" : !known ? `the run has no ${name}`
-    : `${title}<div class="ramp" style="background:${rampCss()}"></div><div class="ends"><span>0</span><span>${shown(tops[channel], unit)}</span></div>`;
-  dirty = true;
 }
 
 function setGhost(name) {
@@ -154,7 +143,8 @@ function setSpeed(by) {
   byId("speed").value = `${state.speed}`;
 }
 
-function fill() {
+function nameRuns() {
+  if (ALL.length > 2) { return; }
   for (const run of DATA.runs) {
     const text = document.createElement("span"), dot = document.createElement("i");
     dot.style.background = run.colour;
@@ -162,32 +152,60 @@ function fill() {
     text.title = run.file;
     byId("runs").append(text);
   }
+}
+
+function fill() {
+  nameRuns();
   options(byId("speed"), SPEEDS.map(s => [`${s}`, `× ${s}`]));
   byId("speed").value = "1";
   options(byId("ghost"), ghosts());
-  const names = [...new Set(DATA.runs.flatMap(run => run.signals.map(signal => signal.name)))].sort();
+  options(byId("colour"), colourings().map(name => [name, name]));
+  options(byId("run"), ALL.map((run, k) => [k, run.name]));
+  byId("run-label").hidden = ALL.length < 3;
+  byId("note").textContent = [DATA.machine.text, DATA.said].filter(Boolean).join(" ");
+  const names = [...new Set(ALL.flatMap(run => run.signals.map(signal => signal.name)))].sort();
   options(byId("add"), [["", "add a plot …"], ...names.map(name => [name, name])]);
-  const joints = byId("joints");
+  const joints = byId("joints"), fitted = names.includes("tau_smooth");
+  // where the base model lacks most, to begin with
+  const worst = fitted && known("tau") ? largest("residual", 0).map((v, i) => v / (largest("tau", 0)[i] || 1)).reduce((k, v, i, all) => (v > all[k] ? i : k), 0) : 0;
+  joints.hidden = WIDTH < 2;
   for (let i = 0; i < WIDTH; i++) {
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: `${i + 1}` });
-    button.title = `joint ${i + 1}`;
-    button.style.borderColor = DATA.runs.length > 1 ? css("--edge") : JOINTS[i];
-    const chosen = DATA.runs.length === 1 || i === 0;
+    button.title = DATA.machine.names[i];
+    button.style.borderColor = DATA.runs.length > 1 ? css("--edge") : JOINTS[i % JOINTS.length];
+    const chosen = fitted ? i === worst : DATA.runs.length === 1 || i === 0;
     if (chosen) { plots.joints.add(i); }
     button.setAttribute("aria-pressed", `${chosen}`);
     button.addEventListener("click", () => {
       if (!plots.joints.delete(i)) { plots.joints.add(i); }
       button.setAttribute("aria-pressed", `${plots.joints.has(i)}`);
       plots.rebuild();
+      dirty = true;
     });
     joints.append(button);
   }
-  for (const wanted of DATA.begins.plots?.map(name => [name]) ?? FIRST) {
+  for (const wanted of DATA.begins.plots?.map(name => [name]) ?? (fitted ? FITTED : FIRST)) {
     const name = wanted.find(one => names.includes(one));
     if (name) { plots.add(name); }
   }
   Object.assign(byId("time"), { min: DATA.begin, max: DATA.end });
   byId("magnify").disabled = !DATA.runs[0].frames.e;
+  byId("magnify").parentElement.hidden = !known("e") || !posed();
+  byId("ghost-label").hidden = byId("ghost").options.length < 2;
+}
+
+// another one of the runs that are shown one at a time
+function setRun(k) {
+  pick(ALL[k]);
+  Object.assign(byId("time"), { min: DATA.begin, max: DATA.end });
+  for (const name of Object.keys(tops)) { delete tops[name]; }
+  options(byId("ghost"), ghosts());
+  setColour(state.colour);
+  setGhost(byId("ghost").value);
+  setPlaying(false);
+  plots.rebuild();
+  setRange([DATA.begin, DATA.end]);
+  setTime(DATA.settled);
 }
 
 function listen() {
@@ -197,6 +215,7 @@ function listen() {
   byId("speed").addEventListener("change", event => { state.speed = +event.target.value; });
   byId("colour").addEventListener("change", event => setColour(event.target.value));
   byId("ghost").addEventListener("change", event => setGhost(event.target.value));
+  byId("run").addEventListener("change", event => setRun(+event.target.value));
   byId("camera").addEventListener("change", event => stage.look(event.target.value));
   byId("add").addEventListener("change", event => {
     plots.add(event.target.value);
@@ -224,8 +243,51 @@ function frame(now) {
   requestAnimationFrame(frame);
 }
 
+// machines and the stage that they stand on
+async function build() {
+  await loadThree();
+  const { machine } = DATA, hexapod = machine.kind === "hexapod";
+  const size = hexapod ? hexapodReach(machine) : reachOf(machine, ALL), neutral = hexapod && neutralFrames(machine);
+  const made = tint => (hexapod ? new Mechanism(machine, neutral, tint) : new (machine.kind === "tree" ? Tree : Bars)(machine, size, tint));
+  stage = new Stage(byId("machine"), size);
+  stage.onChange = () => { dirty = true; };
+  [real, ghost] = [made(null), made("#888888")];
+  [other, twin] = DATA.runs.length > 1 ? [made(null), made("#888888")] : [null, null];
+  [real, other, twin, ghost].forEach(one => { if (one) { stage.add(one); } });
+  if (!hexapod && WIDTH > 1) { number(); }
+}
+
+// numbers beside the joints of the machine, in the colours of their lines; those that are chosen stand out
+function number() {
+  const canvas = byId("machine");
+  const marks = DATA.machine.names.map((name, i) => Object.assign(document.createElement("span"), { textContent: i + 1, title: name }));
+  byId("numbers").replaceChildren(...marks);
+  stage.numbers = () => {
+    const taken = [];
+    real.joints.forEach(([at, radius], i) => {
+      const right = new THREE.Vector3().setFromMatrixColumn(stage.camera.matrixWorld, 0);
+      const p = at.addScaledVector(right, radius).project(stage.camera), x = (p.x + 1) / 2 * canvas.clientWidth + 2;
+      let y = (1 - p.y) / 2 * canvas.clientHeight - 14;
+      while (taken.some(([u, v]) => Math.abs(u - x) < 15 && Math.abs(v - y) < 15)) { y += 15; }
+      taken.push([x, y]);
+      marks[i].style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      marks[i].style.color = plots.joints.has(i) ? seen(DATA.runs.length > 1 ? DATA.runs[0].colour : JOINTS[i % JOINTS.length]) : "";
+      marks[i].className = plots.joints.has(i) ? "chosen" : "";
+    });
+  };
+}
+
+// no picture: signals alone, so nothing has to be loaded, placed or drawn
+function bodiless() {
+  const body = () => ({ root: { visible: false, position: {}, traverse() {} }, place: () => true, paint() {}, carry() {} });
+  stage = { reach: 0, wide: 0, look() {}, colours() {}, pace: () => false, draw() {} };
+  [real, ghost] = [body(), body()];
+  [other, twin] = DATA.runs.length > 1 ? [body(), body()] : [null, null];
+}
+
 // the machine as it stands, for print
 function still() {
+  if (DATA.machine.kind === "none") { return ""; }
   stage.draw();
   return byId("machine").toDataURL();
 }
@@ -238,18 +300,11 @@ async function start() {
   plots = new Plots(byId("charts"), { hover: t => { if (!state.playing) { setTime(t); } }, zoom: setRange });
   fill();
   listen();
-  await loadThree();
-  const neutral = neutralFrames(DATA.machine);
-  stage = new Stage(byId("machine"), DATA.machine);
-  stage.onChange = () => { dirty = true; };
-  real = new Mechanism(DATA.machine, neutral, null);
-  ghost = new Mechanism(DATA.machine, neutral, "#888888");
-  other = DATA.runs.length > 1 ? new Mechanism(DATA.machine, neutral, null) : null;
-  stage.add(real);
-  twin = other && new Mechanism(DATA.machine, neutral, "#888888");
-  [other, twin, ghost].forEach(one => { if (one) { stage.add(one); } });
+  const bare = DATA.machine.kind === "none";
+  document.documentElement.classList.toggle("bare", bare);
+  if (bare) { bodiless(); } else { await build(); }
   stage.colours();
-  setColour(DATA.runs[0].frames.tau ? "torque" : DATA.runs[0].frames.e ? "error" : "none");
+  setColour(colourings()[0]);
   setGhost(DATA.begins.ghost ?? ghosts()[0][0]);
   setFactor(Math.log10(DATA.begins.factor ?? 1));
   setRange([DATA.settled, DATA.end]);

@@ -31,7 +31,7 @@ function css(name) {
 // 3 digits, with the unit that fits: 31.2 µrad
 const PREFIXES = [[1e-9, "n"], [1e-6, "µ"], [1e-3, "m"], [1, ""]];
 function shown(value, unit) {
-  const plain = !["rad", "m", "N m", "rad/s", "rad/s2", "s", "V", "A"].includes(unit);
+  const plain = !["rad", "m", "N m", "N", "rad/s", "rad/s2", "s", "V", "A"].includes(unit);
   const size = Math.abs(value);
   if (!Number.isFinite(value)) { return "–"; }
   if (plain || size === 0) { return `${+value.toPrecision(4)} ${unit === "1" ? "" : unit}`.trim(); }

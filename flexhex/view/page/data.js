@@ -11,20 +11,29 @@ function floats(text) {
 }
 
 function decoded(run) {
-  for (const name of ["theta", "e", "tau", "payload"]) { run.frames[name] = floats(run.frames[name]); }
+  for (const name of ["theta", "e", "tau", "residual", "payload", "bars"]) { run.frames[name] = floats(run.frames[name]); }
 }
 DATA.runs.forEach(decoded);
 
-const WIDTH = DATA.machine.arms.length;
+const WIDTH = DATA.machine.names.length;
 
-// six values of a channel of the frames at time t [s], linear between them; null without them
-function at(frames, name, t) {
+// of more than two runs one is shown at a time
+const ALL = DATA.runs;
+const SETTLED = DATA.settled;
+function pick(run) {
+  const settled = SETTLED < run.end ? Math.max(run.begin, SETTLED) : run.begin;
+  Object.assign(DATA, { runs: [run], begin: run.begin, end: run.end, settled });
+}
+if (ALL.length > 2) { pick(ALL[0]); }
+
+// the values of all joints in a channel of the frames at time t [s], linear between them; null without them
+function at(frames, name, t, width = WIDTH) {
   const values = frames[name];
   if (!values) { return null; }
   const place = Math.min(Math.max((t - frames.t0) / frames.step, 0), frames.count - 1);
   const k = Math.min(Math.floor(place), Math.max(frames.count - 2, 0)), f = place - k, found = [];
-  for (let i = 0; i < WIDTH; i++) {
-    const a = values[k * WIDTH + i], b = frames.count > 1 ? values[(k + 1) * WIDTH + i] : a;
+  for (let i = 0; i < width; i++) {
+    const a = values[k * width + i], b = frames.count > 1 ? values[(k + 1) * width + i] : a;
     found.push(a + f * (b - a));
   }
   return found;
@@ -51,16 +60,16 @@ function magnified(frames, t, factor) {
   return Math.min(factor, Math.max(1, FARTHEST / most));
 }
 
-// the largest magnitude of a channel in all runs, after `from` [s]
+// the largest magnitude of a channel in all runs, after `from` [s], of each joint
 function largest(name, from) {
-  let most = 0;
+  const most = new Array(WIDTH).fill(0);
   for (const { frames } of DATA.runs) {
     const values = frames[name];
     if (!values) { continue; }
     const first = Math.min(Math.max(0, Math.ceil((from - frames.t0) / frames.step)), frames.count - 1);
     for (let k = first * WIDTH; k < values.length; k++) {
       const size = Math.abs(values[k]);
-      if (size > most) { most = size; }
+      if (size > most[k % WIDTH]) { most[k % WIDTH] = size; }
     }
   }
   return most;

@@ -18,6 +18,31 @@ function bar(geometry, material, a, b) {
   return mesh;
 }
 
+// how a body looks: one of a machine in its colour, one of a ghost see-through in its tint
+function surface(tint, colour, metal, rough) {
+  if (!tint) { return new THREE.MeshStandardMaterial({ color: colour, metalness: metal, roughness: rough }); }
+  return new THREE.MeshStandardMaterial({
+    color: tint, transparent: true, opacity: 0.38, depthWrite: false, roughness: 0.8,
+    // behind the machine itself where both are at the same place
+    polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8,
+  });
+}
+
+// motors coloured by shares of the largest (n), or plain for null
+function colourHubs(materials, shares) {
+  materials.forEach((material, i) => {
+    if (shares) { material.color.setRGB(...ramp(shares[i]), THREE.SRGBColorSpace); }
+    else { material.color.set("#9aa7b3"); }
+    material.metalness = shares ? 0.1 : 0.5;
+  });
+}
+
+// what `Stage` must know of a hexapod's size [m]
+function hexapodReach(machine) {
+  const [x, y, z] = machine.x_E0, reach = machine.L + machine.l;
+  return { reach, middle: [x, y, 0.46 * z], floor: -0.088 * machine.L / 0.28 };
+}
+
 class Mechanism {
   // tint: CSS colour of a ghost, or null for the machine itself
   constructor(machine, neutral, tint) {
@@ -36,14 +61,7 @@ class Mechanism {
   home(machine) { return { x: [...machine.x_E0], lam: [1, 0, 0, 0] }; }
 
   material(colour, metal = 0.35, rough = 0.45) {
-    if (this.tint) {
-      return new THREE.MeshStandardMaterial({
-        color: this.tint, transparent: true, opacity: 0.38, depthWrite: false, roughness: 0.8,
-        // behind the machine itself where both are at the same place
-        polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8,
-      });
-    }
-    return new THREE.MeshStandardMaterial({ color: colour, metalness: metal, roughness: rough });
+    return surface(this.tint, colour, metal, rough);
   }
 
   // motor with its arm, which turns about the axis: from x_B to where the flexure begins
@@ -231,12 +249,5 @@ class Mechanism {
     return true;
   }
 
-  // motors coloured by shares of the largest (6), or plain for null
-  paint(shares) {
-    this.motors.forEach((material, i) => {
-      if (shares) { material.color.setRGB(...ramp(shares[i]), THREE.SRGBColorSpace); }
-      else { material.color.set("#9aa7b3"); }
-      material.metalness = shares ? 0.1 : 0.5;
-    });
-  }
+  paint(shares) { colourHubs(this.motors, shares); }
 }

@@ -3,6 +3,7 @@
 
 const TALL = 4;  // mean height of a column from which on bars are drawn [px]
 const LEAST = 140, MOST = 260;  // height of a plot, which shares what room there is [px]
+const BESIDE = { tau_smooth: [["tau_model", "model"]] };  // what is drawn over a signal, in dashes
 const DASHES = [[], [6, 4], [2, 3], [9, 3, 2, 3]];  // columns of a signal where runs have the colours
 const digits = (u, ticks) => ticks.map(v => (v === null ? "" : `${+v.toPrecision(7)}`.replace("-", "−")));
 const seconds = (u, ticks) => digits(u, ticks).map(text => text && `${text} s`);
@@ -13,6 +14,8 @@ const anyContext = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, how) {
   return anyContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...how } : how);
 };
+
+const unitsOf = chart => [...new Set(chart.lines.map(line => line.unit))];
 
 class Plots {
   // on: {hover(t), zoom(range)}
@@ -65,16 +68,17 @@ class Plots {
   // lines of a chart: of every run that has the signal the chosen columns
   lines(chart) {
     const found = [];
-    DATA.runs.forEach((run, r) => {
-      const signal = signalOf(run, chart.name);
+    const listed = [[chart.name, ""], ...(BESIDE[chart.name] ?? [])];
+    DATA.runs.flatMap((run, r) => listed.map(([name, word]) => [run, r, name, word])).forEach(([run, r, name, word]) => {
+      const signal = signalOf(run, name);
       if (!signal) { return; }
       const six = signal.columns.length === WIDTH;
       unpacked(signal).columns.forEach((column, i) => {
         if (six && !this.joints.has(i)) { return; }
         const colour = seen(DATA.runs.length > 1 ? run.colour : JOINTS[i % JOINTS.length]);
-        const label = (column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, "");
-        const dash = six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
-        found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.unit, count: signal.columns.length });
+        const label = [(column || "").replace(/^\[(\d+)\]$/, "$1").replace(/^\./, ""), word].filter(Boolean).join(" ");
+        const dash = word ? DASHES[1] : six || DATA.runs.length < 2 ? [] : DASHES[i % DASHES.length];
+        found.push({ ...signal.lines[i], colour, label, dash, run: r, unit: signal.units[i], count: signal.columns.length });
       });
     });
     return found;
@@ -82,15 +86,16 @@ class Plots {
 
   // factor and prefix that fit the largest value: [1e-3, "m"]
   unit(chart) {
-    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => Math.max(m, Math.abs(v)), 0)), 0);
-    const small = ["rad", "m", "N m"].includes(chart.lines[0]?.unit) && most > 0;
+    const units = unitsOf(chart);
+    const most = Math.max(...chart.lines.map(line => line.points.reduce((m, v) => (Math.abs(v) > m ? Math.abs(v) : m), 0)), 0);
+    const small = ["rad", "m", "N m", "N"].includes(units[0]) && units.length === 1 && most > 0;
     return small ? PREFIXES.findLast(([s]) => most >= s * 0.9995) ?? PREFIXES[0] : [1, ""];
   }
 
   build(chart) {
     chart.plot?.destroy();
     chart.lines = this.lines(chart);
-    const unit = chart.lines[0]?.unit ?? "", [scale, prefix] = this.unit(chart);
+    const unit = unitsOf(chart).join(", "), [scale, prefix] = this.unit(chart);
     chart.prefix = prefix;
     const bin = Math.max(1, ...chart.lines.map(line => line.bin));
     chart.box.querySelector("h2").innerHTML = "";
@@ -169,7 +174,8 @@ class Plots {
         if (low !== high) { ctx.lineTo(column + 0.5, y(early ? high : low)); }
       }
       for (let k = first; k <= last && !dense.length; k++) {
-        if (Number.isFinite(line.points[k])) { ctx.lineTo(x(k), y(line.points[k])); }
+        if (!Number.isFinite(line.points[k])) { continue; }
+        if (k > first && !Number.isFinite(line.points[k - 1])) { ctx.moveTo(x(k), y(line.points[k])); } else { ctx.lineTo(x(k), y(line.points[k])); }
       }
       ctx.lineWidth = thick;
       ctx.lineJoin = "round";

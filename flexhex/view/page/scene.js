@@ -32,11 +32,12 @@ function hasCard() {
 }
 
 class Stage {
-  constructor(canvas, machine) {
+  // size: {reach, middle, floor} of the machine [m]
+  constructor(canvas, size) {
     this.canvas = canvas;
-    this.reach = machine.L + machine.l;
+    this.reach = size.reach;
     this.wide = 0;  // between the middles of two machines beside each other [m]
-    this.middle = vector([machine.x_E0[0], machine.x_E0[1], machine.x_E0[2] * 0.46]);
+    this.middle = vector(size.middle);
     this.card = hasCard();
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: this.card, alpha: true });
     Object.assign(this, { interval: 0, pictures: 0, still: 0 });
@@ -48,10 +49,10 @@ class Stage {
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
     this.renderer.toneMappingExposure = 1.15;
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.01, 30);
+    this.camera = new THREE.PerspectiveCamera(FOV, 1, 0.014 * this.reach, 43 * this.reach);
     this.camera.up.set(0, 0, 1);
     this.lights();
-    this.floor(machine);
+    this.floor(size.floor);
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.onChange?.());
     this.resize();
@@ -76,8 +77,7 @@ class Stage {
     this.scene.add(sun, fill);
   }
 
-  floor(machine) {
-    const s = machine.L / 0.28, z = -0.088 * s;
+  floor(z) {
     this.shadow = new THREE.Mesh(new THREE.CircleGeometry(3 * this.reach, 64), new THREE.ShadowMaterial({ opacity: 0.18 }));
     this.shadow.position.z = z;
     this.shadow.receiveShadow = true;
@@ -149,5 +149,8 @@ class Stage {
     return true;
   }
 
-  draw() { this.renderer.render(this.scene, this.camera); }
+  draw() {
+    this.renderer.render(this.scene, this.camera);
+    this.numbers?.();
+  }
 }

@@ -1,0 +1,82 @@
+"""Logs given to the diagnosis as runs: with the base model's torque and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from flexhex.compare.runs import Run, named_runs
+from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.blocks import torque_at
+from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.kinds import refuse_others, units_of
+from flexhex.diagnosis.logs import Log, read_log
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.runs import refuse_width
+from flexhex.fmus.common.errors import LogError
+from flexhex.ssp.result import Group, Result
+from flexhex.view.shapes import Shape, of_base
+from flexhex.view.sources import of_log
+
+TEXTS = {
+    "tau_smooth": "measured, smoothed as the diagnosis does; dashed: the base model",
+    "tau_model": "base model, fitted to these logs",
+    "residual": "measured minus base model",
+}
+"""Signals that a fit adds."""
+
+
+def measured_runs(
+    paths: Sequence[Path], machine_file: Path | None, options: Options
+) -> tuple[list[Run], Shape, str]:
+    """The logs as runs, what can be drawn of their machine, and why there is no residual, or
+    nothing.
+
+    Raises LogError, MachineError or UsageError for logs that are not of this base model.
+    """
+    logs = [read_log(path, options.log) for path in paths]
+    base = base_of(options.base, machine_file, logs[0], options.tolerance, options.joints)
+    for log in logs:
+        refuse_width(log, base.n)
+        refuse_others(log.name, log.kinds, getattr(base, "kinds", ()), "the base model")
+    shape = of_base(base, Path(options.base).name if machine_file is None else options.base)
+    results, said = [of_log(log) for log in logs], ""
+    try:
+        fit = _fit(paths, machine_file, options)
+        results = [_with(r, log, fit) for r, log in zip(results, logs, strict=True)]
+    except LogError as error:
+        said = f"No residual: {error}."
+    return named_runs(paths, results), shape, said
+
+
+def _fit(paths: Sequence[Path], machine_file: Path | None, options: Options) -> Calibrated:
+    """The base model fitted to all logs, as the diagnosis begins."""
+    base, asked, trouble = asked_of(paths, [], machine_file, options)
+    if trouble:
+        raise LogError(trouble)
+    made, _, _ = fitted(base, asked.runs)
+    return made
+
+
+def _with(result: Result, log: Log, made: Calibrated) -> Result:
+    """A log with the smoothed torque, that of the model and the residual; NaN where the fit has
+    none."""
+    begin, step = log["theta"].time[0], made.spacing
+    count = int(np.floor((log["theta"].time[-1] - begin) / step)) + 1
+    residuals = made.residual(made.regression.q)
+    values = {name: np.full((count, made.base.n), np.nan) for name in TEXTS}
+    for block, left in zip(made.blocks, residuals, strict=True):
+        if block.run.name != log.name:
+            continue
+        torque = torque_at(block, made.base.window, made.fitted.delay)
+        rows = np.rint((block.at + block.run.shift - begin) / step).astype(int)
+        kept = block.usable & (rows >= 0) & (rows < count)
+        for name, part in zip(TEXTS, (torque, torque - left, left), strict=True):
+            values[name][rows[kept]] = part[kept]
+    unit = ",".join(units_of(made.base, made.base.n, "N m"))
+    signals = {name: v if made.base.n > 1 else v[:, 0] for name, v in values.items()}
+    group = Group(1, step, signals, dict.fromkeys(TEXTS, unit), TEXTS)
+    return replace(result, groups={**result.groups, "base model": group})
