@@ -103,7 +103,8 @@ def _named(found: Diagnosis) -> str:
         text = f"The model lacks {len(parts)} effects: {listed(parts)}"
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
-        text += f"; {subject} {percent(share)} of {gap_name(found.gap)}"
+        there = " there" if len(found.effects) == 1 and _beside(found) else ""
+        text += f"; {subject} {percent(share)} of {gap_name(found.gap)}{there}"
     return " ".join([f"{text}.", *_beside(found), *_other_values(found)])
 
 
