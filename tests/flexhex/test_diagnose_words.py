@@ -68,8 +68,8 @@ def test_rest_that_is_in_no_effect_stands_in_the_first_sentences() -> None:
     text = verdict(replace(BASIC, remains=rests))
     assert text.endswith(
         " it explains 93 % of the repeatable residual there. Beside that a residual repeats: no"
-        " effect of the library explains 2.9 N (20 % of its force) on axis 4 and 15 N m (11 % of its torque) on axis 2, which goes with present and"
-        " past motion."
+        " effect of the library explains 2.9 N (20 % of its force) on axis 4 and 15 N m (11 % of"
+        " its torque) on axis 2, which goes with present and past motion."
     )
     unknown = replace(EXAMPLES["unknown"], remains=rests[:1])
     assert verdict(unknown) == (
