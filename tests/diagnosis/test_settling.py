@@ -15,18 +15,28 @@ WIDTHS = [8e-3, 12e-3, 14e-3, 15e-3, 15e-3]
 
 
 def searched(
-    monkeypatch: pytest.MonkeyPatch, widths: list[float], named: bool = True
+    monkeypatch: pytest.MonkeyPatch,
+    widths: list[float],
+    named: bool = True,
+    rotors: list[float] | None = None,
+    geared: tuple[int, ...] = (),
 ) -> list[float]:
-    """Widths beside which was searched; named: an effect was found."""
+    """Widths beside which was searched; named: an effect was found; rotors: of the only axis, as
+    the fits have them; geared: axes with an effect behind their rotor."""
+
+    def fitted(width: float, rotor: float) -> Any:
+        p = np.array([1.0, rotor])
+        return SimpleNamespace(widths=np.array([width]), delay=0.0, late=1.0, p=p)
+
+    base, each = SimpleNamespace(rotors=(1,)), rotors or [1.0] * len(widths)
     made = [
-        SimpleNamespace(fitted=SimpleNamespace(widths=np.array([w]), delay=0.0, late=1.0))
-        for w in widths
+        SimpleNamespace(base=base, fitted=fitted(*pair)) for pair in zip(widths, each, strict=True)
     ]
     asked: list[Any] = []
 
     def side(bench: Any, *more: Any) -> Any:
         asked.append(bench.made)
-        held = SimpleNamespace(bench=bench)
+        held = SimpleNamespace(bench=bench, geared=geared)
         return SimpleNamespace(held=held, accepted=[held] if named else [])
 
     bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
@@ -51,6 +61,15 @@ def test_width_that_stays_asks_for_nothing(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     assert searched(monkeypatch, WIDTHS) == WIDTHS[: workflow.SEARCHES]
+
+
+@pytest.mark.parametrize(("geared", "count"), [((0,), 2), ((), 1)])
+def test_search_goes_on_while_the_rotor_of_a_gear_that_gives_way_moves(
+    geared: tuple[int, ...], count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    widths, rotors = [15e-3, 15.1e-3, 15.2e-3, 15.3e-3], [1.0, 0.8, 0.79, 0.5]
+    found = searched(monkeypatch, widths, rotors=rotors, geared=geared)
+    assert found == widths[:count]
 
 
 def test_without_an_effect_there_is_nothing_to_search_again(

@@ -56,7 +56,8 @@ def test_angle_error_is_kept_for_its_shape_alone() -> None:
     def columns(inputs: Array, state: Array, fixed: Array) -> list[Array]:
         return [fixed.copy()]
 
-    effect = SimpleNamespace(id="error", acts_on="measurement", shapes=[SimpleNamespace(name="s")])
+    shape = SimpleNamespace(name="s")
+    effect = SimpleNamespace(id="error", acts_on="measurement", shapes=[shape], geared=False)
     item: Any = SimpleNamespace(effect=effect, columns=columns)
     bench: Any = Bench(SimpleNamespace(base=SimpleNamespace(n=1)), [item])  # type: ignore[arg-type]
     bench._inputs = lambda item, axis: [np.zeros((COUNT, 6))]
@@ -65,7 +66,7 @@ def test_angle_error_is_kept_for_its_shape_alone() -> None:
         made.append((axis, error[0, 0]))
         return error
 
-    bench._turned = turned
+    bench._misread = SimpleNamespace(turned=turned)
     asked = [(0, 1.0), (0, 1.0), (1, 1.0), (0, 2.0), (0, 2.0), (1, 1.0)]
     for axis, value in asked:
         (found,) = bench.thin("error", axis, {"s": value})
