@@ -18,12 +18,6 @@ from flexhex.diagnosis.verdict import Gap
 Array = NDArray[np.float64]
 
 
-SLOW = 2.0
-"""Offset and slope of runs that are worth a word, relative to what does not repeat."""
-UNLIKE = 2.0
-"""Residual on held-out runs, relative to that on the runs of the fit, that is worth a word."""
-
-
 @dataclass(frozen=True)
 class Before:
     """What the base model alone leaves (n,) [N m]: torque, for comparison; nominal, with the
@@ -77,26 +71,14 @@ def gap_of(before: Before, side: Side) -> Gap:
 
 
 def slow(gap: Gap, rests: Mapping[int, float]) -> list[str]:
-    """A sentence for each axis with much that repeats and is an offset or a slope of whole runs:
-    noise of this kind is told from nothing. rests: RMS of what repeats else, by axis (from 0)."""
+    """A sentence for each axis on which offsets and slopes of whole runs repeat by more than all
+    that does not repeat. rests: RMS of what repeats beside them, by axis (from 0)."""
     found = list[str]()
     for i, rest in rests.items():
         left = float(np.sqrt(max(gap.repeat_after[i] ** 2 - rest**2, 0.0)))
-        if left > max(SLOW * gap.floor[i], USUAL.smallest_rest * gap.torque[i]):
+        if left > max(gap.floor[i], USUAL.smallest_rest * gap.torque[i]):
             found.append(
                 f"axis {i + 1}: an offset or slope of whole runs is left, {left:.2g}"
                 f" {gap.units[i]}: a drift between them, or something slow that the model lacks"
             )
-    return found
-
-
-def unlike(gap: Gap) -> list[str]:
-    """A sentence for each axis on which far more is left of the held-out runs."""
-    found, left = list[str](), gap.locked.get("after", gap.after)
-    for i in np.flatnonzero(left > UNLIKE * gap.after):
-        there, here = (f"{values[i]:.2g} {gap.units[i]}" for values in (left, gap.after))
-        found.append(
-            f"axis {i + 1}: {there} is left of the held-out runs, {here} of the others: those hold"
-            " something that these do not"
-        )
     return found

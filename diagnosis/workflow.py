@@ -18,7 +18,7 @@ from flexhex.diagnosis.confidence import Confidence, confidence_of
 from flexhex.diagnosis.drifts import drifts_of, without
 from flexhex.diagnosis.drives import drives_of
 from flexhex.diagnosis.fit import beside
-from flexhex.diagnosis.gaps import Before, before_of, gap_of, slow, unlike
+from flexhex.diagnosis.gaps import Before, before_of, gap_of, slow
 from flexhex.diagnosis.guard import delayed, poor_axes
 from flexhex.diagnosis.maps import maps
 from flexhex.diagnosis.pairing import mispaired
@@ -103,7 +103,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     changed = settled.changed
     gap = gap_of(before if main is settled else before_of(main), main)
-    notes += [*slow(gap, main.left), *unlike(gap)]
+    notes += slow(gap, main.left)
     verdict = _verdict(made, sides, named, changed, notes, asked.coarse)
     progress("done", 4, 4)
     return Diagnosis(
