@@ -25,7 +25,8 @@ def explained(plain: Moments, moments: Moments, criteria: Criteria) -> tuple[flo
     alone = plain.loosened(list(moments.freed), criteria.loose**-2.0)
     q, before = moments.fit(None).q, alone.fit(None).q
     more = [moments.torque(i, q) - alone.torque(i, before) for i in range(moments.rows.n)]
-    return tuple(np.sqrt([(v**2).mean() for v in more]) / moments.rows.torque_rms)
+    relative = np.sqrt([(v**2).mean() for v in more]) / moments.rows.torque_rms
+    return tuple(relative.tolist())
 
 
 def rest_of(moments: Moments) -> tuple[Rest, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +53,21 @@ def test_friction_that_varies_by_its_form_error_is_friction_alone(tmp_path: Path
     assert not nameless(selection, USUAL)
     exact = select(bench, replace(USUAL, form_error=1e-3))
     assert names(exact) != ["coulomb_friction"] or nameless(exact, USUAL)
+
+
+def test_what_an_inexact_form_leaves_is_told(tmp_path: Path) -> None:
+    """And `--json` can tell it, which knows no numbers of NumPy."""
+    side = selected(
+        bench_of(
+            tmp_path, lambda q, v, a: FRICTION * np.tanh(v / 0.01) * (1 + 0.5 * np.sin(6 * q))
+        ),
+        (),
+        lambda text: None,
+    )
+    assert [named.id for named in side.named] == ["coulomb_friction"]
+    (rest,) = side.rests
+    assert json.loads(json.dumps(rest.data()))["form"] is True
+    assert "its form is not exact" in rest.sentence()
 
 
 @several
