@@ -76,11 +76,12 @@ impl FaultKind {
         }
     }
 
-    /// It concerns frames on the cable, not a device.
+    /// It concerns frames on the cable, or what a device does with them.
     fn of_frames(self) -> bool {
         matches!(
             self,
             FaultKind::FrameLost
+                | FaultKind::WkcShort
                 | FaultKind::FrameDuplicated
                 | FaultKind::FrameDelayed
                 | FaultKind::FrameReordered
@@ -97,6 +98,8 @@ pub enum Counting {
     Cycles,
     /// Process-data frames since power-up.
     Frames,
+    /// Frames of any kind since power-up.
+    AnyFrames,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -185,8 +188,11 @@ impl Fault {
         }
         if self.counting == Counting::Frames && !self.kind.of_frames() {
             return wrong(
-                "counting = \"frames\" is for frames that are lost, doubled or late".into(),
+                "counting = \"frames\" is for frames that are lost, short, doubled or late".into(),
             );
+        }
+        if self.counting == Counting::AnyFrames && self.kind != FaultKind::Pause {
+            return wrong("counting = \"any_frames\" is for a pause".into());
         }
         if self.port > 1 {
             return wrong(format!("port = {}, allowed 0 (IN) and 1 (OUT)", self.port));

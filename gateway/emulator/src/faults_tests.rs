@@ -41,4 +41,5 @@ fn impossible_faults_are_refused_with_the_allowed_range() {
     assert!(text("kind = 'frame_lost'\ncycle = 5\nburst = 2").contains("burst <= every"));
     assert!(text("kind = 'link_noise'\ncycle = 5\nport = 2").contains("0 (IN) and 1 (OUT)"));
     assert!(text("kind = 'sto'\ncycle = 5\ncounting = 'frames'").contains("is for frames"));
+    assert!(text("kind = 'sto'\ncycle = 5\ncounting = 'any_frames'").contains("for a pause"));
 }

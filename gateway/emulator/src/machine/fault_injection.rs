@@ -45,7 +45,7 @@ impl Machine {
                     self.count(place);
                     continue;
                 }
-                FaultKind::Pause => {
+                FaultKind::Pause if fault.counting == Counting::Cycles => {
                     self.pauses = true;
                     self.count(place);
                     continue;
@@ -109,8 +109,20 @@ impl Machine {
         let now = match fault.counting {
             Counting::Cycles => self.cycle,
             Counting::Frames => Some(self.frames),
+            Counting::AnyFrames => Some(self.received),
         };
         now.is_some_and(|now| fault.acts(place, now))
+    }
+
+    /// Pauses that count frames of any kind.
+    pub(super) fn pause_at_frame(&mut self) {
+        let counts = |fault: &Fault| fault.counting == Counting::AnyFrames;
+        for place in 0..self.faults.len() {
+            if counts(&self.faults[place]) && self.acts(place) {
+                self.pauses = true;
+                self.count(place);
+            }
+        }
     }
 
     /// Safe torque off of all drives: no power, whatever the controlwords are.

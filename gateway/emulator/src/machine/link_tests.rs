@@ -66,3 +66,24 @@ fn registers_hold_at_power_up_what_the_options_say() {
     bench.reach_pre_op();
     assert_eq!(counted(&mut bench), [vec![], vec![(1, 255), (16, 3)], vec![]]);
 }
+
+#[test]
+fn a_pause_comes_with_a_frame_of_any_kind_or_with_a_cycle_and_once() {
+    let counting = "kind = 'pause'\ncycle = 3\ncounting = 'any_frames'";
+    let mut bench = Bench::new(&format!("drives.count = 3\n[[fault]]\n{counting}"));
+    let pauses = |bench: &mut Bench| {
+        bench.read(0, COUNTERS, 1);
+        bench.machine.take_pause()
+    };
+    let seen: Vec<_> = (0..5).map(|_| pauses(&mut bench)).collect();
+    assert_eq!(seen, [false, false, true, false, false]);
+    bench.enable();
+    assert!((0..5).all(|_| bench.cycle(15, 100).is_some() && !bench.machine.take_pause()));
+
+    let mut bench = running("kind = 'pause'\ncycle = 3");
+    let cycles = (0..5).map(|_| {
+        bench.cycle(15, 100);
+        bench.machine.take_pause()
+    });
+    assert_eq!(cycles.filter(|paused| *paused).count(), 1);
+}

@@ -33,6 +33,8 @@ pub struct Machine {
     /// Process-data frames so far, or base steps in their place.
     pub frames: u64,
     other_frames: u64,
+    /// Frames of any kind.
+    received: u64,
     pub dropped: u64,
     theta: [f64; AXES],
     tau_meas: [f64; AXES],
@@ -73,6 +75,7 @@ impl Machine {
             held: true,
             frames: 0,
             other_frames: 0,
+            received: 0,
             dropped: 0,
             theta: [0.0; AXES],
             tau_meas: [0.0; AXES],
@@ -121,6 +124,8 @@ impl Machine {
             self.dropped += 1;
             return Ok(());
         };
+        self.received += 1;
+        self.pause_at_frame();
         let mut frame = frame.to_vec();
         if !segment::is_process_data(&frame, &ranges) {
             self.other_frames += 1;
