@@ -1,5 +1,7 @@
 //! Kernel services: locked memory, FIFO priority, CPU affinity, absolute clock, stop signals.
 
+pub mod stop;
+
 use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::time::Duration;
@@ -92,53 +94,5 @@ fn granted(right: Right, done: libc::c_int) -> Result<(), Denied> {
     match done {
         0 => Ok(()),
         _ => Err(Denied { right, why: io::Error::last_os_error() }),
-    }
-}
-
-/// Stop requests by signals.
-pub mod stop {
-    use std::sync::atomic::{AtomicU32, Ordering};
-
-    static REQUESTS: AtomicU32 = AtomicU32::new(0);
-
-    extern "C" fn note(_: libc::c_int) {
-        REQUESTS.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Ctrl-C, a closed terminal, and what else would end or stop this process while it holds the machine:
-    /// Ctrl-\, Ctrl-Z, a power cut that is announced, limits of computing time, signals sent by mistake.
-    const REQUEST: [libc::c_int; 10] = [
-        libc::SIGINT,
-        libc::SIGTERM,
-        libc::SIGHUP,
-        libc::SIGQUIT,
-        libc::SIGTSTP,
-        libc::SIGPWR,
-        libc::SIGXCPU,
-        libc::SIGALRM,
-        libc::SIGUSR1,
-        libc::SIGUSR2,
-    ];
-    /// What is a failed read or write without it: the keyboard or the terminal in the background, a file that is
-    /// larger than allowed.
-    const IGNORE: [libc::c_int; 3] = [libc::SIGTTIN, libc::SIGTTOU, libc::SIGXFSZ];
-
-    /// From here on these signals request an orderly end.
-    pub fn listen() {
-        let handler = note as extern "C" fn(libc::c_int) as libc::sighandler_t;
-        let requests = REQUEST.map(|signal| (signal, handler));
-        for (signal, what) in requests.into_iter().chain(IGNORE.map(|s| (s, libc::SIG_IGN))) {
-            // SAFETY: the handler only adds to an atomic, which is allowed in a signal handler.
-            unsafe { libc::signal(signal, what) };
-        }
-    }
-
-    pub fn requested() -> bool {
-        REQUESTS.load(Ordering::Relaxed) > 0
-    }
-
-    /// Requested again: stop at once.
-    pub fn requested_twice() -> bool {
-        REQUESTS.load(Ordering::Relaxed) > 1
     }
 }

@@ -19,6 +19,8 @@ from tests.gateway.weight import Fallen, free
 
 LIFTING, LANDING = 6000, AT + 1000
 """Cycles since enabling: in the lift-off, and in the landing after a signal at AT."""
+APART_S = 0.15
+"""Time after which a second Ctrl-C is one [s]: 0.1, and some for the clock."""
 SILENT = "silence_s = 0.3\n"
 """After this time without frames the plant goes on by itself."""
 NO_TRIGGER = "".join(drive(k, "output_control = 0x24") for k in range(6))
@@ -94,13 +96,15 @@ def test_ctrl_c_before_power_is_heeded_at_once(hexapod_ssp: Path, tmp_path: Path
 def test_second_request_takes_the_torque_at_once(
     hexapod_ssp: Path, tmp_path: Path, falls: Table
 ) -> None:
-    def twice(gateway: Process, drives: Process) -> None:
+    def again(gateway: Process, drives: Process) -> None:
         gets(signal.SIGINT)(gateway, drives)
         assert stops(drives, gateway)
+        # the machine waits so long in its landing: the same keystroke passed on would not count
+        time.sleep(APART_S)
         gets(signal.SIGINT)(gateway, drives)
 
     options = paused(AT, LANDING)
-    fallen = free(Bench(hexapod_ssp, tmp_path), options, paused=twice, seconds=100.0)
+    fallen = free(Bench(hexapod_ssp, tmp_path), options, paused=again, seconds=100.0)
     # the torque of the frame that was on its way, and no other
     tau = np.abs(fallen.tau).max(axis=1)
     assert tau[LANDING - 1] > 0.1
@@ -108,6 +112,50 @@ def test_second_request_takes_the_torque_at_once(
     assert off <= {LANDING, LANDING + 1}, off
     fallen.ends_at_rest(LANDING)
     falls.add(fallen.row("second Ctrl-C in the landing", "none", "zero", LANDING))
+
+
+def twice(first: signal.Signals, second: signal.Signals) -> Acts:
+    """Both come while the gateway waits for a reply, the second one after the first was taken."""
+
+    def act(gateway: Process, drives: Process) -> None:
+        gateway.send_signal(first)
+        status = Path(f"/proc/{gateway.pid}/status")
+        while pending(status.read_text()):
+            time.sleep(0.001)
+        gateway.send_signal(second)
+        goes_on(drives)
+
+    return act
+
+
+def pending(status: str) -> bool:
+    """A signal waits for the process, in what the kernel says of it."""
+    return any(int(line.split()[1], 16) for line in status.splitlines() if "Pnd:" in line)
+
+
+REPEATED = (
+    ("closed terminal, SIGHUP by kernel and shell", signal.SIGHUP, signal.SIGHUP),
+    ("power cut announced, then shutdown (SIGPWR, SIGTERM)", signal.SIGPWR, signal.SIGTERM),
+)
+
+
+@pytest.mark.parametrize(("name", "first", "second"), REPEATED)
+def test_requests_of_programs_land_however_many_there_are(
+    name: str,
+    first: signal.Signals,
+    second: signal.Signals,
+    hexapod_ssp: Path,
+    tmp_path: Path,
+    falls: Table,
+) -> None:
+    """Only a person wants the torque off at once."""
+    bench, act = Bench(hexapod_ssp, tmp_path), twice(first, second)
+    fallen = free(bench, paused(AT), paused=act, seconds=100.0)
+    assert fallen.ran.code == 0, fallen.ran.words
+    assert "stopped on request, drives disabled" in fallen.ran.words
+    assert set(fallen.stopped["drives"]) == {"ready to switch on"}
+    fallen.ends_at_rest(AT)
+    falls.add(fallen.row(name, "none", "land", AT))
 
 
 def test_closed_terminal_lands_the_machine(hexapod_ssp: Path, tmp_path: Path, falls: Table) -> None:

@@ -37,7 +37,7 @@ impl<L: Link> ControlLoop<'_, L> {
         if let (Phase::Lifting(_), Ending::Tripped(trip, _)) = (&self.phase, &ending) {
             kind = of_motion(trip, &self.config.reactions);
         }
-        if stop::requested_twice() {
+        if stop::at_once() {
             kind = ReactionKind::Zero;
         }
         let mut blind = [false; AXES];

@@ -115,7 +115,7 @@ impl<L: Link> ControlLoop<'_, L> {
             self.end(Ending::StopRequested, Reason::Stopped);
         } else if lifting {
             self.guide(reply, complete);
-        } else if matches!(self.phase, Phase::Landing(_)) && stop::requested_twice() {
+        } else if matches!(self.phase, Phase::Landing(_)) && stop::at_once() {
             self.take_power(ReactionKind::Zero);
         } else if matches!(self.phase, Phase::Landing(_)) && over {
             self.take_power(ReactionKind::Land);
