@@ -8,6 +8,7 @@ use std::process::Command;
 use crate::arguments::ConfigArgs;
 use crate::bus::{self, cia402};
 use crate::exit::{Exit, Refusal};
+use crate::realtime;
 use crate::report::Reporter;
 use crate::wire::Socket;
 
@@ -48,6 +49,8 @@ pub fn off(args: &Off) -> Exit {
 }
 
 fn without_power(args: &Off, reporter: Reporter) -> Result<(), Refusal> {
+    // Ctrl-C does not end it between two drives: it ends by itself
+    realtime::stop::listen();
     let config = args.config.read_unhomed()?;
     let socket = Socket::open(&config.bus.interface)?;
     let devices = bus::off(&config, socket)?;

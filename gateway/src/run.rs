@@ -130,6 +130,7 @@ fn prepare_and_run(
     reporter: Reporter,
     make: impl Fn(&Config, &System) -> Result<Task, Refusal>,
 ) -> Result<(Config, System, Outcome), Refusal> {
+    realtime::stop::end_by_default();
     check_arguments(args)?;
     let lockstep = args.options.lockstep || args.replay.is_some();
     let read = if args.unhomed { args.config.read_unhomed() } else { args.config.read() };

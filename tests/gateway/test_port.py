@@ -1,35 +1,12 @@
-"""Ctrl-C at any time, two gateways on a port, a port that is down, rights that are missing."""
+"""Two gateways on a port, a port that is down, rights that are missing."""
 
 from __future__ import annotations
 
-import signal
 import subprocess
-import time
 from pathlib import Path
 
-import pytest
-
 from tests.gateway.bench import Bench
-from tests.gateway.test_refusals import RUN, SILENT, when_running
-
-
-@pytest.mark.sample(2)
-@pytest.mark.parametrize("delay", [0.0, 0.1, 0.2, 0.4])
-def test_ctrl_c_at_any_time_leaves_the_drives_disabled(
-    delay: float, hexapod_ssp: Path, tmp_path: Path
-) -> None:
-    """Reading, bringing up, enabling or running: whichever it is by then."""
-
-    def soon(gateway: subprocess.Popen[str]) -> None:
-        time.sleep(delay)
-        gateway.send_signal(signal.SIGINT)
-
-    ran = Bench(hexapod_ssp, tmp_path).run(options=SILENT, seconds=100.0, during=soon, linger=0.5)
-    assert ran.code in (0, 1, -signal.SIGINT), ran.words
-    last = {e["position"]: e for e in ran.happened("drive")}
-    on = [e for e in last.values() if e["to"] == "operation enabled" or e["error"] != 0]
-    assert not on, f"exit code {ran.code}, {on}\n{ran.words}"
-    assert not ran.happened("watchdog")
+from tests.gateway.test_refusals import RUN, when_running
 
 
 def test_second_gateway_on_a_port_is_refused_and_harms_nothing(

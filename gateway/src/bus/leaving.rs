@@ -1,6 +1,6 @@
 //! From OP to INIT, with what the devices say on the way.
 
-use ethercrab::Command;
+use ethercrab::{Command, MainDevice};
 
 use super::al;
 use super::clocks::Clocks;
@@ -8,7 +8,7 @@ use super::exchange::{with_group, Bus, Running};
 use super::links::Links;
 use crate::config::AXES;
 use crate::realtime::now_ns;
-use crate::wire::{Counts, Link};
+use crate::wire::{Counts, Link, Wire};
 
 const ERROR_CODE: u16 = 0x603f;
 const STATUSWORD: u16 = 0x6041;
@@ -81,9 +81,17 @@ impl<L: Link> Bus<L> {
     }
 
     fn request(&mut self, state: u8) {
-        let command = Command::bwr(al::CONTROL).ignore_wkc();
-        // no reply: the devices may be gone already
-        let _ =
-            self.wire.drive(command.send(self.main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);
+        request(&mut self.wire, self.main, state);
     }
+}
+
+/// All devices to INIT from a bring-up that is not over: OP may be requested already.
+pub(super) fn to_init<L: Link>(wire: &mut Wire<L>, main: &'static MainDevice<'static>) {
+    request(wire, main, al::INIT);
+}
+
+fn request<L: Link>(wire: &mut Wire<L>, main: &'static MainDevice<'static>, state: u8) {
+    let command = Command::bwr(al::CONTROL).ignore_wkc();
+    // no reply: the devices may be gone already
+    let _ = wire.drive(command.send(main, u16::from(state)), now_ns() + LEAVE_TIMEOUT_NS);
 }

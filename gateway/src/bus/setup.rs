@@ -4,6 +4,7 @@ use ethercrab::subdevice_group::{DcConfiguration, HasDc, Op};
 use ethercrab::{
     Command, DcSync, MainDevice, MainDeviceConfig, PduStorage, RetryBehaviour, Timeouts,
 };
+use std::cell::Cell;
 use std::time::Duration;
 
 use super::al;
@@ -13,7 +14,7 @@ use super::drives::Drives;
 use super::error::{At, BusError};
 use super::exchange::{Bus, Group, Reply, Running, MOST};
 use super::identity::{self, DeviceInfo, Groups};
-use super::leaving::Ask;
+use super::leaving::{self, Ask};
 use super::links::{self, Links, Readings};
 use super::objects::{self, Site};
 use super::operational::{not_reached, reach_op, read_controllers, FIRST_ADDRESS};
@@ -120,9 +121,22 @@ pub fn bring_up<L: Link>(
         }
         on_devices(devices);
     };
-    let work = prepare(config, main, options, drives.bytes(), &mut see);
+    let ours = Cell::new(false);
+    let work = prepare(config, main, options, (drives.bytes(), &ours), &mut see);
     let silent = || if stop::requested() { BusError::Stopped } else { BusError::Silent };
-    let group = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| Err(silent()))?;
+    let prepared = wire.drive(work, now_ns() + TIMEOUT_NS).unwrap_or_else(|| Err(silent()));
+    wire.heeds_stop = false;
+    let group = match prepared {
+        Ok(group) => group,
+        Err(why) => {
+            // what another program leads is not touched
+            if ours.get() {
+                leaving::to_init(&mut wire, main);
+            }
+            return Err(why);
+        }
+    };
+    wire.heeds_stop = true;
     let mut order = [0; AXES];
     for (axis, place) in order.iter_mut().enumerate() {
         *place = config.place_on_bus(axis);
@@ -133,12 +147,15 @@ pub fn bring_up<L: Link>(
     let reached = reach_op(&mut bus, config, options);
     let reached = reached.and_then(|()| read_controllers(&mut bus, config, options));
     bus.wire.heeds_stop = false;
-    if stop::requested() {
-        // back to INIT, so that no watchdog expires
-        bus.leave(Ask::default(), &[true; AXES]);
-        return Err(BusError::Stopped);
+    let reached = if stop::requested() { Err(BusError::Stopped) } else { reached };
+    match reached {
+        Ok(()) => Ok(bus),
+        Err(why) => {
+            // back to INIT, so that no watchdog expires
+            bus.leave(Ask::default(), &[true; AXES]);
+            Err(why)
+        }
     }
-    reached.map(|()| bus)
 }
 
 /// The devices in PRE-OP; refused where one is in OP.
@@ -146,11 +163,17 @@ pub(super) async fn find(
     config: &Config,
     main: &'static MainDevice<'static>,
 ) -> Result<Groups, BusError> {
-    let status = Command::brd(al::STATUS).ignore_wkc().receive::<u16>(main).await;
-    if status.map_err(BusError::NoDevice)? & u16::from(al::OP) != 0 {
-        return Err(BusError::AlreadyInOp);
-    }
+    refuse_op(main).await?;
     find_any(config, main).await
+}
+
+/// Another program may lead a device that is in OP.
+async fn refuse_op(main: &'static MainDevice<'static>) -> Result<(), BusError> {
+    let status = Command::brd(al::STATUS).ignore_wkc().receive::<u16>(main).await;
+    match status.map_err(BusError::NoDevice)? & u16::from(al::OP) {
+        0 => Ok(()),
+        _ => Err(BusError::AlreadyInOp),
+    }
 }
 
 /// The devices in PRE-OP, whatever their state was.
@@ -166,15 +189,18 @@ pub(super) async fn find_any(
     .map_err(BusError::NotInitialised)
 }
 
-/// From unknown devices to a request of OP, with all drives configured.
+/// From unknown devices to a request of OP, with all drives configured. `ours` becomes true before their states are
+/// changed.
 async fn prepare(
     config: &Config,
     main: &'static MainDevice<'static>,
     options: BringUpOptions,
-    bytes: (usize, usize),
+    (bytes, ours): ((usize, usize), &Cell<bool>),
     on_devices: &mut dyn FnMut(&[DeviceInfo]),
 ) -> Result<Running, BusError> {
-    let groups = find(config, main).await?;
+    refuse_op(main).await?;
+    ours.set(true);
+    let groups = find_any(config, main).await?;
     let devices = identity::scan(&groups, main).await;
     on_devices(&devices);
     identity::compare(config, &devices)?;

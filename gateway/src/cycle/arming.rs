@@ -17,6 +17,11 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Whether this reply starts cycle 0: every drive is enabled. Refusals end the run.
     pub(super) fn armed(&mut self, reply: &Reply, tries: u64) -> bool {
         self.phase = Phase::Arming(tries + 1);
+        // whatever the reply is: an incomplete one says nothing against it
+        if stop::requested() {
+            self.end(Ending::StopRequested, Reason::Stopped);
+            return false;
+        }
         if !reply.answered {
             if self.unanswered >= self.config.safety.lost_frame_limit {
                 self.refuse(Refusal::NoReplies);
@@ -46,10 +51,6 @@ impl<L: Link> ControlLoop<'_, L> {
         if let Some(axis) = faulty.filter(|_| !self.options.reset_faults || tries > 400) {
             let code = reply.error_code[axis];
             self.refuse(Refusal::DriveFault { axis, code });
-            return false;
-        }
-        if stop::requested() {
-            self.end(Ending::StopRequested, Reason::Stopped);
             return false;
         }
         if states.iter().all(|s| *s == State::OperationEnabled) {

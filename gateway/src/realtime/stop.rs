@@ -52,6 +52,21 @@ fn is_second(first_ns: u64, now_ns: u64) -> bool {
     now_ns.saturating_sub(first_ns) >= APART_NS
 }
 
+/// From here on these signals end the process, as nothing is held yet, also where the program that started it
+/// ignores or blocks them: a script does so for what it starts in the background, and the request would be lost.
+pub fn end_by_default() {
+    set(REQUEST.map(|signal| (signal, libc::SIG_DFL)));
+    // SAFETY: an all-zero sigset_t is valid memory for sigemptyset; the set outlives the calls.
+    unsafe {
+        let mut set: libc::sigset_t = std::mem::zeroed();
+        libc::sigemptyset(&mut set);
+        for signal in REQUEST {
+            libc::sigaddset(&mut set, signal);
+        }
+        libc::pthread_sigmask(libc::SIG_UNBLOCK, &set, std::ptr::null_mut());
+    }
+}
+
 /// From here on these signals request an orderly end.
 pub fn listen() {
     let handler = note as extern "C" fn(libc::c_int) as libc::sighandler_t;
