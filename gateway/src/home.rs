@@ -143,7 +143,7 @@ fn find(
         let shift = (mean - wanted).round() as i64 as i32;
         axes.push(HomedAxis { serial: encoder.serial, offset_counts: first.wrapping_add(shift) });
     }
-    Ok(Homed { date, method: "pose".to_owned(), pose_rad: pose, axis: axes })
+    Ok(Homed { date, method: "pose".to_owned(), pose_rad: pose, sum: None, axis: axes })
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@ pub fn plan(
     if let Some(file) = &config.estimate.resume {
         meta.push(("resumed".to_owned(), file.display().to_string()));
     }
-    meta.extend(config.homed.iter().map(|date| ("homed".to_owned(), date.clone())));
+    meta.extend(config.homed.iter().map(|homed| ("homed".to_owned(), homed.date.clone())));
     meta.extend(provenance(config.hash));
     for pair in more {
         let (key, value) = pair.split_once('=').ok_or_else(|| OptionError::Meta(pair.clone()))?;

@@ -6,7 +6,7 @@ use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 use crate::arguments::ConfigArgs;
-use crate::config::{Config, Homed, HomedAxis, AXES};
+use crate::config::{Config, Homed, HomedAxis, AXES, STOPS};
 use crate::cycle::Outcome;
 use crate::exit::{Ends, Exit};
 use crate::record::now;
@@ -93,8 +93,9 @@ fn offsets(config: &Config, stops: &[f64; AXES], found: &Stops, out: &Outcome) -
     let (step, at) = (config.theta_step(), found.found());
     let mut homed = Homed {
         date: now(),
-        method: "stops".to_owned(),
+        method: STOPS.to_owned(),
         pose_rad: [0.0; AXES],
+        sum: None,
         axis: Vec::with_capacity(AXES),
     };
     for k in 0..AXES {
@@ -136,7 +137,7 @@ pub fn tell(
     }
     reporter.event("homed", json!(homed));
     let Some(path) = file else { return Ok(()) };
-    save(path, "Offsets of the encoders, written by `flexhex-gateway home`.", homed)?;
+    save(path, "Offsets of the encoders, written by `flexhex-gateway home`.", &homed.summed())?;
     reporter.mark(true, &format!("{}: name it in [homing] file", path.display()));
     Ok(())
 }

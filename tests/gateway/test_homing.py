@@ -55,6 +55,18 @@ def test_drives_other_than_those_that_were_homed_are_refused(homed: Bench) -> No
     assert "axis 2: homed with the drive of serial number 1001" in ran.one("refused")["message"]
 
 
+def test_file_with_a_wrong_digit_is_refused_before_the_bus(homed: Bench) -> None:
+    """By 0.07 rad in one axis: no limit of the angles would see it."""
+    text = (homed.folder / "homing.toml").read_text()
+    assert text.count("123456789") == 1
+    (homed.folder / "digit.toml").write_text(text.replace("123456789", "173456789"))
+    named = (NAMED[0], 'file = "digit.toml"')
+    ran = homed.run(options=OFFSETS, command=RUN, changes=(named,))
+    assert ran.code == 3
+    assert "a digit was changed after it was written: home" in ran.one("refused")["message"]
+    assert not ran.happened("state")
+
+
 def test_old_file_is_kept_and_another_pose_moves_the_offsets(homed: Bench) -> None:
     file = homed.folder / "again.toml"
     for pose in (ZERO, "-0.1,0,0,0,0,0.2"):

@@ -73,6 +73,42 @@ def test_run_with_these_offsets_tracks_as_with_the_right_ones(
     assert max(fallen.ran.one("summary")["largest_error_rad"]) < 0.01
 
 
+def wrong(bench: Bench, axis: int, off: float) -> Path:
+    """The file with the offset of an axis wrong by an angle [rad], as if it was found so."""
+    record = tomllib.loads((bench.folder / "homing.toml").read_text())
+    counts = record["axis"][axis]["offset_counts"]
+    text = (bench.folder / "homing.toml").read_text().replace(f'sum = "{record["sum"]}"\n', "")
+    assert text.count(str(counts)) == 1
+    file = bench.folder / f"wrong-{axis}.toml"
+    file.write_text(text.replace(str(counts), str(counts - round(off / STEP))))
+    return file
+
+
+@pytest.mark.parametrize(("axis", "off"), [(0, 0.12), (3, -0.12)])
+def test_wrong_offset_rests_elsewhere_than_at_homing_and_is_refused(
+    axis: int, off: float, referenced: tuple[Bench, Fallen], falls: Table
+) -> None:
+    """No `landing.rest_rad` is needed: the file says where the machine rested."""
+    bench, _ = referenced
+    named = (NAMED[0], f'file = "{wrong(bench, axis, off).name}"')
+    fallen = free(bench, OFFSETS, changes=(named,))
+    assert fallen.ran.code == 1
+    told = fallen.ran.one("refused")
+    assert told["kind"] == "not_as_homed"
+    assert f"axis {axis + 1}: theta = -" in told["message"]
+    assert "when it was homed (pose_rad in homing.file), more than 0.1 rad away" in told["message"]
+    never_enabled(fallen.ran)
+    if axis == 0:
+        falls.add(fallen.refused("offset of the homing file wrong by 0.12 rad"))
+
+
+def test_machine_that_rests_a_little_elsewhere_runs(referenced: tuple[Bench, Fallen]) -> None:
+    """Friction holds it within 0.06 rad of where it rested; here the offset is wrong by so much."""
+    bench, _ = referenced
+    named = (NAMED[0], f'file = "{wrong(bench, 0, 0.06).name}"')
+    assert free(bench, OFFSETS, changes=(named,), seconds=0.05).ran.code == 0
+
+
 @pytest.mark.sample(1)
 @pytest.mark.parametrize(
     ("change", "why"),

@@ -23,7 +23,7 @@ pub use check::parse;
 pub use check::read;
 pub use estimate::Estimate;
 pub use flexhex_system::AXES;
-pub use homing::{Homed, HomedAxis, Homing};
+pub use homing::{Homed, HomedAxis, Homing, STOPS};
 pub use landing::Landing;
 pub use limits::{Limits, PoseLimit};
 pub use mistakes::ConfigError;
@@ -53,9 +53,9 @@ pub struct Config {
     /// Of the file with the values that the command line replaces.
     #[serde(skip)]
     pub hash: u64,
-    /// When the offsets were found, with `homing.file`.
+    /// The content of `homing.file`.
     #[serde(skip)]
-    pub homed: Option<String>,
+    pub homed: Option<Homed>,
 }
 
 /// The system description and the component that the drives replace.

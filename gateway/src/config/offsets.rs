@@ -21,7 +21,7 @@ impl Config {
             (drive.serial, drive.offset_counts) = (Some(axis.serial), axis.offset_counts);
         }
         self.hash ^= hash(&text).rotate_left(1);
-        self.homed = Some(homed.date);
+        self.homed = Some(homed);
         Ok(())
     }
 }

@@ -5,13 +5,16 @@ use super::{ControlLoop, Ending, Phase};
 use crate::bus::al;
 use crate::bus::cia402::{self, State};
 use crate::bus::Reply;
-use crate::config::AXES;
+use crate::config::{Homed, AXES};
 use crate::realtime::stop;
 use crate::rules::Reason;
 use crate::wire::Link;
 
 /// Angle [rad] up to which an axis may rest on the side from which its weight should have pulled it.
 const ABOVE: f64 = 0.05;
+/// Angle [rad] up to which an axis may rest elsewhere than when the machine was homed. After a landing it rests within
+/// 3 mrad of where it did, after it was pressed against its stops or fell within 60 mrad, as friction holds it.
+const HOMED: f64 = 0.1;
 
 impl<L: Link> ControlLoop<'_, L> {
     /// Whether this reply starts cycle 0: every drive is enabled. Refusals end the run.
@@ -86,7 +89,11 @@ impl<L: Link> ControlLoop<'_, L> {
     /// Why the drives must not be enabled, or not stay so: every complete reply is judged.
     fn not_at_rest(&mut self, reply: &Reply) -> Option<Refusal> {
         let landing = &self.config.landing;
-        let rest = landing.rest.filter(|_| self.task.is_homed());
+        let homed = self.task.is_homed();
+        let (rest, at_homing) = (
+            landing.rest.filter(|_| homed),
+            self.config.homed.as_ref().and_then(Homed::rest).filter(|_| homed),
+        );
         let speed = landing.rest_speed;
         self.safety.note_rest(&reply.theta);
         let rates = self.safety.history().rates();
@@ -103,6 +110,11 @@ impl<L: Link> ControlLoop<'_, L> {
                 return Some(Refusal::Moving { axis, rate, limit });
             }
             let limit = l.following_error;
+            if let Some(wanted) = at_homing.map(|rest| rest[axis]) {
+                if (wanted - theta).abs() > HOMED {
+                    return Some(Refusal::NotAsHomed { axis, theta, wanted, limit: HOMED });
+                }
+            }
             match rest.map(|rest| rest[axis]) {
                 Some(wanted) if (wanted - theta).abs() > limit => {
                     Some(Refusal::NotAtRestPose { axis, theta, wanted, limit })

@@ -36,6 +36,13 @@ pub enum Refusal {
         wanted: f64,
         limit: f64,
     },
+    /// The pose in which the machine rested when it was homed.
+    NotAsHomed {
+        axis: usize,
+        theta: f64,
+        wanted: f64,
+        limit: f64,
+    },
     /// Its weight, the torque that holds the neutral pose [N m], should have pulled it to the other side.
     AgainstWeight {
         axis: usize,
@@ -63,6 +70,7 @@ impl Refusal {
             Refusal::Angle { .. } => "angle",
             Refusal::Moving { .. } => "moving",
             Refusal::NotAtRestPose { .. } => "rest_pose",
+            Refusal::NotAsHomed { .. } => "not_as_homed",
             Refusal::AgainstWeight { .. } => "against_weight",
             Refusal::LeftBehind { .. } => "left_behind",
             Refusal::NotEnabled { .. } => "not_enabled",
@@ -98,6 +106,13 @@ impl fmt::Display for Refusal {
                 f,
                 "axis {}: theta = {theta:.4} rad, landing.rest_rad = {wanted} rad, more than {limit} rad away: \
                  check drive[{axis}].offset_counts and that nothing blocks the axis",
+                axis + 1
+            ),
+            Refusal::NotAsHomed { axis, theta, wanted, limit } => write!(
+                f,
+                "axis {}: theta = {theta:.4} rad, it rested at {wanted:.4} rad when it was homed (pose_rad in \
+                 homing.file), more than {limit} rad away: its offset or its encoder is wrong, or something \
+                 blocks it: free it, or home the machine again",
                 axis + 1
             ),
             Refusal::AgainstWeight { axis, theta, weight } => write!(
