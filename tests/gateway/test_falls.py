@@ -93,6 +93,7 @@ CASES = (
          since=HOLD),
     Case("encoder drifts by 0.05 rad/s", drift(0.05), since=HOLD),
     Case("encoder drifts by -0.2 rad/s", drift(-0.2), since=HOLD),
+    Case("encoder drifts by 0.02 rad/s", drift(0.02), since=HOLD),
     Case(REVERSED, drive(3, "encoder_reversed = true"), "following_error", "zero", 4, since=0,
          changes=((REST_RAD, RESTS[1].replace("-0.29", "0.29")),)),
     Case("axis pushed by -3 N m for ever", push(-3, cycle=HOLD), "feedback_torque", "land", 4,
