@@ -73,7 +73,9 @@ app.command("diagnose", short_help="Find effects that the model lacks.", cls=Gre
 app.command(
     "init", short_help="Write a hexapod's machine file, an example of a base or an effect."
 )(init_command)
-app.command("view", short_help="Show a run: the machine in 3D beside its signals.")(view_command)
+app.command("view", short_help="Show a run: the machine in 3D beside its signals.", cls=Greedy)(
+    view_command
+)
 app.command("plot", short_help="Plot signals of a run.")(plot_command)
 app.command("convert", short_help="Write a run in another format.")(convert_command)
 app.command("compare", short_help="Compare two runs.")(compare_command)

@@ -14,7 +14,6 @@ from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
 if TYPE_CHECKING:
     from flexhex.fmus.common.machine.machine import Machine
-    from flexhex.view.shapes import Shape
 
 
 def view_command(
@@ -38,6 +37,10 @@ def view_command(
             " what it leaves of the torques",
         ),
     ] = None,
+    held_out: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="RUN...", help="with --base: logs that it is not fitted to"),
+    ] = None,
     joints: Joints = "",
     tolerance: Tolerances = None,
     torque_constant: TorqueConstant = None,
@@ -57,10 +60,12 @@ def view_command(
     show: Annotated[bool, typer.Option("--open", help="open the page in the browser")] = False,
 ) -> None:
     """Show runs in the browser: the machine in 3D beside its signals, in one offline file."""
+    from flexhex.diagnose.options import once_each
     from flexhex.fmus.common.errors import UsageError
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.view.data import page_data
     from flexhex.view.page import write_view
+    from flexhex.view.shapes import of_machine
     from flexhex.view.sources import load_sources
 
     logs = log_options(torque_constant, unit or [], rename or [])
@@ -71,18 +76,18 @@ def view_command(
             raise UsageError("--live follows a hexapod's recording: take --base out")
         _follow(runs[0], load_machine(found_machine(machine or DEFAULT_MACHINE)), port, show)
         return
-    drawn: Machine | Shape
     if base is None:
-        if joints or tolerance:
-            option = "--joints" if joints else "--tolerance"
+        of_a_base = {"--joints": joints, "--tolerance": tolerance, "--held-out": held_out}
+        for option in (name for name, given in of_a_base.items() if given):
             raise UsageError(f"{option}: say whose, --base robot.urdf")
-        drawn, said = load_machine(found_machine(machine or DEFAULT_MACHINE)), ""
-        shown = load_sources(runs, logs)
+        drawn, said = of_machine(load_machine(found_machine(machine or DEFAULT_MACHINE))), ""
+        shown = load_sources(runs, logs, drawn)
     else:
         from flexhex.view.measured import measured_runs
 
+        once_each(runs, held_out or [])
         options, file = base_options(base, machine, joints, tolerance, logs)
-        shown, drawn, said = measured_runs(runs, file, options)
+        shown, drawn, said = measured_runs(runs, file, options, held_out or [])
     data = page_data(shown, drawn, (begin, math.inf if end is None else end))
     written = write_view(page, " and ".join(one.name for one in shown), {**data, "said": said})
     if said:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from flexhex.compare.runs import Run, named_runs
 from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.blocks import torque_at
+from flexhex.diagnosis.blocks import Block, blocks, torque_at
 from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.elsewhere import elsewhere
 from flexhex.diagnosis.kinds import refuse_others, units_of
 from flexhex.diagnosis.logs import Log, read_log
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.runs import refuse_width
 from flexhex.fmus.common.errors import LogError
-from flexhex.ssp.result import Group, Result
+from flexhex.ssp.result import Array, Group, Result
 from flexhex.view.shapes import Shape, of_base
-from flexhex.view.sources import of_log
+from flexhex.view.sources import of_log, refuse_far
 
 TEXTS = {
     "tau_smooth": "measured, smoothed as the diagnosis does; dashed: the base model",
@@ -29,46 +31,72 @@ TEXTS = {
 """Signals that a fit adds."""
 
 
+@dataclass(frozen=True)
+class _Fit:
+    """The base model fitted to some logs; rows of all logs with the torque that it leaves (m, n)
+    [N m]."""
+
+    made: Calibrated
+    rows: tuple[tuple[Block, Array], ...]
+
+
 def measured_runs(
-    paths: Sequence[Path], machine_file: Path | None, options: Options
+    paths: Sequence[Path],
+    machine_file: Path | None,
+    options: Options,
+    held_out: Sequence[Path] = (),
 ) -> tuple[list[Run], Shape, str]:
     """The logs as runs, what can be drawn of their machine, and why there is no residual, or
     nothing.
 
+    held_out: shown after the others, with the residual of a base model that was not fitted to them.
     Raises LogError, MachineError or UsageError for logs that are not of this base model.
     """
-    logs = [read_log(path, options.log) for path in paths]
+    every = [*paths, *held_out]
+    logs = [read_log(path, options.log) for path in every]
     base = base_of(options.base, machine_file, logs[0], options.tolerance, options.joints)
     for log in logs:
         refuse_width(log, base.n)
         refuse_others(log.name, log.kinds, getattr(base, "kinds", ()), "the base model")
     shape = of_base(base, Path(options.base).name if machine_file is None else options.base)
     results, said = [of_log(log) for log in logs], ""
+    for path, result in zip(every, results, strict=True):
+        refuse_far(path, result, shape)
     try:
-        fit = _fit(paths, machine_file, options)
+        fit = _fit(paths, held_out, machine_file, options)
         results = [_with(r, log, fit) for r, log in zip(results, logs, strict=True)]
     except LogError as error:
         said = f"No residual: {error}."
-    return named_runs(paths, results), shape, said
+    runs = named_runs(every, results)
+    apart = [replace(run, name=f"{run.name} (held out)") for run in runs[len(paths) :]]
+    return [*runs[: len(paths)], *apart], shape, said
 
 
-def _fit(paths: Sequence[Path], machine_file: Path | None, options: Options) -> Calibrated:
-    """The base model fitted to all logs, as the diagnosis begins."""
-    base, asked, trouble = asked_of(paths, [], machine_file, options)
+def _fit(
+    paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
+) -> _Fit:
+    """The base model fitted to the logs, as the diagnosis begins, and held against the others."""
+    base, asked, trouble = asked_of(paths, held_out, machine_file, options)
     if trouble:
         raise LogError(trouble)
     made, _, _ = fitted(base, asked.runs)
-    return made
+    q = made.regression.q
+    rows = list(zip(made.blocks, made.residual(q), strict=True))
+    if asked.judged:
+        apart = blocks(made.base, asked.judged, made.spacing)
+        left = elsewhere(Bench(made, ()), apart, None).residual((), (), q)
+        rows += zip(apart, left, strict=True)
+    return _Fit(made, tuple(rows))
 
 
-def _with(result: Result, log: Log, made: Calibrated) -> Result:
+def _with(result: Result, log: Log, fit: _Fit) -> Result:
     """A log with the smoothed torque, that of the model and the residual; NaN where the fit has
     none."""
+    made = fit.made
     begin, step = log["theta"].time[0], made.spacing
     count = int(np.floor((log["theta"].time[-1] - begin) / step)) + 1
-    residuals = made.residual(made.regression.q)
     values = {name: np.full((count, made.base.n), np.nan) for name in TEXTS}
-    for block, left in zip(made.blocks, residuals, strict=True):
+    for block, left in fit.rows:
         if block.run.name != log.name:
             continue
         torque = torque_at(block, made.base.window, made.fitted.delay)

@@ -27,11 +27,12 @@ SHORT = 1e-3
 class Shape:
     """joints: names of the axes. data: the drawing as JSON, by its `kind`: `hexapod`, `tree`,
     `bars` (whose places come with the runs) or `none`, with a sentence that says why. base: whose
-    bars they are."""
+    bars they are. stroke: angle [rad] beyond which no joint goes."""
 
     joints: tuple[str, ...]
     data: dict[str, Any]
     base: OwnBase | None = None
+    stroke: float = np.inf
 
     @property
     def width(self) -> int:
@@ -60,7 +61,7 @@ def of_machine(machine: Machine) -> Shape:
         "c_payload": platform.end_effector.c_payload,
         "arms": arms,
     }
-    return Shape(_numbered(len(arms)), drawn)
+    return Shape(_numbered(len(arms)), drawn, stroke=machine.geometry.stroke)
 
 
 def of_base(base: Base, name: str) -> Shape:

@@ -13,6 +13,7 @@ from flexhex.diagnosis.logs.units import SI
 from flexhex.fmus.common.errors import LogError, unreadable
 from flexhex.recording import load_run
 from flexhex.ssp.result import Array, Group, Result, rate_name
+from flexhex.view.shapes import Shape
 
 THETA = ("plant.theta", "theta")
 WANTED = ("reference.r", "r")
@@ -24,14 +25,17 @@ RESIDUAL = ("residual",)
 DEFAULT = Options()
 
 
-def load_sources(paths: list[Path], options: Options = DEFAULT) -> list[Run]:
-    """Runs with names and colours. LogError for a file that is none."""
-    return named_runs(paths, [load_source(path, options) for path in paths])
+def load_sources(
+    paths: list[Path], options: Options = DEFAULT, shape: Shape | None = None
+) -> list[Run]:
+    """Runs with names and colours. LogError for a file that is none, or for a log whose angles the
+    machine cannot take."""
+    return named_runs(paths, [load_source(path, options, shape) for path in paths])
 
 
-def load_source(path: Path, options: Options = DEFAULT) -> Result:
+def load_source(path: Path, options: Options = DEFAULT, shape: Shape | None = None) -> Result:
     """A result, a recording of the gateway, or a measured log as a result; options: how to read
-    the last."""
+    the last; shape: the machine that it has to be of."""
     if not path.is_file():
         raise LogError(
             unreadable(path, IsADirectoryError() if path.is_dir() else FileNotFoundError())
@@ -40,12 +44,26 @@ def load_source(path: Path, options: Options = DEFAULT) -> Result:
         return load_run(path)
     except LogError as as_result:
         try:
-            return of_log(read_log(path, options))
+            result = of_log(read_log(path, options))
         except LogError as as_log:
             raise LogError(
                 f"{path}: shows no run: as a result: {_reason(path, as_result)};"
                 f" as a measured log: {_reason(path, as_log)}"
             ) from None
+    if shape is not None:
+        refuse_far(path, result, shape)
+    return result
+
+
+def refuse_far(path: Path, result: Result, shape: Shape) -> None:
+    """LogError for a log that is mostly beyond the stroke of the machine: it is another one's."""
+    theta = np.abs(result[THETA[-1]].reshape(result.group(THETA[-1]).rows, -1))
+    if theta.shape[1] == shape.width and float(np.median(theta.max(axis=1))) > shape.stroke:
+        raise LogError(
+            f"{path}: angles of up to {theta.max():.3g} rad, the stroke of {shape.data['name']} is"
+            f" {shape.stroke:.3g} rad: say whose log it is, --base robot.urdf, or --base axis for"
+            " axes without a model; or in which unit the angles are, --unit theta=deg"
+        )
 
 
 def _reason(path: Path, error: LogError) -> str:

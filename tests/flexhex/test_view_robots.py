@@ -130,6 +130,25 @@ def test_residual_is_that_of_the_diagnosis(app: typer.Typer, tmp_path: Path) -> 
     assert 0 < data["settled"] < 0.5, "the page begins where the fit does"
 
 
+def test_held_out_log_is_shown_and_not_fitted(app: typer.Typer, tmp_path: Path) -> None:
+    """An offset of its torque is all in its residual, and moves nothing of the other log's."""
+    offset = 0.5
+    given = np.loadtxt(AXIS / "c1.csv", delimiter=",", skiprows=4)
+    log = write(tmp_path / "moved.csv", given[:, 0], given[:, 1:2], given[:, 2:] + offset)
+    words = [AXIS / "a1.csv", "--base", "axis", "--held-out"]
+    plain, moved = (data_of(shown(app, tmp_path, *words, c)) for c in (AXIS / "c1.csv", log))
+    assert [run["name"] for run in moved["runs"]] == ["a1", "moved (held out)"]
+    first, second = (
+        [numbers(signal(data, "residual", k)["lines"][0]["values"]) for data in (plain, moved)]
+        for k in (0, 1)
+    )
+    assert np.array_equal(*first, equal_nan=True)
+    difference = second[1] - second[0]
+    assert np.isfinite(difference).sum() > 100
+    # torques of float32
+    assert np.nanmax(np.abs(difference - offset)) < 1e-6
+
+
 def test_axes_have_signals_and_say_why_there_is_no_picture(
     app: typer.Typer, tmp_path: Path
 ) -> None:
@@ -222,8 +241,12 @@ def test_log_that_is_too_short_for_a_fit_is_shown_without_a_residual(
 
 
 def test_what_is_not_of_the_base_model_is_refused(app: typer.Typer, tmp_path: Path) -> None:
-    one = AXIS / "a1.csv"
+    one, arm = AXIS / "a1.csv", ROOT / "examples" / "schunk" / "run_001.csv"
     for words, kind, reason in (
+        ([arm], LogError, "angles of up to 1.37 rad, the stroke of tflex is 0.524 rad: say whose"),
+        ([arm, "--base", "hexapod"], LogError, "the stroke of tflex is 0.524 rad: say whose"),
+        ([one, "--held-out", one], UsageError, "--held-out: say whose, --base robot.urdf"),
+        ([one, "--base", "axis", "--held-out", one], UsageError, "name it once"),
         ([one], UsageError, "has angles of 1 axis, the machine tflex has 6: .* --base axis"),
         ([one, "--base", FILE], UsageError, "6 joints .* the logs have 1 axes"),
         ([one, "--base", "none.urdf"], UsageError, "none.urdf: no such file"),
