@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from examples.five_bar.five_bar import ARM, FOOT, ROD
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.fmus.common.errors import LogError, MachineError, UsageError
+from flexhex.fmus.common.errors import MachineError
 from flexhex.view.command import view_command
 from tests.conftest import ROOT
 from tests.diagnosis.robots.simulated import FILE
@@ -130,25 +130,6 @@ def test_residual_is_that_of_the_diagnosis(app: typer.Typer, tmp_path: Path) -> 
     assert 0 < data["settled"] < 0.5, "the page begins where the fit does"
 
 
-def test_held_out_log_is_shown_and_not_fitted(app: typer.Typer, tmp_path: Path) -> None:
-    """An offset of its torque is all in its residual, and moves nothing of the other log's."""
-    offset = 0.5
-    given = np.loadtxt(AXIS / "c1.csv", delimiter=",", skiprows=4)
-    log = write(tmp_path / "moved.csv", given[:, 0], given[:, 1:2], given[:, 2:] + offset)
-    words = [AXIS / "a1.csv", "--base", "axis", "--held-out"]
-    plain, moved = (data_of(shown(app, tmp_path, *words, c)) for c in (AXIS / "c1.csv", log))
-    assert [run["name"] for run in moved["runs"]] == ["a1", "moved (held out)"]
-    first, second = (
-        [numbers(signal(data, "residual", k)["lines"][0]["values"]) for data in (plain, moved)]
-        for k in (0, 1)
-    )
-    assert np.array_equal(*first, equal_nan=True)
-    difference = second[1] - second[0]
-    assert np.isfinite(difference).sum() > 100
-    # torques of float32
-    assert np.nanmax(np.abs(difference - offset)) < 1e-6
-
-
 def test_axes_have_signals_and_say_why_there_is_no_picture(
     app: typer.Typer, tmp_path: Path
 ) -> None:
@@ -238,26 +219,3 @@ def test_log_that_is_too_short_for_a_fit_is_shown_without_a_residual(
     assert data["said"].startswith("No residual: ")
     assert "are needed" in data["said"]
     assert data["runs"][0]["frames"]["residual"] is None
-
-
-def test_what_is_not_of_the_base_model_is_refused(app: typer.Typer, tmp_path: Path) -> None:
-    one, arm = AXIS / "a1.csv", ROOT / "examples" / "schunk" / "run_001.csv"
-    for words, kind, reason in (
-        ([arm], LogError, "angles of up to 1.37 rad, the stroke of tflex is 0.524 rad: say whose"),
-        ([arm, "--base", "hexapod"], LogError, "the stroke of tflex is 0.524 rad: say whose"),
-        ([one, "--held-out", one], UsageError, "--held-out: say whose, --base robot.urdf"),
-        ([one, "--base", "axis", "--held-out", one], UsageError, "name it once"),
-        ([one], UsageError, "has angles of 1 axis, the machine tflex has 6: .* --base axis"),
-        ([one, "--base", FILE], UsageError, "6 joints .* the logs have 1 axes"),
-        ([one, "--base", "none.urdf"], UsageError, "none.urdf: no such file"),
-        ([one, "--base", "nothing"], UsageError, "there are hexapod, axis, schunk"),
-        ([one, "--joints", "j1"], UsageError, "--joints: say whose, --base robot.urdf"),
-        ([one, "--tolerance", "mass=1"], UsageError, "--tolerance: say whose"),
-        ([one, "--base", "axis", "--machine", "m.toml"], UsageError, "reads no machine file"),
-        ([one, "--base", "axis", "--live"], UsageError, "take --base out"),
-        ([one, one, "--live"], UsageError, "leave the others out"),
-        ([tmp_path / "none.csv", "--base", "axis"], LogError, "no such file"),
-    ):
-        done = CliRunner().invoke(app, ["view", *map(str, words)])
-        assert isinstance(done.exception, kind), done.output
-        assert re.search(reason, str(done.exception))
