@@ -86,7 +86,7 @@ def html(columns: Sequence[Column], rows: Sequence[Row]) -> Any:
         line.format(row.get("class", ""), empty.join(cell.format(c.text(row)) for c in columns))
         for row in rows
     )
-    return Markup("<table>\n<tr>{}</tr>\n{}</table>").format(heads, body)
+    return Markup("<table>\n<thead><tr>{}</tr></thead>\n{}</table>").format(heads, body)
 
 
 def _subscript(heading: str) -> Any:

@@ -17,6 +17,7 @@ SCRIPTS = (
     "plots.js",
     "paint.js",
     "live.js",
+    "still.js",
     "app.js",
 )
 """Our scripts in the order in which they run; they share one scope."""

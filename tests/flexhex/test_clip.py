@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -158,6 +159,22 @@ def test_all_clips_share_one_page(tmp_path: Path) -> None:
     assert len(text) < LARGEST
 
 
+def cut_to_what_is_drawn(browser: Browser, runs: int) -> None:
+    """The picture for print has the machines at its top and the runs' names below each of them."""
+    inside = "document.querySelector('.clips iframe').contentDocument.getElementById('machine')"
+    whole = browser.run(f"{inside}.clientHeight")
+    packed = browser.run("document.querySelector('.still').src").partition(",")[2]
+    ink = browser.unpacked(base64.b64decode(packed)).max(axis=2) > 0
+    rows = np.flatnonzero(ink.any(axis=1))
+    # shadows at the edge of the floor are too faint to count as ink
+    assert rows[0] <= 24
+    assert len(ink) < 0.8 * whole
+    below = ink[-20:]
+    for half in np.array_split(below, runs, axis=1):
+        columns = np.flatnonzero(half.any(axis=0))
+        assert abs(columns.mean() / half.shape[1] - 0.5) < 0.1, "a name in the middle of its half"
+
+
 def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path) -> None:
     """Each clip is drawn, moves, and replaces the one before; the weight is there when it is on."""
     found = clips(paper_run(payload=payload(), missing=missing(tmp_path)))
@@ -193,6 +210,7 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
         # print shows the machine as it stands
         browser.run("dispatchEvent(new Event('beforeprint'))")
         stills.add(browser.run("document.querySelector('.still').src"))
+        cut_to_what_is_drawn(browser, len(clip.data["runs"]))
     assert texts == {clip.text for clip in found}
     assert len(stills) == len(found)
     assert all(still.startswith("data:image/png") and len(still) > 10_000 for still in stills)

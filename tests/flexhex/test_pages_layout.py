@@ -116,3 +116,64 @@ def test_long_title_of_an_axis_is_whole_on_a_narrow_screen(browser: Browser, pag
     assert plot[0] <= title[0] < title[2] <= plot[2]
     # boxes are rounded to parts of a pixel, each in its own way
     assert ticks[3] <= title[1] < title[3] <= plot[3] + 0.5
+
+
+def test_plot_of_many_lines_keeps_its_height_on_a_narrow_screen(
+    browser: Browser, page: Path
+) -> None:
+    """Its legend stands below it, and makes it taller."""
+    browser.open(page, NARROW, 900)
+    shown = "document.querySelector('#error .nsewdrag').getBoundingClientRect().height"
+    before = browser.run(shown)
+    browser.run(
+        "figures.error.data = Array.from({ length: 9 }, (_, k) => ({ ...figures.error.data[0],"
+        " name: `end_effector.${k}` })); redraw().then(() => 0)"
+    )
+    browser.drawn()
+    # two rows of its legend, 22 px each, and 10 px for the title are taken off the plot
+    assert browser.run(shown) >= before - 54
+    title, legend = boxes(browser, "#error .xtitle", "#error .legend")
+    assert title[3] <= legend[1]
+
+
+def test_menu_of_a_plot_stands_above_it_on_a_narrow_screen(browser: Browser, page: Path) -> None:
+    browser.open(page, NARROW, 900)
+    before = boxes(browser, "#error .nsewdrag")[0]
+    browser.run(
+        "figures.error.layout.updatemenus = [{"
+        " buttons: [{ label: 'end-effector', method: 'skip' }], x: 1.02, xanchor: 'left',"
+        " y: 1 }]; redraw().then(() => 0)"
+    )
+    browser.drawn()
+    title, menu, plot = boxes(
+        browser, "#error .gtitle", "#error .updatemenu-container", "#error .nsewdrag"
+    )
+    assert title[3] <= menu[1] < menu[3] <= plot[1]
+    assert plot[2] - plot[0] == before[2] - before[0]
+
+
+def test_labels_that_stand_upright_cover_nothing_on_a_narrow_screen(
+    browser: Browser, page: Path
+) -> None:
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.data = ['fit', 'adapted'].map(name => ({ ...figures.error.data[0], name }));"
+        " Object.assign(figures.error.layout.xaxis, { tickvals: [0.5, 0.8], tickangle: -30,"
+        " ticktext: ['upper arms', 'end-effector'], title: { text: '' } }); redraw().then(() => 0)"
+    )
+    browser.drawn()
+    labels = "[...document.querySelectorAll('#error .xtick')].map(t => t.getBoundingClientRect())"
+    first, second = browser.run(f"{labels}.map(b => [b.left, b.right, b.bottom])")
+    assert first[1] <= second[0]
+    assert max(first[2], second[2]) <= boxes(browser, "#error .legend")[0][1]
+
+
+def test_heads_of_tables_come_again_on_each_page_of_paper(browser: Browser, page: Path) -> None:
+    """And a table that fits on a page stays in one piece."""
+    browser.open(page, 718, 1000)
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    style = "(name, key) => getComputedStyle(document.querySelector(name))[key]"
+    assert browser.run(f"({style})('.wide thead', 'display')") == "table-header-group"
+    assert browser.run(f"({style})('.wide thead th', 'position')") == "static"
+    assert browser.run(f"({style})('.wide table', 'breakInside')") == "avoid"
+    browser.call("Emulation.setEmulatedMedia", media="")

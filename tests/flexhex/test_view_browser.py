@@ -210,7 +210,7 @@ def test_error_is_drawn_no_larger_than_the_machine_can_show(shown: Browser) -> N
     """10 mrad 10000 times would be 100 rad; what is drawn instead is said, the same as for 25."""
     shown.run("DATA.runs[0].frames.e.fill(0.01); setFactor(4)")
     shown.drawn()
-    assert "error × 25 here" in shown.run("byId('said').textContent")
+    assert "error\u00a0×\u00a025 here" in shown.run("byId('said').textContent")
     turned = shown.run(
         "[25, 1e4].map(f => angles(DATA.runs[0].frames, state.t,"
         " magnified(DATA.runs[0].frames, state.t, f)))"
@@ -226,7 +226,7 @@ def test_runs_beside_each_other_say_how_large_their_error_is(shown: Browser) -> 
     shown.run("DATA.runs[0].frames.e.fill(0.001); setGhost('beside'); setFactor(3)")
     shown.drawn()
     names = shown.run("[...byId('names').children].map(name => name.textContent)")
-    assert names == ["first, error × 250", "second, error × 1000"]
+    assert names == ["first, error\u00a0×\u00a0250", "second, error\u00a0×\u00a01000"]
     assert shown.run("byId('said').textContent") == ""
     ghosts = shown.run(
         "[ghost, twin].map(one => [one.root.visible, Math.sign(one.root.position.x)])"

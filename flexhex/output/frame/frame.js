@@ -7,6 +7,8 @@ const root = document.documentElement;
 const media = matchMedia("(prefers-color-scheme: dark)");
 const PAPER = 700; // width of a plot in print [px]: A4 between its margins
 const LONG = 26; // characters of the title of an axis below a narrow plot
+const ROW = 22, FEW = 2; // height of a row of its legend [px], rows that make the plot no taller
+const MENU = 44, UPRIGHT = 40; // height of a menu, what labels take that stand upright [px]
 let chosen = "", joint = null, printing = false;
 try { chosen = localStorage.getItem("flexhex-scheme") ?? ""; } catch { /* a page from a file may have no storage */ }
 
@@ -72,11 +74,23 @@ function layoutOf(f) {
     made.margin = { ...made.margin, l: 55, r: made.margin.r < 100 ? made.margin.r : 10 };
     // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
     const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
-    if (named.length > 1 && made.legend?.orientation !== "h") {
+    if (made.updatemenus) {
+      // a menu of many lines stands above the plot; the pointer names them
+      made.updatemenus = made.updatemenus.map(menu => ({ ...menu, x: 0, y: 1, yanchor: "bottom", pad: { b: 6 } }));
+      Object.assign(made, { showlegend: false, height: made.height + MENU });
+      made.margin.t += MENU;
+    } else if (named.length > 1 && made.legend?.orientation !== "h") {
       const longest = Math.max(...named.map(trace => plain(trace.name).length));
-      const beside = Math.max(1, Math.floor((innerWidth - 90) / (50 + 7.5 * longest)));
-      made.margin.b = 60 + 22 * Math.ceil(named.length / beside);
+      const each = 50 + 7.5 * longest + (named.some(trace => trace.legendgroup) ? 20 : 0);
+      const rows = Math.ceil(named.length / Math.max(1, Math.floor((innerWidth - 90) / each)));
+      made.margin.b = 60 + ROW * rows;
+      made.height += ROW * Math.max(0, rows - FEW);
       made.legend = { ...made.legend, orientation: "h", x: 0, xanchor: "left", yref: "container", y: 0, yanchor: "bottom" };
+    }
+    if (made.xaxis?.tickangle) {
+      made.xaxis = { ...made.xaxis, tickangle: -90 };
+      made.margin.b += UPRIGHT;
+      made.height += UPRIGHT;
     }
   }
   if (narrow() && made.xaxis?.title?.text?.length > LONG) {

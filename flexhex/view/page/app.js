@@ -75,7 +75,7 @@ function place() {
 
 // what is drawn otherwise than asked for; beside each other, the names say how large their error is
 function tell(factors, fits) {
-  const times = factor => `error × ${+factor.toPrecision(2)}`, names = byId("names").children;
+  const times = factor => `error\u00a0×\u00a0${+factor.toPrecision(2)}`, names = byId("names").children;
   [...names].forEach((name, r) => { name.textContent = DATA.runs[r].name + (state.factor > 1 ? `, ${times(factors[r])}` : ""); });
   const less = DATA.runs.findIndex((run, r) => factors[r] < state.factor && (r === 0 || state.ghost === "second"));
   byId("said").textContent = !fits ? "The mechanism cannot take these angles. Is it the log of another machine? Say which, with --base."
@@ -283,13 +283,6 @@ function bodiless() {
   stage = { reach: 0, wide: 0, look() {}, colours() {}, pace: () => false, draw() {} };
   [real, ghost] = [body(), body()];
   [other, twin] = DATA.runs.length > 1 ? [body(), body()] : [null, null];
-}
-
-// the machine as it stands, for print
-function still() {
-  if (DATA.machine.kind === "none") { return ""; }
-  stage.draw();
-  return byId("machine").toDataURL();
 }
 
 async function start() {
