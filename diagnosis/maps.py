@@ -13,9 +13,12 @@ from flexhex.diagnosis.noise import pairs
 from flexhex.diagnosis.pictured import Map
 
 Array = NDArray[np.float64]
-BINS = 24
+BINS, FINEST = 24, 240
+"""Bins of a map; most of one over the angle, where cogging of a high order has to be seen."""
 FEWEST = 12
 """Rows below which a bin is not shown."""
+FILLED = 4 * FEWEST
+"""Rows that a finer bin has on average."""
 
 
 def maps(held: Joint) -> tuple[Map, ...]:
@@ -37,7 +40,8 @@ def maps(held: Joint) -> tuple[Map, ...]:
         ):
             over = np.concatenate([_quantity(held, k, i, place) for k, _ in before])
             pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
-            mine.append(_binned(i + 1, name, kind.unit(unit), over, *pair))
+            bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
+            mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
         mine.append(_spectrum(held, i, before, after))
         found += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
     return tuple(found)
@@ -72,16 +76,19 @@ def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
     return np.asarray(block.smooth(values[:, axis])[good])
 
 
-def _binned(axis: int, name: str, unit: str, over: Array, before: Array, after: Array) -> Map:
+def _binned(
+    what: tuple[int, str, str], bins: int, over: Array, before: Array, after: Array
+) -> Map:
+    """what: axis, quantity and its unit."""
     low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
-    edges = np.linspace(low, high, BINS + 1)
+    edges = np.linspace(low, high, bins + 1)
     which = np.digitize(over, edges) - 1
-    kept = [b for b in range(BINS) if (which == b).sum() >= FEWEST]
+    kept = [b for b in range(bins) if (which == b).sum() >= FEWEST]
     rows = [which == b for b in kept]
     centre = np.array([(edges[b] + edges[b + 1]) / 2 for b in kept])
     one, two = (np.array([values[r].mean() for r in rows]) for values in (before, after))
     spread = np.array([before[r].std() / np.sqrt(r.sum()) for r in rows])
-    return Map(axis, name, unit, centre, one, two, spread)
+    return Map(*what, centre, one, two, spread)
 
 
 def _spectrum(

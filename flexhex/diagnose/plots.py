@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.words import title, where
 from flexhex.diagnosis.pictured import Candidate, Map, Strip
-from flexhex.output.plots import Figure, figure, of_joint, per_joint, trace
+from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
 
 Array = NDArray[np.float64]
 BEFORE, AFTER, FLOOR, OTHER, INK = "#d1731d", "#1f6fb2", "#333", "#b5b5b5", "#222"
@@ -29,6 +29,8 @@ SMALL = 8
 """Columns of a heat table up to which they have names and all cells figures; else numbers."""
 TOLD = 0.5
 """Cells from here on hold figures in a large table."""
+MARKED = 60
+"""Bins of a map up to which each has a mark."""
 FAINT, FAINTEST = 0.04, 0.005
 """Cells below this stay white in a large table, in a small one."""
 
@@ -138,10 +140,11 @@ def strip_figures(strips: Sequence[Strip], first: int) -> dict[str, Figure]:
 def residual_map(m: Map) -> Figure:
     """Mean residual over a quantity, before with a band of two standard errors, and after."""
     band = _band(m.centre, m.before - 2 * m.spread, m.before + 2 * m.spread)
+    mode = "lines+markers" if len(m.centre) <= MARKED else "lines"
     lines = [
         band,
-        trace(m.centre, m.before, "before", BEFORE, mode="lines+markers", marker={"size": 4}),
-        trace(m.centre, m.after, "after", AFTER, mode="lines+markers", marker={"size": 4}),
+        trace(m.centre, m.before, "before", BEFORE, mode=mode, marker={"size": 4}),
+        trace(m.centre, m.after, "after", AFTER, mode=mode, marker={"size": 4}),
     ]
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}
     name = f"over {m.over}"
@@ -154,7 +157,7 @@ def spectrum_map(m: Map) -> Figure:
     """Residual over frequency, both axes logarithmic."""
     lines = [trace(m.centre, m.before, "before", BEFORE), trace(m.centre, m.after, "after", AFTER)]
     logs: dict[str, Any] = {
-        "xaxis": {"type": "log"},
+        "xaxis": LOG,
         "yaxis": {"type": "log", "exponentformat": "power"},
     }
     small = {"height": 290, "margin": {**MARGIN, "t": 60, "l": 70}, "legend": TOP}

@@ -136,6 +136,26 @@ def test_plot_of_many_lines_keeps_its_height_on_a_narrow_screen(
     assert title[3] <= legend[1]
 
 
+def test_title_beside_a_narrow_plot_is_clear_of_its_labels(browser: Browser, page: Path) -> None:
+    browser.open(page, NARROW, 900)
+    browser.run(
+        "figures.error.data = [{ ...figures.error.data[0], y: figures.error.data[0].y.map(v =>"
+        " -0.008 * v) }]; redraw().then(() => 0)"
+    )
+    browser.drawn()
+    labels = browser.run(
+        "Math.min(...[...document.querySelectorAll('#error .ytick')].map(t =>"
+        " t.getBoundingClientRect().left))"
+    )
+    assert boxes(browser, "#error .ytitle")[0][2] <= labels
+
+
+def test_table_without_headings_has_no_empty_row(browser: Browser, tmp_path: Path) -> None:
+    parts = [Part("Findings", headings=("",), rows=[("one",), ("two",)], words=True)]
+    browser.open(write_page(tmp_path / "p.html", "A page", "", parts))
+    assert browser.run("document.querySelectorAll('.words tr').length") == 2
+
+
 def test_menu_of_a_plot_stands_above_it_on_a_narrow_screen(browser: Browser, page: Path) -> None:
     browser.open(page, NARROW, 900)
     before = boxes(browser, "#error .nsewdrag")[0]

@@ -9,6 +9,7 @@ const PAPER = 700; // width of a plot in print [px]: A4 between its margins
 const LONG = 26; // characters of the title of an axis below a narrow plot
 const ROW = 22, FEW = 2; // height of a row of its legend [px], rows that make the plot no taller
 const MENU = 44, UPRIGHT = 40; // height of a menu, what labels take that stand upright [px]
+const LEFT = 66; // labels and title of an axis beside a narrow plot [px]
 let chosen = "", joint = null, printing = false;
 try { chosen = localStorage.getItem("flexhex-scheme") ?? ""; } catch { /* a page from a file may have no storage */ }
 
@@ -71,7 +72,7 @@ function layoutOf(f) {
   }
   if (narrow()) {
     // a wide margin to the right is the place of a legend
-    made.margin = { ...made.margin, l: 55, r: made.margin.r < 100 ? made.margin.r : 10 };
+    made.margin = { ...made.margin, l: LEFT, r: made.margin.r < 100 ? made.margin.r : 10 };
     // no room beside the plot on a narrow screen: the legend goes below it, unless it stands above
     const named = f.data.filter(trace => trace.showlegend !== false && trace.visible !== false);
     if (made.updatemenus) {

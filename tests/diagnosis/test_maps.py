@@ -1,0 +1,55 @@
+"""Maps of what a model leaves: cogging of a high order is seen over the angle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.maps import BINS, FINEST, maps
+from flexhex.diagnosis.pictured import Map
+from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from tests.diagnosis.single import SECONDS, TS, moved, write
+
+COGGING, ORDER = 0.05, 100.0
+"""Amplitude [N m] and order [1/rad]: some 13 waves over the range of a motion."""
+
+
+def left(paths: list[Path]) -> dict[str, Map]:
+    """Maps of the residual of a fit without any effect, by quantity."""
+    base, asked, _ = asked_of(paths, [], None, Options("axis"))
+    made, _, _ = fitted(base, asked.runs)
+    bench = Bench(made, ())
+    held: Any = SimpleNamespace(bench=bench, residual=made.residual(made.regression.q))
+    return {one.over: one for one in maps(held)}
+
+
+def test_cogging_of_a_high_order_is_seen_over_the_angle(tmp_path: Path) -> None:
+    """With the 24 bins of the other maps, each would hold half a wave or more."""
+    paths = []
+    for seed in (1, 2):
+        theta = moved(np.arange(round(SECONDS / TS)) * TS, seed)[0]
+        extra = COGGING * np.sin(ORDER * theta)
+        for number in (1, 2):
+            paths.append(write(tmp_path / f"{seed}{number}.csv", seed, number, 0.0, extra=extra))
+    found = left(paths)
+    angle = found["angle"]
+    assert BINS < len(angle.centre) <= FINEST
+    assert len(found["velocity"].centre) <= BINS
+    rows = np.diff(angle.centre)
+    assert np.median(rows) * ORDER < 1.0, "six bins a wave or more"
+    # what the smoothing of the torque leaves of it, and noise that the mean of a bin takes away
+    wave = np.column_stack([np.sin(ORDER * angle.centre), np.cos(ORDER * angle.centre)])
+    gains, *_ = np.linalg.lstsq(wave, angle.before, rcond=None)
+    assert 0.5 * COGGING < np.hypot(*gains) < COGGING
+    assert np.std(angle.before - wave @ gains) < 0.5 * np.std(angle.before)
+
+
+def test_few_rows_make_no_finer_bins(tmp_path: Path) -> None:
+    """Of 700 rows, 240 bins would hold three each, and most would not be shown."""
+    paths = [write(tmp_path / f"{n}.csv", 3, n, 0.1, seconds=4.0) for n in (1, 2)]
+    found = left(paths)
+    assert BINS / 2 < len(found["angle"].centre) <= BINS
