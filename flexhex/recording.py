@@ -45,6 +45,10 @@ class Recording:
         return self.rows[:, found] if len(found) > 1 else self.rows[:, found[0]]
 
 
+OTHERS = "`flexhex view` and `flexhex plot` show results and logs"
+"""What takes other files than recordings."""
+
+
 def read_recording(path: str | Path) -> Recording:
     """Read the file. Raises LogError for one that is no recording, or a damaged one."""
     try:
@@ -52,13 +56,16 @@ def read_recording(path: str | Path) -> Recording:
     except OSError as error:
         raise LogError(unreadable(path, error)) from None
     except UnicodeDecodeError:
-        raise LogError(f"{path}: no recording of the gateway: it is not CSV text") from None
+        raise LogError(
+            f"{path}: no recording of the gateway: it is not CSV text; {OTHERS}"
+        ) from None
     head = [line[1:].partition(":") for line in lines if line.startswith("#")]
     meta = {key.strip(): value.strip() for key, _, value in head}
     rows = [line for line in lines if not line.startswith("#")]
     if "signals" not in meta or "base_step_s" not in meta or len(rows) < 3:
         raise LogError(
-            f"{path}: no recording of the gateway: it lacks `# signals:`, `# base_step_s:` or rows"
+            f"{path}: no recording of the gateway: it lacks `# signals:`, `# base_step_s:` or rows;"
+            f" {OTHERS}"
         )
     try:
         data = np.loadtxt(rows[2:], delimiter=",", ndmin=2)

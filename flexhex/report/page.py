@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.output.page import Part, write_page
-from flexhex.output.plots import LOG, Figure, figure, trace
+from flexhex.output.plots import COLOURS, LOG, Figure, figure, multiples, trace
 from flexhex.output.tables import Column, Row, console, table, texts
 from flexhex.recording import Recording
 from flexhex.report.recorded import (
@@ -24,6 +24,7 @@ from flexhex.report.recorded import (
 from flexhex.tracking import SETTLE
 
 QUANTILES = ("p50", "p99", "p99.9", "largest")
+COLOUR = COLOURS["adaptive"]
 
 
 def data(found: Recording) -> dict[str, object]:
@@ -92,7 +93,7 @@ def write_recording(found: Recording, name: str, path: Path) -> Path:
     """The page of a recording."""
     parts = [Part("How it went", "", ("", ""), summary(found), words=True)]
     if running(found).any():
-        parts += [_tracking(found), _motion(found), _timing(found)]
+        parts += [_tracking(found), *_motion(found), _timing(found)]
     states = [(f"{t:.5f}", axes, text) for t, axes, text in changes(found)]
     words = "At the beginning, and whenever one changed."
     parts.append(Part("States", words, ("time [s]", "axes", "state"), states, words=True))
@@ -114,26 +115,27 @@ def _times(found: Recording) -> list[Row]:
 
 
 def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float = 1.0) -> Figure:
-    """All axes of a channel; what was not measured is left out of the lines."""
-    lines = []
+    """A panel for each axis of a channel; what was not measured is left out of the lines."""
+    lines = {}
     for axis, column in enumerate(scale * found[channel].T, start=1):
-        known = np.isfinite(column)
-        lines.append(trace(seconds(found)[known], column[known], f"axis {axis}"))
-    return figure(title, "time [s]", unit, lines)
+        known, name = np.isfinite(column), f"axis {axis} [{unit}]"
+        lines[name] = trace(seconds(found)[known], column[known], f"axis {axis}", COLOUR)
+    return multiples(title, "time [s]", f"[{unit}]", lines, word="axis")
 
 
 def _tracking(found: Recording) -> Part:
-    drawn = {"error": _drawn(found, "e", "Tracking error", "e [µrad]", MICRO)}
+    drawn = {"error": _drawn(found, "e", "Tracking error", "µrad", MICRO)}
     text = f"Judged from {SETTLE:g} s on; a run that ends before is judged whole."
     return Part("Tracking error", text, *texts(ERRORS, _errors(found)), drawn, timed=True)
 
 
-def _motion(found: Recording) -> Part:
-    drawn = {
-        "theta": _drawn(found, "theta", "Angles, measured", "theta [rad]"),
-        "tau": _drawn(found, "tau_meas", "Torques, measured", "tau_meas [N m]"),
-    }
-    return Part("Motion", figures=drawn, timed=True)
+def _motion(found: Recording) -> list[Part]:
+    """Panels have no title above them: each kind of them has a section."""
+    listed = (("theta", "Angles, measured", "rad"), ("tau_meas", "Torques, measured", "N m"))
+    return [
+        Part(title, figures={name: _drawn(found, name, title, unit)}, timed=True)
+        for name, title, unit in listed
+    ]
 
 
 def _timing(found: Recording) -> Part:

@@ -99,8 +99,26 @@ def test_command_tells_and_draws(tmp_path: Path) -> None:
     assert "without a trip" in done.output
     assert re.search(r"largest +at *\n.*µrad +s", done.output)
     assert "operation enabled" in page.read_text()
+    # a panel for each axis, which one selector chooses
+    told = re.search(r"const figures = (\{.*?\});\n", page.read_text())
+    assert told
+    for name in ("error", "theta", "tau_meas"):
+        drawn = json.loads(told[1])[name]
+        assert [line["meta"] for line in drawn["data"]] == [
+            {"panel": k, "joint": k + 1} for k in range(6)
+        ]
+        assert drawn["layout"]["meta"]["joint"] == "axis"
     done = CliRunner().invoke(app, ["report", str(file), "--page", str(page), "--json"])
     assert json.loads(done.output)["missed"]["left_out"] == 1
+
+
+def test_file_of_another_kind_says_what_shows_it(tmp_path: Path) -> None:
+    for name, content in (("run.h5", b"\x89HDF\r\n\xff"), ("log.csv", b"time,theta\ns,rad\n0,1\n")):
+        (tmp_path / name).write_bytes(content)
+        done = CliRunner().invoke(app, ["report", str(tmp_path / name)])
+        assert isinstance(done.exception, LogError)
+        assert "no recording of the gateway" in str(done.exception)
+        assert "`flexhex view` and `flexhex plot` show results" in str(done.exception)
 
 
 def test_file_of_a_trip_is_told_too(tmp_path: Path) -> None:
