@@ -90,6 +90,8 @@ def test_value_has_the_prefix_that_fits_the_largest() -> None:
     for most, unit, wanted in (
         (23e-6, "rad", "µrad"),
         (0.5, "N m", "mN m"),
+        (1e-3, "rad", "mrad"),
+        (2e-3, "rad", "mrad"),
         (3e-12, "m", "nm"),
         (1.0, "rad", "rad"),
         (0.01, "1", "1"),
@@ -97,7 +99,7 @@ def test_value_has_the_prefix_that_fits_the_largest() -> None:
     ):
         values, named = scaled(np.array([0.0, -most, np.nan]), unit)
         assert named == wanted
-        size = {"µrad": 1e-6, "mN m": 1e-3, "nm": 1e-9}.get(wanted, 1.0)
+        size = {"µrad": 1e-6, "mrad": 1e-3, "mN m": 1e-3, "nm": 1e-9}.get(wanted, 1.0)
         assert values[1] == pytest.approx(-most / size)
 
 

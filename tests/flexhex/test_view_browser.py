@@ -238,12 +238,3 @@ def test_runs_beside_each_other_say_how_large_their_error_is(shown: Browser) -> 
 def test_angles_that_the_mechanism_cannot_take_are_said(shown: Browser) -> None:
     shown.run("DATA.runs[0].frames.theta.fill(2); place()")
     assert "cannot take these angles" in shown.run("byId('said').textContent")
-
-
-def test_values_say_their_joint_and_times_their_unit(shown: Browser) -> None:
-    """Without the colon joint 1 with 340 mN m read as 1340 mN m."""
-    shown.run("setTime(2.5)")
-    values = shown.run("[...document.querySelectorAll('.values b')].map(b => b.textContent)")
-    assert all(text.startswith("1: ") for text in values)
-    ticks = shown.run("plots.charts[0].plot.axes[0]._values")
-    assert all(text.endswith(" s") for text in ticks if text)

@@ -46,6 +46,7 @@ def test_what_is_not_of_the_base_model_is_refused(app: typer.Typer, tmp_path: Pa
         ([one, "--held-out", one], UsageError, "--held-out: say whose, --base robot.urdf"),
         ([one, "--base", "axis", "--held-out", one], UsageError, "name it once"),
         ([one], UsageError, "has angles of 1 axis, the machine tflex has 6: .* --base axis"),
+        ([one, arm, "--base", "axis"], LogError, "run_001.csv: .*6"),
         ([one, "--base", FILE], UsageError, "6 joints .* the logs have 1 axes"),
         ([one, "--base", "none.urdf"], UsageError, "none.urdf: no such file"),
         ([one, "--base", "nothing"], UsageError, "there are hexapod, axis, schunk"),
