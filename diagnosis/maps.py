@@ -76,9 +76,7 @@ def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
     return np.asarray(block.smooth(values[:, axis])[good])
 
 
-def _binned(
-    what: tuple[int, str, str], bins: int, over: Array, before: Array, after: Array
-) -> Map:
+def _binned(what: tuple[int, str, str], bins: int, over: Array, before: Array, after: Array) -> Map:
     """what: axis, quantity and its unit."""
     low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
     edges = np.linspace(low, high, bins + 1)

@@ -78,10 +78,9 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
         columns.append(Column(k, name if name in options.rename else plain, own or unit))
     times = [k for k, c in enumerate(columns) if _is_time(c.name, options)]
     if not times:
-        shown = (
-            ", ".join(name for name in names[:12] if name.isprintable() and name)
-            or "no names: is it a CSV file?"
-        )
+        listed = ", ".join(name for name in names[:12] if name.isprintable() and name)
+        told = f"{listed}: say which it is, --rename 'COLUMN=time'"
+        shown = told if listed else "no names: is it a CSV file?"
         raise LogError(f"{where}: no channel `time`; it has {shown}")
     plans, findings = [], []
     for k, end in zip(times, [*times[1:], len(columns)], strict=True):

@@ -175,7 +175,10 @@ def test_delay_and_growing_delay_are_measured(tmp_path: Path) -> None:
 
 def test_missing_channels_are_named(tmp_path: Path) -> None:
     run = motion(0.5)
-    for lost, match in (("tau_meas", r"no channels tau_meas\[1\]"), ("time", "no channel `time`")):
+    for lost, match in (
+        ("tau_meas", r"no channels tau_meas\[1\]"),
+        ("time", "no channel `time`.*, --rename 'COLUMN=time'"),
+    ):
         kept = {name: signal for name, signal in run.items() if name != lost}
         with pytest.raises(LogError, match=match):
             read_log(plain_csv(tmp_path / "a.csv", kept))
