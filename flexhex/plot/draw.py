@@ -59,7 +59,8 @@ def chosen(result: Result, signals: Sequence[str], span: tuple[float, float]) ->
 
 
 def curve(values: Array, width: int = WIDTH) -> str:
-    """A mark for the mean of each of `width` stretches, on a scale from lowest to highest sample.
+    """A mark for each of `width` stretches, on a scale from lowest to highest sample: of the sample
+    that is farthest from the mean of all, so that what swings is seen.
 
     Blank where a stretch holds no number.
     """
@@ -67,8 +68,9 @@ def curve(values: Array, width: int = WIDTH) -> str:
     known = values[np.isfinite(values)]
     if not known.size:
         return " " * len(parts)
-    low, height = known.min(), np.ptp(known)
-    shares = [(part.mean() - low) / height if part.size and height else 0.0 for part in parts]
+    low, height, middle = known.min(), np.ptp(known), known.mean()
+    far = [part[np.abs(part - middle).argmax()] if part.size else low for part in parts]
+    shares = [(value - low) / height if height else 0.0 for value in far]
     marks = [LEVELS[min(int(share * len(LEVELS)), len(LEVELS) - 1)] for share in shares]
     return "".join(mark if part.size else " " for mark, part in zip(marks, parts, strict=True))
 
@@ -87,7 +89,7 @@ def overview(picked: Sequence[Picked]) -> None:
     """The table of all scalars."""
     listed: list[Row] = []
     for one in picked:
-        for name, unit, values in zip(one.columns, one.units, one.values.T, strict=True):
+        for name, unit, values in zip(one.columns, *prefixed(one), strict=True):
             known = values[np.isfinite(values)]
             figures = (known.min(), known.max(), np.sqrt(np.mean(known**2))) if known.size else ()
             low, high, rms = figures or (np.nan,) * 3
@@ -127,6 +129,15 @@ def scaled(values: Array, unit: str) -> tuple[Array, str]:
     return values / size, prefix + unit
 
 
+def prefixed(one: Picked) -> tuple[list[str], list[Array]]:
+    """Units and values of the elements, with one prefix for all where they have one unit."""
+    if len(set(one.units)) == 1:
+        values, unit = scaled(one.values, one.units[0])
+        return [unit] * len(one.units), list(values.T)
+    pairs = [scaled(v, unit) for v, unit in zip(one.values.T, one.units, strict=True)]
+    return [unit for _, unit in pairs], [values for values, _ in pairs]
+
+
 def drawn(one: Picked) -> Figure:
     """A plot of a scalar; of an array a panel for each element."""
     return _panels(one) if len(one.columns) > 1 else _alone(one)
@@ -144,12 +155,7 @@ def _panels(one: Picked) -> Figure:
     counted = short == list(indices(len(short)))
     names = [f"joint {i}" if counted else text.strip(".[]") for i, text in enumerate(short, 1)]
     alike = len(set(one.units)) == 1
-    if alike:
-        values, unit = scaled(one.values, one.units[0])
-        columns, units = list(values.T), [unit] * len(names)
-    else:
-        pairs = [scaled(v, unit) for v, unit in zip(one.values.T, one.units, strict=True)]
-        columns, units = [list(part) for part in zip(*pairs, strict=True)]
+    units, columns = prefixed(one)
     panels = {
         _label(name, unit): trace(one.time, column, full, INK)
         for name, unit, column, full in zip(names, units, columns, one.columns, strict=True)

@@ -42,6 +42,14 @@ def test_curve_rises_with_its_samples() -> None:
     assert curve(np.full(4, np.nan), 2) == "  "
 
 
+def test_curve_shows_that_a_signal_swings() -> None:
+    """Ten waves in each of its stretches, whose means are all alike; then none."""
+    swing = np.sin(2 * np.pi * np.arange(4000.0) / 100)
+    marks = curve(np.append(swing, np.zeros(1000)), 5)
+    assert set(marks[:4]) <= {LEVELS[0], LEVELS[-1]}
+    assert marks[4] in LEVELS[3:5]
+
+
 def test_table_has_the_figures_of_each_scalar(app: typer.Typer, run: Path, tmp_path: Path) -> None:
     page = tmp_path / "plot.html"
     words = ["plot", str(run), "plant.theta[2]", "feedback.e", "--from", "2", "--page", str(page)]
@@ -53,7 +61,9 @@ def test_table_has_the_figures_of_each_scalar(app: typer.Typer, run: Path, tmp_p
     kept = made.time("plant.theta") >= 2.0
     theta = made["plant.theta"][kept, 1]
     figures = [float(text) for text in rows["plant.theta[2]"][2:5]]
-    wanted = [theta.min(), theta.max(), np.sqrt(np.mean(theta**2))]
+    wanted = [1e3 * v for v in (theta.min(), theta.max(), np.sqrt(np.mean(theta**2)))]
+    assert rows["plant.theta[2]"][5] == "mrad"
+    assert {rows[f"feedback.e[{k}]"][5] for k in range(1, 7)} == {"µrad"}
     assert figures == pytest.approx(wanted, rel=1e-3)
     text = page.read_text(encoding="utf-8")
     figures = json.loads(re.search(r"^const figures = (.*);$", text, re.M)[1])  # type: ignore[index]
