@@ -15,6 +15,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from flexhex.diagnosis.logs.akd import recorder
 from flexhex.diagnosis.logs.csv_head import Header, decode, read_header
 from flexhex.diagnosis.logs.dialects import translated
 from flexhex.diagnosis.logs.log import Array, Finding, Options
@@ -39,6 +40,8 @@ TIMES = ("time", "t")
 def read_csv(path: Path, options: Options) -> Raw:
     """Read a CSV log; LogError tells file, column and remedy."""
     where = str(path)
+    if recorded := recorder(path, options):
+        return recorded
     with path.open("rb") as file:
         header = scope_header(file, where) or read_header(file, where)
         options, known = translated(header, options, where)
@@ -47,9 +50,8 @@ def read_csv(path: Path, options: Options) -> Raw:
         file.seek(header.start)
         rows = _count(file)
         if rows < 1:
-            raise LogError(
-                f"{where}: no samples: wants a row of names, a row of units, then numbers"
-            )
+            text = "no samples: wants a row of names, a row of units, then numbers"
+            raise LogError(f"{where}: {text}")
         header.decimal_comma = _decimal_comma(file, header, where)
         if header.decimal_comma:
             findings.append(Finding("conversion", where, "decimal commas read as points", True))
@@ -114,9 +116,8 @@ def _decimal_comma(file: BinaryIO, header: Header, where: str) -> bool:
     fields = [f for line in text.splitlines()[:-1] or [text] for f in line.split(header.separator)]
     both = next((f for f in fields if "," in f and "." in f), None)
     if both is not None:
-        raise LogError(
-            f"{where}: {both!r} has a comma and a point: write numbers without thousands"
-        )
+        text = f"{both!r} has a comma and a point: write numbers without thousands"
+        raise LogError(f"{where}: {text}")
     return any("," in f for f in fields)
 
 

@@ -3,6 +3,8 @@
 Universal Robots, RTDE's `record.py` and ur_rtde: actual_q [rad], actual_current [A] ...
 KUKA, FRI's `collect_data` of pyfri: mp [rad], mt [N m], ip [rad]
 Franka, fields of libfranka's RobotState: q [rad], tau_J [N m], q_d [rad]
+Kollmorgen AKD, parameters that WorkBench records: PL.FB and VL.FB in units that the drive is set
+to, IL.FB [A, RMS]
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from dataclasses import dataclass, replace
 
 from flexhex.diagnosis.logs.csv_head import Header
 from flexhex.diagnosis.logs.log import Finding, Options
-from flexhex.diagnosis.logs.raw import CHANNELS
+from flexhex.diagnosis.logs.raw import CHANNELS, split_unit
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,12 @@ DIALECTS = (
         {"time": ("time", ""), "q": ("theta", "rad"), "dq": ("thetad", "rad/s"),
          "tau_J": ("tau_meas", "N m"), "q_d": ("r", "rad")},
     ),
+    Dialect(
+        "Kollmorgen AKD",
+        ("PL.FB", "IL.FB"),
+        {"time": ("time", ""), "PL.FB": ("theta", ""), "VL.FB": ("thetad", ""),
+         "IL.FB": ("current", "A"), "PL.CMD": ("r", "")},
+    ),
 )  # fmt: skip
 
 
@@ -71,7 +79,9 @@ def _named(
 ) -> tuple[Options, list[Finding]]:
     found = {name: of for name, of in dialect.columns.items() if name in bases}
     if not any(header.units):
-        header.units = [found.get(base, ("", ""))[1] for base in bases]
+        told = [split_unit(name)[1] for name in header.names]
+        units = [found.get(base, ("", ""))[1] for base in bases]
+        header.units = [own or unit for own, unit in zip(told, units, strict=True)]
     shown = ", ".join(
         f"{name} as {channel}" for name, (channel, _) in found.items() if name != channel
     )
@@ -82,7 +92,7 @@ def _named(
 
 def _base(name: str) -> str:
     """A column's name without the number of its axis."""
-    tail = name.strip()
+    tail = split_unit(name.strip())[0]
     if tail in CHANNELS:
         return tail
     return re.sub(r"\s*(\[\d+\]|\(\d+\)|_\d+|\d+)$", "", tail)

@@ -66,6 +66,7 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
     findings, meta = list(raw.findings), texts(raw.meta)
     channels: dict[str, Channel] = {}
     clocks: dict[str, Clock] = {}
+    asked = list[str]()  # all at once, so that a user answers once
     kinds = _kinds(raw, options)
     for table in raw.tables:
         if not table.values:
@@ -78,10 +79,16 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
         for channel in list(table.values):
             if channel in channels:
                 raise LogError(f"{table.where}: {channel} stands there twice: keep one of them")
-            made = _channel(table, channel, clock, (kinds, meta, options), findings)
+            try:
+                made = _channel(table, channel, clock, (kinds, meta, options), findings)
+            except LogError as error:
+                asked.append(str(error).removeprefix(f"{name}: "))
+                continue
             if made is not None:
                 channels["tau_meas" if channel == "current" else channel] = made
             del table.values[channel]
+    if asked:
+        raise LogError(f"{name}: {'; '.join(asked)}")
     _complete(name, channels, [f.text for f in findings if f.kind == "extra"])
     if options.torque_constant is not None and not any(
         "torque constant" in str(f) for f in findings

@@ -43,7 +43,7 @@ SPEED = {
 }
 TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mNm": 1e-3, "kN m": 1e3, "kNm": 1e3}
 FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6}
-CURRENT = {"A": 1.0, "mA": 1e-3}
+CURRENT = {"A": 1.0, "mA": 1e-3, "Arms": 1.0, "A rms": 1.0}
 VOLTAGE = {"V": 1.0, "mV": 1e-3}
 MOVING: Mapping[str, Mapping[Kind, Mapping[str, float]]] = {
     "theta": {ROTARY: ANGLE, LINEAR: LENGTH},
@@ -67,9 +67,9 @@ WHY = {
     "nm": "nanometres, or N m?",
     "mnm": "mN m, or MN m?",
     "grad": "degrees (German) or gon?",
-    "counts": "counts need their size",
-    "count": "counts need their size",
-    "inc": "increments need their size",
+    "counts": "counts need their size: of 65536 in a turn each is rev/65536",
+    "count": "counts need their size: of 65536 in a turn each is rev/65536",
+    "inc": "increments need their size: of 65536 in a turn each is rev/65536",
     "%": "percent of what?",
     "1": "a number without unit",
     "-": "a number without unit",
@@ -150,7 +150,12 @@ def _look_up(known: Mapping[str, float], unit: str) -> float | None:
             return known[candidate]
     # N*m, N.m, N·m, N-m and a narrow space all mean N m
     spaced = re.sub(r"(?<=N)[\s*.·⋅\-\u202f\u00a0]+(?=m$)", " ", plain)
-    return known.get(spaced)
+    if spaced in known:
+        return known[spaced]
+    # rev/65536: an encoder's count
+    part = re.fullmatch(r"(.+?)\s*/\s*([1-9]\d*(?:\.\d+)?)", plain)
+    whole = known.get(part[1]) if part else None
+    return None if part is None or whole is None else whole / float(part[2])
 
 
 def torque_constant(where: str, text: str) -> tuple[tuple[float, ...], tuple[Kind, ...]]:
