@@ -16,13 +16,14 @@ from flexhex.diagnosis.blocks import Run, Signal, blocks
 from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.differences import motion_of
 from flexhex.diagnosis.gram import ABSORBED
 from flexhex.diagnosis.kinds import kinds_of, refuse_others
 from flexhex.diagnosis.linearize import about
 from flexhex.diagnosis.logs import Log
 from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.regression import Columns, Regression
-from flexhex.diagnosis.runs import FASTEST, motion_of
+from flexhex.diagnosis.runs import FASTEST
 from flexhex.diagnosis.trajectory import Trajectory, read_trajectory
 from flexhex.fmus.common.errors import LogError
 

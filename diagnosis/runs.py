@@ -1,4 +1,4 @@
-"""Logs as runs: passes grouped, rates and accelerations by central differences."""
+"""Logs as runs: passes grouped, each with its motion on one clock."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.differences import motion_of
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
-from flexhex.diagnosis.reversals import angle_noise
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -101,12 +100,13 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
         thin = Signal(part.t0, step * part.ts, part.values[::step], part.valid[::step])
         if len(thin.values) < FEWEST:
             continue
-        rates = log.channels.get("thetad")
+        better = {name: c for name, c in log.channels.items() if name not in log.unused}
+        measured = [better.get(name) for name in ("thetad", "thetadd")]
         found.append(
             Run(
                 log.name,
                 trajectory,
-                motion_of(thin, rates),
+                motion_of(thin, *measured),
                 _thick(thin.valid)[2:-2],
                 _signal(torques, thin),
                 _signal(log.channels["tau"], thin) if "tau" in log.channels else None,
@@ -123,27 +123,6 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
             " seconds?"
         )
     return found
-
-
-def motion_of(theta: Signal, rates: Channel | None) -> Motion:
-    """All but two samples at either end; rates from their own channel where there is one.
-
-    Differences of fourth order: those of second order lose a thousandth of an inertia's torque at
-    20 Hz, which would look like an effect.
-    """
-    th, ts = theta.values, theta.ts
-    time = theta.t0 + ts * np.arange(len(th))
-    if rates is None:
-        near, far = th[3:-1] - th[1:-3], th[4:] - th[:-4]
-        first = (8 * near - far) / (12 * ts)
-        near, far = th[3:-1] + th[1:-3], th[4:] + th[:-4]
-        second = (16 * near - far - 30 * th[2:-2]) / (12 * ts**2)
-    else:
-        rate = np.column_stack([np.interp(time, rates.time, v) for v in rates.values.T])
-        near, far = rate[3:-1] - rate[1:-3], rate[4:] - rate[:-4]
-        first, second = rate[2:-2], (8 * near - far) / (12 * ts)
-    start, noise, derived = theta.t0 + 2 * ts, angle_noise(th), rates is None
-    return Motion(start, ts, th[2:-2], first, second, noise=noise, derived=derived)
 
 
 def starts_of(logs: Sequence[Log]) -> dict[str, float]:

@@ -55,7 +55,7 @@ class Finding:
 
     kind: "bad-rows", "break", "clipped", "clock", "constant", "conversion", "cycles", "delay",
     "drift", "duplicate", "extra", "gap", "jitter", "jump", "memory", "metadata", "missing",
-    "names", "nan", "no-repeat", "range", "rate", "reset", "short", "sign", "swapped",
+    "names", "nan", "no-repeat", "range", "rate", "rates", "reset", "short", "sign", "swapped",
     "units". where: file and channel. corrected: whether the log is as good as if it had not been
     there.
     """
@@ -87,7 +87,8 @@ class Log:
     of the axes, none where all turn. What has the unit rad or N m for an axis that turns is in m or
     N for one that slides.
 
-    shift [s]: time - shift is common to the passes of a trajectory; `group_runs` sets it.
+    shift [s]: time - shift is common to the passes of a trajectory; `group_runs` sets it. unused:
+    channels of rates or accelerations that are no better than differences of the angles.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Log:
     findings: tuple[Finding, ...] = ()
     shift: float = 0.0
     kinds: Kinds = ()
+    unused: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, name: str, ts: float, theta: Array, tau: Array, kinds: Kinds = ()) -> Log:

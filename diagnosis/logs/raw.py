@@ -18,6 +18,7 @@ CHANNELS = (
     "tau_meas",
     "current",
     "thetad",
+    "thetadd",
     "r",
     "tau",
     "tau_ff",

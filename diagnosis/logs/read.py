@@ -12,6 +12,7 @@ from flexhex.diagnosis.logs.clock import Clock, clock_of
 from flexhex.diagnosis.logs.clocks import compared
 from flexhex.diagnosis.logs.delay import delays
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Log, Options
+from flexhex.diagnosis.logs.rates import judged_rates
 from flexhex.diagnosis.logs.raw import Raw, Table, texts
 from flexhex.diagnosis.logs.stamps import stamped
 from flexhex.diagnosis.logs.units import (
@@ -98,7 +99,8 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
         findings.append(Finding("units", name, text, True))
     findings += compared(name, clocks) + judged(name, channels, kinds)
     findings += delays(name, channels)
-    return Log(name, channels, meta, tuple(findings), kinds=kinds)
+    unused, more = judged_rates(name, channels, kinds)
+    return Log(name, channels, meta, (*findings, *more), kinds=kinds, unused=unused)
 
 
 def _kinds(raw: Raw, options: Options) -> Kinds:

@@ -41,6 +41,8 @@ SPEED = {
     "m/min": 1 / 60,
     "mm/min": 1e-3 / 60,
 }
+ACCELERATION = {"rad/s2": 1.0, "mrad/s2": 1e-3, "deg/s2": TURN / 360, "rev/s2": TURN}
+FASTER = {"m/s2": 1.0, "mm/s2": 1e-3, "um/s2": 1e-6, "g": 9.80665}
 TORQUE = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mNm": 1e-3, "kN m": 1e3, "kNm": 1e3}
 FORCE = {"N": 1.0, "kN": 1e3, "mN": 1e-3, "uN": 1e-6}
 CURRENT = {"A": 1.0, "mA": 1e-3, "Arms": 1.0, "A rms": 1.0}
@@ -49,6 +51,7 @@ MOVING: Mapping[str, Mapping[Kind, Mapping[str, float]]] = {
     "theta": {ROTARY: ANGLE, LINEAR: LENGTH},
     "r": {ROTARY: ANGLE, LINEAR: LENGTH},
     "thetad": {ROTARY: RATE, LINEAR: SPEED},
+    "thetadd": {ROTARY: ACCELERATION, LINEAR: FASTER},
     "tau_meas": {ROTARY: TORQUE, LINEAR: FORCE},
     "tau": {ROTARY: TORQUE, LINEAR: FORCE},
     "tau_ff": {ROTARY: TORQUE, LINEAR: FORCE},
@@ -61,8 +64,9 @@ KNOWN: Mapping[str, Mapping[str, float]] = {
     "payload": {"kg": 1.0, "g": 1e-3},
     "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "celsius": 1.0},
 }
-SI = {"time": "s", "theta": "rad", "r": "rad", "thetad": "rad/s", "payload": "kg"}
-SI |= {"tau_meas": "N m", "tau": "N m", "tau_ff": "N m", "current": "A", "temperature": "degC"}
+SI = {"time": "s", "theta": "rad", "r": "rad", "thetad": "rad/s", "thetadd": "rad/s2"}
+SI |= {"tau_meas": "N m", "tau": "N m", "tau_ff": "N m", "current": "A"}
+SI |= {"payload": "kg", "temperature": "degC"}
 WHY = {
     "nm": "nanometres, or N m?",
     "mnm": "mN m, or MN m?",
@@ -143,7 +147,7 @@ def plain_unit(unit: str) -> str:
 
 
 def _look_up(known: Mapping[str, float], unit: str) -> float | None:
-    plain = plain_unit(unit)
+    plain = re.sub(r"(?<=/s)(\^2|\u00b2)$", "2", plain_unit(unit))
     small = plain.lower()
     for candidate in (plain, small if small in ANY_CASE else plain):
         if candidate in known:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.axis import AxisBase
 from flexhex.diagnosis.base import Motion
 from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.differences import motion_of
 from flexhex.diagnosis.prepare import fitted
-from flexhex.diagnosis.runs import motion_of
 from flexhex.diagnosis.window import LONGEST
 
 Array = NDArray[np.float64]
