@@ -14,6 +14,7 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
+from flexhex.diagnosis.estimation.extras import Extras, extras_of, read_found
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.identify import Fit, fit
@@ -229,6 +230,7 @@ def identify_runs(
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
     settle: float | None = None,
+    found: Diagnosis | File | None = None,
 ) -> Identified:
     """Parameters of a robot, of axes or of a model of your own from measured runs, with 95 %
     intervals, as values that a machine can have (docs/identify.md).
@@ -236,7 +238,8 @@ def identify_runs(
     runs: logs of one machine. held_out: logs that are not fitted. base: `axis` (each by itself),
     `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
     `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
-    out at the start of each run.
+    out at the start of each run. found: a diagnosis, or the diagnosis.json that `flexhex diagnose`
+    wrote, whose effects are fitted with all parameters.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
@@ -247,7 +250,12 @@ def identify_runs(
         raise UsageError("base = 'hexapod': use identify_parameters")
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
     options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
-    return identify(*known, None, options, settle)
+    more: Extras | None = None
+    if isinstance(found, Diagnosis):
+        more = extras_of(found.data(), "found")
+    elif found is not None:
+        more = read_found(Path(found))
+    return identify(*known, None, options, settle, more=more)
 
 
 def diagnose_runs(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.changed import NORMAL
 from flexhex.diagnosis.estimation.estimate import Estimated
+from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
 from flexhex.diagnosis.estimation.machine_values import announced, never_negative
 from flexhex.diagnosis.estimation.records import Parameter
@@ -53,8 +54,9 @@ class Seen:
         c[places] = [factor for _, factor in combination.terms]
         value = float(c @ (found.values + self.more))
         file = float(c @ (np.array([k.nominal for k in known]) + self.more))
-        # what is assumed of friction is no file's
-        wide = [np.inf if known[p].group == FRICTION else known[p].tolerance for p in places]
+        # what is assumed of friction and effects is no file's
+        ours = [known[p].group in (FRICTION, EFFECT) for p in places]
+        wide = [np.inf if own else known[p].tolerance for own, p in zip(ours, places, strict=True)]
         tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
         q = c * found.made.scale
         lost = np.linalg.norm(self.unseen.T @ q) > UNSEEN * np.linalg.norm(q)

@@ -18,7 +18,8 @@ from flexhex.diagnosis.answer import axis_rms
 from flexhex.diagnosis.base import Base, Known
 from flexhex.diagnosis.blocks import JUDGED, LATEST, Run, blocks
 from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.estimation import friction
+from flexhex.diagnosis.estimation import extras, friction
+from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
 from flexhex.diagnosis.estimation.machine_values import possible_values
 from flexhex.diagnosis.identify import correlation_time
@@ -46,7 +47,7 @@ class Estimated:
     machine; excess: what that adds to the sum of squares, in units of the noise; wrong: places of
     bodies and parameters, by name, that no machine has before. level: mean square of the rows,
     times as many as repeat each other. forms: dry friction of each axis. regression: of the rows,
-    beside priors.
+    beside priors. extras: effects that a diagnosis found, fitted beside.
     """
 
     made: Calibrated
@@ -58,6 +59,7 @@ class Estimated:
     level: float
     forms: tuple[Form, ...]
     regression: Regression
+    extras: Extras
 
     @property
     def known(self) -> tuple[Known, ...]:
@@ -77,22 +79,23 @@ class Estimated:
         made, base = self.made, self.made.base
         theirs = blocks(base, runs, made.spacing, JUDGED)
         there = about_known(base, theirs, made.fitted, made.noise, made.blocks)
-        own = [known for known in made.known if known.group == friction.GROUP]
-        return friction.beside(there, own, friction.columns(theirs, own, self.forms))
+        own = [known for known in made.known if known.group in (friction.GROUP, extras.GROUP)]
+        return _beside(there, own, self.forms, self.extras)
 
 
-def estimate(base: Base, runs: Sequence[Run]) -> tuple[Estimated, str]:
+def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tuple[Estimated, str]:
     """Fit a base model to runs; what was done about noise of the angles, or nothing."""
+    more = more or Extras()
     made, _, done = fitted(base, runs)
-    listed = friction.parameters(made.base, made.blocks)
+    listed = more.beside(friction.parameters(made.base, made.blocks)) + more.parameters(made)
     dry = _dry(made, listed)
     made = about_known(made.base, made.blocks, made.fitted, _even(made, made.regression.q))
-    found = _settled(made, listed, dry)
+    found = _settled(made, listed, dry, more)
     if dry and abs(made.fitted.delay) > APART * made.fitted.late:
         # a wrong form of friction may be what is late
         prompt = about_known(made.base, made.blocks, replace(made.fitted, delay=0.0), made.noise)
-        found = min(found, _settled(prompt, listed, dry), key=_left)
-    return _finished(found), done
+        found = min(found, _settled(prompt, listed, dry, more), key=_left)
+    return _finished(found, more), done
 
 
 @dataclass(frozen=True)
@@ -118,16 +121,19 @@ def _left(fit: _Fit) -> float:
 
 
 def _settled(
-    made: Calibrated, listed: Sequence[Known], dry: dict[int, dict[Form, list[Array]]]
+    made: Calibrated,
+    listed: Sequence[Known],
+    dry: dict[int, dict[Form, list[Array]]],
+    more: Extras,
 ) -> _Fit:
     """Fits until the delay stays, from this one on."""
     usual = Form("rate", 1.0, "")
     forms = tuple(next(iter(dry.get(i, {usual: []}))) for i in range(made.base.n))
     for turn in range(ROUNDS):
-        full = friction.beside(made, listed, friction.columns(made.blocks, listed, forms))
+        full = _beside(made, listed, forms, more)
         if turn < FORMED:
             forms = _formed(full, dry, forms)
-            full = friction.beside(made, listed, friction.columns(made.blocks, listed, forms))
+            full = _beside(made, listed, forms, more)
         regression, level = _levelled(full)
         fit = _Fit(full, regression, level, forms)
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
@@ -143,6 +149,18 @@ def _settled(
             break
         made = about_known(made.base, made.blocks, moved, _even(full, regression.q))
     return fit
+
+
+def _beside(
+    made: Calibrated, listed: Sequence[Known], forms: Sequence[Form], more: Extras
+) -> Calibrated:
+    """A base model with friction and further effects after its own parameters."""
+    own = [k for k in listed if k.group == friction.GROUP]
+    columns = friction.columns(made.blocks, own, forms)
+    if more.listed:
+        pairs = zip(columns, more.columns(made), strict=True)
+        columns = [np.concatenate(both, axis=2) for both in pairs]
+    return friction.beside(made, listed, columns)
 
 
 def _dry(made: Calibrated, listed: Sequence[Known]) -> dict[int, dict[Form, list[Array]]]:
@@ -200,14 +218,15 @@ def _levelled(made: Calibrated) -> tuple[Regression, float]:
     return regression, level
 
 
-def _finished(fit: _Fit) -> Estimated:
+def _finished(fit: _Fit, more: Extras) -> Estimated:
     made, regression, values = fit.made, fit.regression, fit.values
     curvature = (np.diag(regression.prior) + regression.gram[0]) / fit.level
     found, wrong = possible_values(made, values, curvature)
     spread = _covariance(fit) * np.outer(made.scale, made.scale)
     return Estimated(
-        made, found.values, spread, values, found.excess, wrong, fit.level, fit.forms, regression
-    )
+        made, found.values, spread, values, found.excess, wrong, fit.level, fit.forms, regression,
+        more,
+    )  # fmt: skip
 
 
 def _covariance(fit: _Fit) -> Array:

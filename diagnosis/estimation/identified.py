@@ -14,6 +14,7 @@ from flexhex.diagnosis.blocks import torque_at
 from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.estimation.determined import Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
+from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
@@ -37,21 +38,25 @@ def identify(
     options: Options | None = None,
     settle: float | None = None,
     progress: Progress = lambda *_: None,
+    more: Extras | None = None,
 ) -> Identified:
-    """Parameters of a base model from runs; held_out: runs that they are tried on.
+    """Parameters of a base model from runs; held_out: runs that they are tried on; more: effects
+    that are fitted beside.
 
     settle [s]: what is left out at the start of each run, instead of the base model's own. Errors
     of geometry are fitted only where `options.tolerance` names a tolerance of them. Raises
     LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
     asked_for = options or Options()
+    more = more or Extras()
     progress("reading", 0, 3)
     base, asked, trouble = asked_of(paths, held_out, machine_file, asked_for)
     base = _plain(base, asked_for.tolerance, settle)
     if trouble := trouble or mispaired(base, asked.runs):
         raise LogError(trouble)
+    more.check(base.n)
     progress("fitting the parameters", 1, 3)
-    found, smoothed = estimate(base, asked.runs)
+    found, smoothed = estimate(base, asked.runs, more)
     if trouble := misfit(found.made):
         raise LogError(trouble)
     found, carried = with_payload(base, asked.runs, found)
@@ -73,7 +78,7 @@ def identify(
         errors,
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
-        (*filter(None, [carried]), *_notes(found, errors)),
+        (*filter(None, [carried]), *more.notes, *_notes(found, errors)),
         (*asked.findings, *filter(None, [smoothed])),
         *asked.names,
         found,

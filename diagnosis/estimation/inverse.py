@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
+import casadi as ca
+
+from flexhex.diagnosis.base import Base
+from flexhex.diagnosis.compiled import N_SIGNAL, signals
+from flexhex.diagnosis.estimation.extras import Extra, Extras
 from flexhex.diagnosis.estimation.friction import GROUP
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.diagnosis.kinds import units_of
+from flexhex.diagnosis.kinds import kinds_of, units_of
 from flexhex.diagnosis.symbolic import symbolic_torque
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.inverse import equations
@@ -42,6 +48,7 @@ def inverse_model(found: Identified) -> equations.Identified:
                 listed.append(Parameter(f"T_s[{i}]", "s", form.lead))
                 rubs = replace(rubs, lead=len(listed) - 1)
         frictions.append(rubs)
+    terms = tuple(_term(one, values, base, listed) for one in compiled_extras(estimated.extras))
     torque, size = symbolic_torque(base, f"--base {found.base}"), len(own)
     return equations.Identified(
         units_of(base, base.n, "rad"),
@@ -49,4 +56,50 @@ def inverse_model(found: Identified) -> equations.Identified:
         lambda theta, thetad, thetadd, p: torque(theta, thetad, thetadd, p[:size]),
         tuple(listed),
         tuple(frictions),
+        terms,
     )
+
+
+def compiled_extras(extras: Extras) -> list[Extra]:
+    """Those that an FMU can hold: what asks for the time of a run or for the rate of the torque is
+    no feedforward of a wanted motion."""
+    return [one for one in extras.listed if not _asks(one)]
+
+
+def left_out(extras: Extras) -> list[str]:
+    """Why it does not hold the others."""
+    return [
+        f"{one.effect.id} of axis {one.axis + 1} is not in the FMU: {_asks(one)}"
+        for one in extras.listed
+        if _asks(one)
+    ]
+
+
+def _asks(one: Extra) -> str:
+    n, effect = one.axis + 1, one.effect
+    u = ca.SX.sym("u", N_SIGNAL * (n + 1))
+    state = ca.SX.sym("state", max(1, len(effect.states)))
+    own = signals(n, u)
+    then = effect.advance(own, own, state, dict(one.shape), ca.SX.sym("Ts"))
+    asked = ca.which_depends(ca.vertcat(effect.columns(own, state, dict(one.shape)), then), u)
+    rate, time = (any(asked[k::N_SIGNAL]) for k in (4, 5))
+    if time:
+        return "it drifts with the time of a run"
+    return "it follows the rate of the torque" if rate else ""
+
+
+def _term(
+    one: Extra, values: Mapping[str, float], base: Base, listed: list[Parameter]
+) -> equations.Term:
+    """An effect, whose gains and shapes are listed."""
+    kind = kinds_of(base, base.n)[one.axis]
+    gains, shapes = [], {}
+    for gain in one.effect.gains:
+        name = one.parameter(gain.name)
+        gains.append(len(listed))
+        listed.append(Parameter(name, kind.unit(gain.unit), values[name]))
+    for shape in one.effect.shapes:
+        shapes[shape.name] = len(listed)
+        value = float(one.shape[shape.name])
+        listed.append(Parameter(one.parameter(shape.name), kind.unit(shape.unit), value))
+    return equations.Term(one.effect, one.axis, tuple(gains), shapes)

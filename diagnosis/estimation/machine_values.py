@@ -48,6 +48,6 @@ def never_negative(known: Known) -> bool:
     """Whether no machine has this parameter below zero: what is positive by its kind, and rotors,
     inertias of axes, friction."""
     kind = known.name.rpartition(".")[2].partition("[")[0]
-    return known.positive or (
+    return (known.positive or known.bounded) or (
         known.axis is not None and kind in ("J", "m", "J_r", "m_r", "F_c", "d")
     )

@@ -37,7 +37,7 @@ def with_payload(base: Base, runs: Sequence[Run], found: Estimated) -> tuple[Est
         return found, ""
     bit = 1 << max(run.loads for run in runs).bit_length()
     loaded = [replace(r, loads=r.loads | bit) if r.name in heavier else r for r in runs]
-    again, _ = estimate(base, loaded)
+    again, _ = estimate(base, loaded, found.extras)
     mass = _mass(again)
     value, deviation = again.values[mass], np.sqrt(again.covariance[mass, mass])
     if value < SURE * deviation or _left(again) > LOWER * _left(found):

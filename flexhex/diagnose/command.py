@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from flexhex.diagnosis.verdict import Diagnosis
 
 
+DATA = "diagnosis.json"
+"""All that was found, in the output folder."""
+
+
 def diagnose_command(
     runs: Annotated[
         list[Path],
@@ -109,7 +113,7 @@ class Session:
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
-        self.asked = Asked(("flexhex", *sys.argv[1:]), base)
+        self.asked = Asked(("flexhex", *sys.argv[1:]), base, str(out / DATA))
         self.progress = live()
         self._told = False
 
@@ -128,8 +132,10 @@ class Session:
         from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 
         written = write_diagnosis(found, self.asked, [*runs, *locked], self.page)
+        data = diagnosis_json(found, written)
+        (self.out / DATA).write_text(data + "\n", encoding="utf-8")
         if self.json:
-            print(diagnosis_json(found, written))
+            print(data)
         elif self._told:
             print_applied(found, written, self.asked)
         else:

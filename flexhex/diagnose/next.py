@@ -12,16 +12,29 @@ from flexhex.diagnosis.prepare import ONE_TRAJECTORY
 from flexhex.diagnosis.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import library
 
+NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
+"""Options of `diagnose` with a value that `identify` has not."""
 APPLICABLE = ("named", "set", "changed")
 """Verdicts with something to add to the machine file."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """The command as it was typed, word by word, for the suggestion of the next one."""
+    """The command as it was typed, word by word, for the suggestion of the next one; data: the file
+    that keeps what was found."""
 
     words: tuple[str, ...]
     base: str = "hexapod"
+    data: str = "diagnosis.json"
+
+    def identify(self) -> str:
+        """The command that fits what was found and builds it."""
+        words = ["identify" if word == "diagnose" else word for word in self.words]
+        for option in NOT_OF_IDENTIFY:
+            while option in words:
+                del words[words.index(option) : words.index(option) + 2]
+        words = [word for word in words if word not in ("--json", "--isolability")]
+        return shlex.join([*words, "--found", self.data, "--fmu", "inverse.fmu"])
 
     def again(self, *more: str, runs: Sequence[str] = ()) -> str:
         """The same command with more runs and more words at its end."""
@@ -46,6 +59,9 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     elif applicable(found) and asked.base == "hexapod":
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
+    elif applicable(found) and found.effects:
+        text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
+        steps.append((text, asked.identify()))
     if any(change.runs for change in found.changed):
         steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
     if something and not found.locked:

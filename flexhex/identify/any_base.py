@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
 
 from flexhex.diagnosis.estimation.excitation import excitation
+from flexhex.diagnosis.estimation.extras import read_found
 from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.prepare import Options
 from flexhex.diagnosis.trajectory import write_trajectory
@@ -57,23 +59,27 @@ def identify_other(
     write: Targets,
     as_json: bool,
     every: bool,
+    diagnosis: Path | None = None,
 ) -> None:
     """The whole command: fit, write, show."""
     write.check(options.base)
+    more = None if diagnosis is None else read_found(diagnosis)
     progress = live()
     with progress:
         progress.stage("identifying", unit="steps")
-        found = identify(logs, held_out, None, options, settle, progress.steps)
+        found = identify(logs, held_out, None, options, settle, progress.steps, more)
+    if write.fmu is not None:
+        found = replace(found, notes=(*found.notes, *left_out(found.estimated.extras)))
     written = write.write(found)
-    more = None
+    asked = None
     if write.motion is not None:
-        more = excitation(found)
-        written.append(write_trajectory(more.motion, write.motion))
+        asked = excitation(found)
+        written.append(write_trajectory(asked.motion, write.motion))
     if as_json:
-        print(identified_json(found, [str(path) for path in written], more))
+        print(identified_json(found, [str(path) for path in written], asked))
     else:
         print_identified(found, every)
-        if more is not None:
-            print_excitation(more)
+        if asked is not None:
+            print_excitation(asked)
         for path in written:
             say(Console(), f"written  {path}")

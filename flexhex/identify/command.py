@@ -48,6 +48,14 @@ def identify_command(
     every: Annotated[
         bool, typer.Option("--all", help="show all parameters, also those that are not determined")
     ] = False,
+    found: Annotated[
+        Path | None,
+        typer.Option(
+            "--found",
+            metavar="FILE.json",
+            help="diagnosis.json that `diagnose` wrote: its effects are fitted, too",
+        ),
+    ] = None,
     write: Annotated[
         Path | None,
         typer.Option(
@@ -87,8 +95,13 @@ def identify_command(
     if base != "hexapod":
         from flexhex.identify.any_base import Targets, identify_other
 
-        identify_other(logs, held, options, settle, Targets(write, fmu, motion), json, every)
+        targets = Targets(write, fmu, motion)
+        identify_other(logs, held, options, settle, targets, json, every, found)
         return
+    if found is not None:
+        raise UsageError(
+            f"--found {found}: not for the hexapod: `flexhex diagnose --apply` adds it"
+        )
     if motion is not None:
         raise UsageError(
             f"--next {motion}: not for the hexapod: `flexhex diagnose --isolability` judges motions"

@@ -38,7 +38,7 @@ def interface(name: str, model: Identified, Ts: float) -> Interface:
         "Inverse dynamics of an identified machine: torque of a wanted motion",
         Ts,
         variables,
-        {"N": n, "N_P": len(listed)},
+        {"N": n, "N_P": len(listed), "N_STATES": model.n_states},
         (Item("not_finite", "torque not finite, the last finite torque is shown"),),
     )
 

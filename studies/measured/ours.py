@@ -28,7 +28,7 @@ class Model:
         self.found = found
         described = inverse_model(found)
         self.p = np.array([one.value for one in described.parameters])
-        self.presliding, self.torque = functions(described)
+        self.presliding, _, _, self.torque = functions(described)
         self.delay = found.delay.value
 
     def predicted(self, r: Rows) -> Array:
@@ -40,8 +40,8 @@ class Model:
             held.append(z)
             before = q
         many = self.torque.map(len(r.q))
-        p = ca.repmat(ca.DM(self.p), 1, len(r.q))
-        tau = many.call([r.q.T, r.v.T, r.a.T, np.array(held).T, p])[0].full().T
+        p, none = ca.repmat(ca.DM(self.p), 1, len(r.q)), np.zeros((1, len(r.q)))
+        tau = many.call([r.q.T, r.v.T, r.a.T, np.array(held).T, none, p])[0].full().T
         at = r.t - self.delay
         return np.column_stack([np.interp(at, r.t, column) for column in tau.T])
 

@@ -26,6 +26,8 @@ def test_exit_code_is_0_only_without_gap_or_with_what_was_added(
     good = EXAMPLES[name].verdict == "none" or EXAMPLES[name].machine is not None
     assert done.exit_code == (0 if good else 1), done.output
     assert (tmp_path / "diagnosis.html").is_file()
+    kept = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert kept["verdict"] == EXAMPLES[name].verdict
 
 
 def test_apply_adds_without_asking(workflow: Workflow, call: Callable[..., Any]) -> None:

@@ -29,3 +29,11 @@ def test_next_steps_are_commands_that_can_be_typed() -> None:
     (alone,) = next_steps(replace(UNKNOWN, findings=(ONE_TRAJECTORY,)), ASKED)
     assert alone[0].startswith("Record another trajectory")
     assert alone[1].startswith("flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv'")
+
+
+def test_what_was_found_in_another_machine_is_fitted_and_built() -> None:
+    words = ("flexhex", "diagnose", "a.csv", "--out", "here", "--base", "arm.urdf", "--json")
+    asked = Asked(words, "arm.urdf", "here/diagnosis.json")
+    wanted = "flexhex identify a.csv --base arm.urdf --found here/diagnosis.json --fmu inverse.fmu"
+    assert wanted in [command for _, command in next_steps(BASIC, asked)]
+    assert wanted not in [command for _, command in next_steps(CHANGED, asked)]
