@@ -9,12 +9,12 @@ little is wrong, it is said and nothing is refused: an effect that the model lac
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
+from scipy.optimize import lsq_linear, nnls
 
+from flexhex.diagnosis.arrangements import THOUSANDS, Arrangement, Seen, arrangements, zeros
 from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.blocks import Run
 from flexhex.diagnosis.kinds import kinds_of
@@ -33,40 +33,11 @@ DOUBTFUL = 0.1
 """Share that is said. Logs of the right model leave 0.06 at most (UR10e, simulated arm)."""
 NEARLY = 2.0
 """Factor by which the nominal torque may be wrong."""
-THOUSANDS = ((1e-3, "a thousandth"), (1e3, "a thousand times"))
-"""Units that are taken for each other."""
+HOPELESS, RIGHT = 0.9, 0.1
+"""Share of what friction, rotors and offsets alone leave from which the nominal torque explains
+nothing; what an arrangement may leave of that to be the reason, although no axis is bad."""
 SHARP = 0.05
 """Rate, relative to its RMS, at which dry friction is there."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """Smoothed motion and torque (samples, n) of a run at some instants; payload [kg]."""
-
-    theta: Array
-    thetad: Array
-    thetadd: Array
-    tau: Array
-    payload: float
-
-
-@dataclass(frozen=True)
-class Arrangement:
-    """What the log might mean: column of each axis' angle, and of its torque; factors of both;
-    what is added to the angles [rad]."""
-
-    text: str
-    order: tuple[int, ...]
-    angle: Array
-    torque: Array
-    efforts: tuple[int, ...] = ()
-    zero: Array | float = 0.0
-
-    def of(self, seen: Seen) -> Seen:
-        """The run as it would be then."""
-        order, efforts = list(self.order), list(self.efforts or self.order)
-        q, v, a = (x[:, order] * self.angle for x in (seen.theta, seen.thetad, seen.thetadd))
-        return Seen(q + self.zero, v, a, seen.tau[:, efforts] * self.torque, seen.payload)
 
 
 def mispaired(base: Base, runs: Sequence[Run]) -> str:
@@ -76,15 +47,18 @@ def mispaired(base: Base, runs: Sequence[Run]) -> str:
     if not seen:
         return ""
     texts, first = list[str](), _left(base, seen)
-    now = first
-    while now.max() > BADLY and len(texts) < base.n:
-        better = _better(base, seen, now, list(_arrangements(base)))
-        if better is None:
+    nothing, now = _left(base, seen, without=True), first
+    hopeless = first.sum() > HOPELESS * nothing.sum()
+    while (now.max() > BADLY or (hopeless and not texts)) and len(texts) < base.n:
+        better = _better(base, seen, now, [*arrangements(base), *zeros(base)])
+        if better is None or better.text in texts or np.any(better.zero):
             break
         texts.append(better.text)
         seen = [better.of(s) for s in seen]
         now = _left(base, seen)
     if not texts or (now.max() > BADLY and now.sum() > MENDED * first.sum()):
+        return ""
+    if first.max() <= BADLY and now.sum() > RIGHT * nothing.sum():
         return ""
     return (
         f"the torques are not those of the base model on this motion; they would be with"
@@ -102,14 +76,18 @@ def doubtful(base: Base, runs: Sequence[Run]) -> str:
     axes = [str(i + 1) for i, share in enumerate(left) if share > DOUBTFUL]
     if not axes:
         return ""
-    better = _better(base, seen, left, [*_arrangements(base), *_zeros(base)])
+    better = _better(base, seen, left, [*arrangements(base), *zeros(base)])
     hint = f"; less would be with {better.text}" if better is not None else ""
     return (
-        f"with the values of the base model, friction and rotors, {left.max():.0%} of the mean"
+        f"with the values of the base model, friction and rotors, {_share(left.max())} of the mean"
         f" square stays of the torque of axis {', '.join(axes)}{hint}. Unless the machine lacks"
         " that much: is the model this machine's, are its joints in the order of the log, their"
         " signs, zeros and units the log's?"
     )
+
+
+def _share(left: float) -> str:
+    return f"{left:.0%}" if left < 10 else "many times all"
 
 
 def _all_seen(base: Base, runs: Sequence[Run]) -> list[Seen]:
@@ -122,78 +100,65 @@ def _all_seen(base: Base, runs: Sequence[Run]) -> list[Seen]:
 def _better(
     base: Base, seen: Sequence[Seen], now: Array, listed: Sequence[Arrangement]
 ) -> Arrangement | None:
-    """The arrangement that leaves least, if that is much less than now."""
+    """The arrangement that leaves least, if that is much less than now, and than friction, rotors
+    and offsets leave alone: torques that an arrangement takes to nothing are no better."""
+    listed = [*listed, *_factors(base, seen)]
     scored = [float(_left(base, [a.of(s) for s in seen]).sum()) for a in listed]
     best = int(np.argmin(scored))
-    return listed[best] if scored[best] <= BETTER * now.sum() else None
+    alone = _left(base, [listed[best].of(s) for s in seen], without=True).sum()
+    return listed[best] if scored[best] <= BETTER * min(now.sum(), alone) else None
 
 
-def _zeros(base: Base) -> Iterator[Arrangement]:
-    """Angles with another zero, which looks much like a spring that the model lacks."""
-    same, ones = tuple(range(base.n)), np.ones(base.n)
-    for i, kind in enumerate(kinds_of(base, base.n)):
-        for quarter in (1, 2, 3) if kind.turns else ():
-            zero = np.where(np.arange(base.n) == i, quarter * np.pi / 2, 0.0)
-            text = f"{90 * quarter} degrees added to the {kind.position} of axis {i + 1}"
-            yield Arrangement(text, same, ones, ones, (), zero)
-
-
-def _arrangements(base: Base) -> Iterator[Arrangement]:
-    n, kinds = base.n, kinds_of(base, base.n)
-    same, ones = tuple(range(n)), np.ones(n)
-    for i in range(n):
-        turned = np.where(np.arange(n) == i, -1.0, 1.0)
-        word, effort = kinds[i].position, kinds[i].effort
-        yield Arrangement(f"the {effort} of axis {i + 1} negated", same, ones, turned)
-        yield Arrangement(f"the {word} of axis {i + 1} negated", same, turned, ones)
-        yield Arrangement(f"{word} and {effort} of axis {i + 1} negated", same, turned, turned)
-        for j in range(i):
-            if kinds[i] is kinds[j]:
-                swapped = list(same)
-                swapped[i], swapped[j] = j, i
-                both, of = f"{j + 1} and {i + 1} exchanged", tuple(swapped)
-                yield Arrangement(f"axes {both}", of, ones, ones)
-                yield Arrangement(f"the {effort}s of axes {both}", same, ones, ones, of)
-        for times, unit in THOUSANDS:
-            one = np.where(np.arange(n) == i, times, 1.0)
-            yield Arrangement(f"the {effort} of axis {i + 1} of {unit} its size", same, ones, one)
-        if kinds[i].turns:
-            one = np.where(np.arange(n) == i, np.deg2rad(1.0), 1.0)
-            text = f"the {word} of axis {i + 1} taken as degrees, not radians"
-            yield Arrangement(text, same, one, ones)
-    if len(set(kinds)) == 1 and n > 2:
-        yield Arrangement("the axes in reverse order", same[::-1], ones, ones)
-        for k in range(1, n):
-            order = (*same[k:], *same[:k])
-            yield Arrangement(f"axis {k + 1} as the first, the others after it", order, ones, ones)
-    yield Arrangement("all torques negated", same, ones, -ones)
-    yield Arrangement("all angles and torques negated", same, -ones, -ones)
-    for times, unit in THOUSANDS:
-        yield Arrangement(f"torques of {unit} their size (units?)", same, ones, times * ones)
-    if all(kind.turns for kind in kinds):
-        yield Arrangement("angles taken as degrees, not radians", same, np.deg2rad(ones), ones)
-        yield Arrangement("angles taken as radians, not degrees", same, np.rad2deg(ones), ones)
-
-
-def _left(base: Base, seen: Sequence[Seen]) -> Array:
-    """Share (n,) of each axis' mean square that nominal torque, friction and rotor leave."""
-    nominal = np.array([known.nominal for known in base.linear])
+def _factors(base: Base, seen: Sequence[Seen]) -> Iterator[Arrangement]:
+    """Torques that are the nominal ones times some number, as currents are, or torques of motors
+    before their gears; thousands apart, which have a name."""
+    nominal, same, ones = _nominal(base), tuple(range(base.n)), np.ones(base.n)
     model = np.concatenate([_torque(base, s, nominal) for s in seen])
-    rate, acceleration, tau = (
-        np.concatenate([getattr(s, name) for s in seen]) for name in ("thetad", "thetadd", "tau")
-    )
+    named = np.log([times for times, _ in THOUSANDS])
+    for i, kind in enumerate(kinds_of(base, base.n)):
+        columns, tau = _columns(seen, model[:, i], i)
+        # none of them can be negative but the offset
+        share = float(nnls(np.column_stack([columns, -columns[:, -1]]), tau)[0][0])
+        if share <= 0 or 1 / NEARLY < share < NEARLY:
+            continue
+        if np.abs(named + np.log(share)).min() > np.log(NEARLY):
+            times = np.where(np.arange(base.n) == i, 1 / share, 1.0)
+            text = (
+                f"the {kind.effort} of axis {i + 1} times {1 / share:.2g} (a current, or a gear?)"
+            )
+            yield Arrangement(text, same, ones, times)
+
+
+def _left(base: Base, seen: Sequence[Seen], without: bool = False) -> Array:
+    """Share (n,) of each axis' mean square that nominal torque, friction and rotor leave; without:
+    those that friction and rotor leave alone."""
+    nominal = _nominal(base) * (not without)
+    model = np.concatenate([_torque(base, s, nominal) for s in seen])
     found = np.zeros(base.n)
     for i in range(base.n):
-        speed = rate[:, i] / max(float(np.sqrt((rate[:, i] ** 2).mean())), 1e-300)
-        others = [np.tanh(speed / SHARP), speed, acceleration[:, i], np.ones(len(speed))]
-        columns = np.stack([model[:, i], *others], axis=1)
-        size = np.maximum(np.sqrt((columns**2).mean(axis=0)), 1e-300)
-        size[0] = 1.0
+        columns, tau = _columns(seen, model[:, i], i)
         low, high = [1 / NEARLY, 0.0, 0.0, 0.0, -np.inf], [NEARLY, *(np.inf,) * 4]
-        unit = max(float(tau[:, i].std()), 1e-300)
-        solved = lsq_linear(columns / size / unit, tau[:, i] / unit, (low, high))
-        found[i] = 2 * solved.cost / len(speed)
+        found[i] = 2 * lsq_linear(columns, tau, (low, high)).cost / len(tau)
     return found
+
+
+def _columns(seen: Sequence[Seen], model: Array, axis: int) -> tuple[Array, Array]:
+    """Nominal torque (samples,) of an axis with friction, rotor and offset (samples, 5), and its
+    measured torque (samples,), both relative to the deviation of the latter."""
+    rate, acceleration, tau = (
+        np.concatenate([getattr(s, name)[:, axis] for s in seen])
+        for name in ("thetad", "thetadd", "tau")
+    )
+    speed = rate / max(float(np.sqrt((rate**2).mean())), 1e-300)
+    others = np.stack([np.tanh(speed / SHARP), speed, acceleration, np.ones(len(speed))], axis=1)
+    size = np.maximum(np.sqrt((others**2).mean(axis=0)), 1e-300)
+    unit = max(float(tau.std()), 1e-300)
+    return np.column_stack([model / unit, others / size]), tau / unit
+
+
+def _nominal(base: Base) -> Array:
+    """Parameters of the base model as they are written (n_p,)."""
+    return np.array([known.nominal for known in base.linear])
 
 
 def _torque(base: Base, seen: Seen, nominal: Array) -> Array:

@@ -156,6 +156,7 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
     swapped = [f for log in read for f in log.findings if f.kind in ("swapped", "sign")]
     if swapped:
         return f"{swapped[0]}: mend the log, then ask again"
+    silent = np.max([np.ptp(run.tau.values, axis=0) for run in runs], axis=0) == 0.0
     moved = np.max([np.ptp(run.motion.theta, axis=0) for run in runs], axis=0)
     noise = np.max([np.zeros_like(moved), *_noises(runs)], axis=0)
     kinds = kinds_of(read[0], len(moved))
@@ -167,6 +168,12 @@ def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:
             for kind in dict.fromkeys(kinds)
         )
         return f"no axis moves by more than {shown}: a run must excite the machine"
+    if (dead := np.flatnonzero(silent & (moved > least))).size:
+        return (
+            f"the torque of axis {', '.join(str(i + 1) for i in dead)} is the same number all the"
+            " time, while the axis moves: record it, or leave the axis out of the logs and the"
+            " model (--joints)"
+        )
     return ""
 
 

@@ -14,7 +14,7 @@ from flexhex.diagnosis.base import Base, Motion
 from flexhex.diagnosis.bases import base_of
 from flexhex.diagnosis.blocks import Run, Signal
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.pairing import mispaired
+from flexhex.diagnosis.pairing import doubtful, mispaired
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
 from tests.diagnosis.two_links import TS, moved, torque
@@ -100,3 +100,48 @@ def test_diagnosis_ends_with_what_is_wrong(tmp_path: Path) -> None:
     answer = diagnose(paths, options=Options(base=EXAMPLE))
     assert answer.verdict == "cannot tell"
     assert "the torque of axis 2 negated" in answer.notes[-1]
+
+
+def test_torques_of_motors_before_their_gears_are_told_with_the_factor() -> None:
+    said = mispaired(base(), runs(same, lambda v: v * np.array([1.0, 1 / 50])))
+    assert "with the torque of axis 2 times 50 (a current, or a gear?)" in said
+
+
+def test_angles_exchanged_alone_are_told() -> None:
+    said = mispaired(base(), runs(lambda v: v[:, ::-1], same))
+    assert "with the angles of axes 1 and 2 exchanged" in said
+
+
+def test_arrangement_that_takes_the_torques_to_nothing_is_no_remedy() -> None:
+    """A quarter turn of an angle leaves much; taken as degrees the angle hardly moves, and friction
+    explains most of what is left: no reason to speak of degrees."""
+    shifted = runs(same, same)
+    for run in shifted:
+        run.motion.theta[:, 0] += np.pi / 2
+    assert mispaired(base(), shifted) == ""
+    said = doubtful(base(), shifted)
+    assert "less would be with 270 degrees added to the angle of axis 1" in said
+
+
+def test_axis_whose_torque_never_changes_is_named(tmp_path: Path) -> None:
+    paths = []
+    for seed in (1, 2):
+        run = made(seed, 1, 0.0, (0.0, 0.0))
+        rows = np.column_stack([run["time"], run["theta"], run["tau_meas"] * (1.0, 0.0)])
+        names = "time,theta[1],theta[2],tau_meas[1],tau_meas[2]\ns,rad,rad,N m,N m"
+        paths.append(tmp_path / f"{seed}.csv")
+        np.savetxt(paths[-1], rows, delimiter=",", header=names, comments="", fmt="%.9g")
+    found = diagnose(paths, options=Options(EXAMPLE))
+    assert found.verdict == "cannot tell"
+    assert found.notes[0].startswith("the torque of axis 2 is the same number all the time")
+
+
+def test_times_that_are_wrong_are_not_told_as_degrees() -> None:
+    """Three times too fast, the torques calculated are far too large; angles in degrees would make
+    next to none of them."""
+    listed = []
+    for run in runs(same, same):
+        m = run.motion
+        listed.append(replace(run, motion=Motion(0.0, TS, m.theta, 3 * m.thetad, 9 * m.thetadd)))
+    assert mispaired(base(), listed) == ""
+    assert "many times all of the mean square" in doubtful(base(), listed)
