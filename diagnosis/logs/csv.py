@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from flexhex.diagnosis.logs.akd import recorder
-from flexhex.diagnosis.logs.csv_head import Header, decode, read_header
+from flexhex.diagnosis.logs.csv_head import TIMES, Header, decode, read_header
 from flexhex.diagnosis.logs.dialects import translated
 from flexhex.diagnosis.logs.log import Array, Finding, Options
 from flexhex.diagnosis.logs.raw import (
@@ -34,7 +34,6 @@ from flexhex.fmus.common.errors import LogError
 
 BLOCK = 1 << 23
 """Bytes that are parsed at a time."""
-TIMES = ("time", "t")
 
 
 def read_csv(path: Path, options: Options) -> Raw:
@@ -142,6 +141,7 @@ class _Reader:
     def parse(self, block: bytes) -> Array:
         """Wanted columns of whole lines; blanks and words become NaN, ragged rows are left out."""
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b'"', b"")
+        block = block.replace(self.header.suffix, b"")
         if b"#" in block:
             told = block.split(b"\n")
             block = b"\n".join(line for line in told if not line.lstrip().startswith(b"#"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass
 from typing import BinaryIO
 
@@ -10,12 +11,14 @@ from flexhex.fmus.common.errors import LogError
 
 LONGEST_LINE = 1 << 20
 HEADER_ROWS = 12
+TIMES = ("time", "t")
 
 
 @dataclass
 class Header:
     """What stands before the numbers; start: byte at which they begin. ragged: columns on the right
-    may end earlier than others, as those of slower channels do."""
+    may end earlier than others, as those of slower channels do. suffix: what stands behind every
+    time, as in a timetable of MATLAB."""
 
     names: list[str]
     units: list[str]
@@ -24,6 +27,7 @@ class Header:
     start: int
     decimal_comma: bool = False
     ragged: bool = False
+    suffix: bytes = b""
 
 
 def decode(line: bytes) -> str:
@@ -50,7 +54,7 @@ def read_header(file: BinaryIO, where: str) -> Header:
     meta: dict[str, str] = {}
     names: list[str] = []
     units: list[str] = []
-    separator, rows = "", 0
+    separator, rows, fields = "", 0, list[str]()
     while True:
         start = file.tell()
         line = file.readline(LONGEST_LINE)
@@ -75,7 +79,24 @@ def read_header(file: BinaryIO, where: str) -> Header:
                 units = [_after(f, "unit:") for f in fields]
     if not names:
         raise LogError(f"{where}: no row of names: its first row wants time,theta[1], ...")
-    return Header(names, units, meta, separator or ",", start)
+    return _timetable(Header(names, units, meta, separator or ",", start), fields, where)
+
+
+def _timetable(header: Header, first: list[str], where: str) -> Header:
+    """A header whose times are durations as MATLAB writes them, `0.001 sec`: known to be seconds.
+    LogError for clock times."""
+    time = next((k for k, name in enumerate(header.names) if name.lower() in TIMES), None)
+    text = first[time] if time is not None and time < len(first) else ""
+    if re.fullmatch(r"(\d+:)?\d+:\d+(\.\d+)?", text):
+        raise LogError(
+            f"{where}: {header.names[time or 0]} {text!r} is a clock time: write seconds (in MATLAB"
+            " TT.Time.Format = 's' before writetimetable)"
+        )
+    if time is not None and re.fullmatch(r"[-+.\deE]+ sec", text):
+        header.suffix = b" sec"
+        header.units = [*header.units] or [""] * len(header.names)
+        header.units[time] = header.units[time] or "s"
+    return header
 
 
 def _separator(text: str) -> str:

@@ -84,9 +84,13 @@ def _plain(path: Path, name: str, kind: str) -> str:
     if kind not in ("timetable", "table"):
         return said + "In MATLAB: save run time theta tau_meas unit, each a matrix"
     of = f"seconds({name}.Properties.RowTimes)" if kind == "timetable" else f"{name}.time"
-    return said + (
-        f"In MATLAB: time = {of}; theta = {name}.theta; tau_meas = {name}.tau_meas;"
-        " unit.theta = 'rad'; unit.tau_meas = 'N m'; save run time theta tau_meas unit"
+    return (
+        said
+        + (
+            f"In MATLAB: time = {of}; theta = {name}.theta; tau_meas = {name}.tau_meas;"
+            " unit.theta = 'rad'; unit.tau_meas = 'N m'; save run time theta tau_meas unit"
+        )
+        + (f"; or writetimetable({name}, 'run.csv')" if kind == "timetable" else "")
     )
 
 
