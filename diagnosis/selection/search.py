@@ -174,18 +174,27 @@ class Search:
         return term, form_errors(self.hypotheses.rows, term, gains, error, arguments)
 
     def revise(self, latest: Hypothesis) -> None:
-        """Choose the earlier effects of the axes that feel the latest one anew beside it: the first
-        may have stood in for two, and then be another one or none."""
+        """Choose earlier effects of the axes that feel the latest one anew beside it, where it took
+        from what they gain: the first may have stood in for two, and then be another one or none.
+        """
         felt = {latest.axis}
         if isinstance(latest, EffectHypothesis) and latest.axis is not None:
             felt |= {*latest.felt}
         for _ in range(len(self.accepted)):
             names = [score.hypothesis.id for score in self.known()]
             for k in reversed(range(len(self.accepted) - 1)):
-                if self.terms[k] and self.accepted[k].score.hypothesis.axis in felt:
+                if self.accepted[k].score.hypothesis.axis in felt and not self._stands(k):
                     self._anew(k)
             if names == [score.hypothesis.id for score in self.known()]:
                 break
+
+    def _stands(self, place: int) -> bool:
+        """Whether an effect still gains what it gained when it was accepted; a parameter does."""
+        score, terms = self.accepted[place].score, self.terms[place]
+        if not terms:
+            return True
+        gain = together(self.moments, self.moments.without(*terms), terms)
+        return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
 
     def instead(self) -> dict[int, Score]:
         """Of each axis something without a name that predicts better, in the place of all effects
