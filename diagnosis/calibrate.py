@@ -49,7 +49,7 @@ class Calibrated:
     """The base model about its fitted values, ready for candidates.
 
     y: torque minus nominal (m, n) [N m] and its columns B of each block; a coefficient of one
-    is `linearize.LOOSE` tolerances of `known`. errors: columns (m, n, k) of each block of errors of
+    is a tolerance of `known`. errors: columns (m, n, k) of each block of errors of
     the geometry, which hardly change with the fit. between: what is asked for repeats; else it
     changes from pass to pass. loads: payloads of the runs.
     """

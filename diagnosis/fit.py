@@ -15,7 +15,7 @@ from flexhex.diagnosis.calibrate import Calibrated, Fitted
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.design import beside_of
 from flexhex.diagnosis.known import about_known, known_torque
-from flexhex.diagnosis.linearize import LOOSE, about
+from flexhex.diagnosis.linearize import about
 from flexhex.diagnosis.noise import Noise, measured, unweighted
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
     step = max(block.run.tau.ts for block in blocks)
     most = int(LATEST * base.late)
     thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
-    scale = np.array([LOOSE * k.tolerance for k in base.linear])
+    scale = np.array([k.tolerance for k in base.linear])
     nominal = np.array([k.nominal for k in base.linear])
     scale = np.where(np.isfinite(scale), scale, 1.0)
     free = [1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear]

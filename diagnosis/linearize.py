@@ -16,8 +16,6 @@ from flexhex.diagnosis.noise import Noise
 from flexhex.diagnosis.payloads import carried, columns_of, loads_of
 
 Array = NDArray[np.float64]
-LOOSE = 2.0
-"""Beside candidates a parameter may differ from its nominal value by this many tolerances."""
 HISTORY = 0.3
 """One standard deviation of a hysteresis' state at the start of a trajectory."""
 
@@ -49,7 +47,7 @@ def about(
     wrong = base.geometry.known if base.geometry else ()
     payloads = [known for load in loads for known in load.known]
     known = (*base.linear, *base.curved, *base.widths, delay, *wrong, *histories, *payloads)
-    scale = np.array([LOOSE * k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
+    scale = np.array([k.tolerance if np.isfinite(k.tolerance) else 1.0 for k in known])
     p0 = np.array([k.nominal for k in base.linear])
     c0 = np.array([k.nominal for k in base.curved])
     offset = fitted.widths - np.array([k.nominal for k in base.widths])

@@ -8,19 +8,16 @@ which is free. Friction of any kind is left out, whatever the file says: it is f
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from flexhex.diagnosis.base import Known, Motion
 from flexhex.diagnosis.columns import ColumnBase
 from flexhex.diagnosis.robot_file import Robot, pinocchio
+from flexhex.diagnosis.robot_geometry import Placements, configurations
 from flexhex.diagnosis.robot_tree import tree_torques
 from flexhex.fmus.common.machine.sections import Tolerance
 
@@ -28,8 +25,6 @@ Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_yy", "J_xz", "J_yz", "J_zz")
 """Parameters of a body about its joint's frame, in Pinocchio's order."""
 UNITS = ("kg", *("kg m",) * 3, *("kg m2",) * 6)
-ERRORS = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"), ("yaw", "rad"))
-"""Errors of a joint's place: along and about its own axes."""
 
 
 class RobotBase(ColumnBase):
@@ -50,12 +45,12 @@ class RobotBase(ColumnBase):
         self._pick = np.ix_(self._at, bodies)
         self._identity = np.eye(n)
         if tolerance.geometry:
-            self.geometry = Placements(self, tolerance.geometry)
+            self.geometry = Placements(robot, self._pin, self.length, tolerance.geometry)
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""
         model, data, found = self.robot.model, self._data, np.zeros((len(theta), *self._size))
-        q, v, a = self.state(theta), self._sorted(thetad), self._sorted(thetadd)
+        q, v, a = configurations(self.robot, theta), self._sorted(thetad), self._sorted(thetadd)
         ten = 10 * self.n
         for k in range(len(theta)):
             Y = self._pin.computeJointTorqueRegressor(model, data, q[k], v[k], a[k])
@@ -73,7 +68,7 @@ class RobotBase(ColumnBase):
             model.inertias[place] = pin.Inertia.FromDynamicParameters(ten)
         model.armature[self._at] = p[10 * self.n :]
         q, v, a = (
-            self.state(motion.theta),
+            configurations(self.robot, motion.theta),
             self._sorted(motion.thetad),
             self._sorted(motion.thetadd),
         )
@@ -103,110 +98,6 @@ class RobotBase(ColumnBase):
         found = np.empty_like(values)
         found[:, self._at] = values
         return found
-
-    def state(self, theta: Array) -> Array:
-        """Configurations (samples, n_q): angle, or its cosine and sine where a joint has no end."""
-        found = np.zeros((len(theta), self.robot.model.nq))
-        for values, place in zip(theta.T, self.robot.places, strict=True):
-            joint = self.robot.model.joints[place]
-            at = joint.idx_q
-            if joint.nq == 1:
-                found[:, at] = values
-            else:
-                found[:, at], found[:, at + 1] = np.cos(values), np.sin(values)
-        return found
-
-
-@dataclass(frozen=True)
-class _Displaced:
-    """A model in which each joint but the first stands on six more, at zero, that displace it, as
-    all do; joints: numbers of the robot's own; errors: places in v of those that are known."""
-
-    model: Any
-    data: Any
-    joints: Mapping[int, int]
-    errors: list[int]
-
-
-class Placements:
-    """Errors of a robot's geometry; see `flexhex.diagnosis.base.Geometry`.
-
-    An error of a joint's place is a displacement of six joints before it that do not move, so its
-    column is the derivative of inverse dynamics by their coordinates. At the foot only turns about
-    level axes are felt: those of gravity.
-    """
-
-    def __init__(self, base: RobotBase, spread: float) -> None:
-        self.base, self.known = base, _errors(base, spread)
-        self._displaced = self._built()
-
-    def _built(self) -> _Displaced:
-        pin, robot = self.base._pin, self.base.robot
-        model, joints, errors = pin.Model(), dict[int, int](), list[int]()
-        model.gravity = robot.model.gravity
-        free, here = pin.JointModelFreeFlyer(), pin.SE3.Identity()
-        foot = model.addJoint(0, free, here, "foot")
-        gravity = [known.name for known in self.known if known.name.startswith("gravity.")]
-        errors += [model.joints[foot].idx_v + 3 + "xyz".index(name[-1]) for name in gravity]
-        for place in range(1, robot.model.njoints):
-            name, before = robot.model.names[place], robot.model.parents[place]
-            at, on = robot.model.jointPlacements[place], joints.get(before, foot)
-            if before:
-                on = model.addJoint(on, free, at, f"place of {name}")
-                errors += range(model.joints[on].idx_v, model.joints[on].idx_v + 6)
-                at = here
-            joints[place] = model.addJoint(on, robot.model.joints[place], at, name)
-        return _Displaced(model, model.createData(), joints, errors)
-
-    def columns(self, motion: Motion, weights: csr_array, p: Array) -> Array:
-        """Derivatives (rows, n, n_e) of the torques at parameters p (n_p,); weights (rows, samples)
-        of the smoothing. Zeros in rows that have no sample."""
-        base, pin, (model, data) = self.base, self.base._pin, self._model(p)
-        rows = np.flatnonzero(weights.sum(axis=1))
-        own = [model.joints[self._displaced.joints[place]] for place in base.robot.places]
-        at = [joint.idx_v for joint in own]
-        state = [weights[rows] @ v for v in (motion.theta, motion.thetad, motion.thetadd)]
-        q = np.tile(pin.neutral(model), (len(rows), 1))
-        places = [slice(joint.idx_q, joint.idx_q + joint.nq) for joint in own]
-        configuration = base.state(state[0])
-        for place, part in zip(base.robot.places, places, strict=True):
-            joint = base.robot.model.joints[place]
-            q[:, part] = configuration[:, joint.idx_q : joint.idx_q + joint.nq]
-        v, a = np.zeros((2, len(rows), model.nv))
-        v[:, at], a[:, at] = state[1], state[2]
-        found = np.zeros((weights.shape[0], base.n, len(self.known)))
-        pick = np.ix_(at, self._displaced.errors)
-        for k, row in enumerate(rows):
-            found[row] = pin.computeRNEADerivatives(model, data, q[k], v[k], a[k])[0][pick]
-        return found
-
-    def _model(self, p: Array) -> tuple[Any, Any]:
-        """The displaced model with the bodies of parameters p."""
-        pin, shown = self.base._pin, self._displaced
-        for k, place in enumerate(self.base.robot.places):
-            ten = p[10 * k : 10 * k + 10]
-            shown.model.inertias[shown.joints[place]] = pin.Inertia.FromDynamicParameters(ten)
-        return shown.model, shown.data
-
-
-def _errors(base: RobotBase, spread: float) -> tuple[Known, ...]:
-    """Gravity's direction, then the place of each joint that stands on another one, in the order
-    of the model."""
-    model = base.robot.model
-    g = model.gravity.linear
-    listed = [
-        Known(f"gravity.{axis}", "rad", 0.0, spread, f"gravity.{axis}")
-        for axis, moved in zip("xyz", np.cross(g, np.eye(3)), strict=True)
-        if moved.any()
-    ]
-    bodies = dict(zip(base.robot.places, base.robot.bodies, strict=True))
-    for place in range(1, model.njoints):
-        if model.parents[place]:
-            for error, unit in ERRORS:
-                name = f"{bodies[place]}.{error}"
-                size = base.length if unit == "m" else 1.0
-                listed.append(Known(name, unit, 0.0, spread * size, name))
-    return tuple(listed)
 
 
 def _length(robot: Robot) -> float:

@@ -35,7 +35,6 @@ SECONDS = 7200.0
 USUAL = "as it is"
 FACTORS = (0.5, 2.0)
 ELSEWHERE = (
-    ("linearize", "LOOSE"),
     ("linearize", "HISTORY"),
     ("answer", "CORRELATED"),
     ("fit", "MISLED"),

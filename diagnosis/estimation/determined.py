@@ -15,7 +15,6 @@ from flexhex.diagnosis.estimation.machine_values import announced, never_negativ
 from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
 from flexhex.diagnosis.gram import safe_inverse
-from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.verdict import Estimate
 
 Array = NDArray[np.float64]
@@ -63,7 +62,7 @@ class Seen:
         deviation = math.inf if lost else math.sqrt(max(float(c @ found.covariance @ c), 0.0))
         alone = math.sqrt(max(float(q @ self.alone @ q), 0.0))
         if math.isfinite(tolerance):
-            determined = max(deviation, alone) < NARROWER * LOOSE * tolerance
+            determined = max(deviation, alone) < NARROWER * tolerance
         else:
             size = float((self.share[places] / np.abs(c[places])).min())
             determined = max(deviation, alone) * size < SMALL

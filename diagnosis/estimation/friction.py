@@ -22,7 +22,6 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.design import beside_of
 from flexhex.diagnosis.estimation.structure import Span
 from flexhex.diagnosis.kinds import kinds_of
-from flexhex.diagnosis.linearize import LOOSE
 
 Array = NDArray[np.float64]
 RATES = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -72,7 +71,7 @@ def parameters(base: Base, blocks: Sequence[Block]) -> list[Known]:
                 continue
             if not span.holds(i, of_rate):
                 full = f"{name}[{i + 1}]"
-                listed.append(Known(full, kind.unit(unit), 0.0, float(size) / LOOSE, GROUP, i))
+                listed.append(Known(full, kind.unit(unit), 0.0, float(size), GROUP, i))
     return listed
 
 
@@ -115,7 +114,7 @@ def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Fo
 
 def beside(made: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:
     """A base model with further parameters after its own."""
-    scale = np.array([LOOSE * known.tolerance for known in listed])
+    scale = np.array([known.tolerance for known in listed])
     B = [beside_of(b, c * scale) for b, c in zip(made.B, columns, strict=True)]
     return replace(
         made,

@@ -16,7 +16,6 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.changed import changed_of, impossible
 from flexhex.diagnosis.design import Design
 from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.linearize import LOOSE
 from flexhex.diagnosis.regression import Regression
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
@@ -40,7 +39,7 @@ def drawn(off: Array, seed: int) -> tuple[Array, Array]:
     """Columns, and a torque with noise of one, whose parameters are `off` by so many tolerances."""
     rng = np.random.default_rng(seed)
     B = 0.5 * rng.normal(size=(COUNT, len(off)))
-    return B, B @ (off / LOOSE) + rng.normal(size=COUNT)
+    return B, B @ off + rng.normal(size=COUNT)
 
 
 def scored(off: Array, places: tuple[int, ...], seed: int = 1) -> Score:
@@ -72,11 +71,11 @@ def test_each_rotor_may_have_another_inertia() -> None:
     """All together and each alone, whatever group they are in."""
     known = [Known(f"J_r[{i + 1}]", "kg m2", 0.5, 0.1, "J_r", i) for i in range(2)]
     hypotheses = Hypotheses.__new__(Hypotheses)
-    made: Any = SimpleNamespace(known=known, scale=np.full(2, LOOSE * 0.1))
+    made: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1))
     hypotheses.rows = SimpleNamespace(made=made)  # type: ignore[assignment]
     heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
     assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
-    assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / (LOOSE * 0.1)]] * 2
+    assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / 0.1]] * 2
 
 
 def test_change_waits_for_the_effects_of_all_axes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,7 +105,7 @@ def held(off: Array, seed: int) -> Joint:
     made: Any = SimpleNamespace(
         regression=Regression(y, Design.of([B]), np.ones(len(off)), rows),
         known=known,
-        scale=np.full(len(off), LOOSE * 0.1),
+        scale=np.full(len(off), 0.1),
     )
     q = made.regression.loosened({0: FREED}).q
     return Joint(SimpleNamespace(made=made), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
@@ -175,7 +174,7 @@ def heavy(off: Array, seed: int = 1) -> tuple[Rows, HeavierBody]:
     B, y = drawn(np.append(off, 0.0), seed)
     count = len(off)
     rows = rows_of(y, B, np.ones(count + 1), np.arange(COUNT) * FOLDS // COUNT)
-    direction = np.full(count, 10.0 / LOOSE)
+    direction = np.full(count, 10.0)
     return rows, HeavierBody("link", tuple(range(count)), None, direction=direction)
 
 
@@ -206,7 +205,7 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     y, B = (rows.y[0][:, None],), (rows.B,)
     base: Any = SimpleNamespace(linear=tuple(known))
     none: Any = SimpleNamespace()
-    scale = np.full(4, LOOSE * 0.2)
+    scale = np.full(4, 0.2)
     made = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
     bench: Any = SimpleNamespace(made=made, beside=lambda made: SimpleNamespace(made=made))
     found = heavier(bench, body, Moments(rows)).made

@@ -108,6 +108,21 @@ def test_column_of_an_error_is_the_difference_of_torques(name: str) -> None:
     assert best < 1e-5 * np.abs(wanted).max()
 
 
+@pytest.mark.parametrize("mass", [0.0, -1.0, -40.0])
+def test_columns_of_errors_are_linear_in_masses_that_no_body_has(mass: float) -> None:
+    """A fit may ask for them."""
+    base, moved = base_of(str(FILE), None, log(6)), motion(6)
+    assert base.geometry is not None
+    p, last = np.array([known.nominal for known in base.linear]), 50
+    more = p.copy()
+    more[last] += 1.0
+    once, twice = (base.geometry.columns(moved, SAMPLE, values) for values in (p, more))
+    wanted = once + (mass - p[last]) * (twice - once)
+    p[last] = mass
+    # of some 100 N m per unit, times the largest mass
+    assert_close(base.geometry.columns(moved, SAMPLE, p), wanted, atol=1e-10)
+
+
 def test_parts_that_are_fixed_belong_to_the_body_before_them() -> None:
     base = base_of(str(FILE), None, log(6))
     (mass,) = [known for known in base.linear if known.name == "link_6.m"]
