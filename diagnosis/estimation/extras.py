@@ -22,7 +22,6 @@ from flexhex.diagnosis.calibrate import Calibrated
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
-from flexhex.diagnosis.linearize import LOOSE
 from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import UsageError, unreadable
 
@@ -96,9 +95,7 @@ class Extras:
                 size = float(np.sqrt((columns[:, one.axis, place] ** 2).mean()))
                 most = float(made.torque_rms[one.axis]) / max(size, np.finfo(float).tiny)
                 name, unit = one.parameter(gain.name), kinds[one.axis].unit(gain.unit)
-                known.append(
-                    Known(name, unit, 0.0, most / LOOSE, GROUP, one.axis, bounded=gain.low >= 0.0)
-                )
+                known.append(Known(name, unit, 0.0, most, GROUP, one.axis, bounded=gain.low >= 0.0))
                 place += 1
         return known
 
