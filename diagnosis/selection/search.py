@@ -196,19 +196,19 @@ class Search:
         gain = together(self.moments, self.moments.without(*terms), terms)
         return as_good(gain, score.gain, form_error(score, self.criteria), self.criteria)
 
-    def instead(self) -> dict[int, Score]:
+    def instead(self, beside: Sequence[Score]) -> dict[int, Score]:
         """Of each axis something without a name that predicts better, in the place of all effects
-        that were accepted there, than these do, with the errors of their form: then they only
-        imitate it."""
+        that were accepted there, than these do, with the errors of their form and what has no name
+        `beside` them on each axis: then they only imitate it."""
         found = dict[int, Score]()
-        for axis in range(self.hypotheses.rows.n):
+        for axis, left in enumerate(beside):
             own = self._own(axis)
             if not own:
                 continue
             terms = [term for _, both in own for term in both]
             rest = self.moments.without(*terms)
             other = generic_score(rest, self.hypotheses.generic(axis))
-            gain = together(self.moments, rest, terms)
+            gain = together(self.moments, rest, terms) + max(left.gain, 0.0)
             gain -= sum(log(score.hypothesis.choices) for score, _ in own)
             error = max(form_error(score, self.criteria) for score, _ in own)
             if not as_good(gain, other.gain, error, self.criteria):

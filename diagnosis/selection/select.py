@@ -88,7 +88,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
         explained(hypotheses.moments, moments, criteria),
         arbitrated,
         tuple(beside),
-        search.instead(),
+        search.instead(beside),
         before,
         rest_of(moments),
         tuple(rounds),

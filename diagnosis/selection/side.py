@@ -179,10 +179,13 @@ def nameless(
         least = min(
             criteria.smallest_rest, tolerated(own, selection.explained[axis], criteria) or np.inf
         )
-        # what repeats is the size of what goes with the motion, too, where it is well known
+        # what repeats is the size of what goes with the motion, too, where it is well known; beside
+        # effects else by what both gain, as slow parts of it are hardly determined
         sure = left.deviations > criteria.deviations
         goes = selection.arbitrated and beside.gain > chance and shown(beside, criteria)
-        size = left.size if sure else beside.size if goes else 0.0
+        gain = sum(a.score.gain for a in own)
+        other = selection.explained[axis] * np.sqrt(beside.gain / gain) if goes and own else np.inf
+        size = left.size if sure else min(beside.size, float(other)) if goes else 0.0
         if size > least:
             found[axis] = Nameless(size, beside.hypothesis.id if goes else "")
     for axis, other in selection.instead.items():

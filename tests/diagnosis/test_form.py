@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +13,10 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.form import ARGUMENTS, PLACES, form_errors, mean_errors
+from flexhex.diagnosis.selection.left import Rest
 from flexhex.diagnosis.selection.moments import Term
 from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import select
 from flexhex.diagnosis.selection.side import nameless, selected
 from tests.diagnosis.test_selection import RMS, bench_of, moved, names
@@ -27,6 +30,16 @@ WIDTH = len(ARGUMENTS) * PLACES
 def worn(q: Array, v: Array, a: Array) -> Array:
     """Friction that is larger at one end of the stroke than at the other."""
     return FRICTION * np.tanh(v / 0.01) * (1 + 0.2 * np.sin(3.0 * q))
+
+
+def rough(q: Array) -> Array:
+    """Stretches with more friction, and with less."""
+    return np.asarray(0.35 * np.sign(np.sin(5.0 * q)))
+
+
+def narrow(q: Array) -> Array:
+    """A patch at which friction is twice as large."""
+    return np.asarray(np.exp(-(((q - 0.2) / 0.05) ** 2)))
 
 
 def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
@@ -68,6 +81,38 @@ def test_what_an_inexact_form_leaves_is_told(tmp_path: Path) -> None:
     (rest,) = side.rests
     assert json.loads(json.dumps(rest.data()))["form"] is True
     assert "its form is not exact" in rest.sentence()
+
+
+@several
+@pytest.mark.parametrize("place", [rough, narrow])
+def test_friction_with_another_one_at_places_is_friction(
+    place: Callable[[Array], Array], tmp_path: Path
+) -> None:
+    """Something without a name says more than friction alone, but no more than friction with
+    something without a name beside it."""
+
+    def torque(q: Array, v: Array, a: Array) -> Array:
+        return FRICTION * np.tanh(v / 0.01) * (1 + place(q))
+
+    side = selected(bench_of(tmp_path, torque), (), lambda text: None)
+    assert [named.id for named in side.named] == ["coulomb_friction"]
+    assert [rest.form for rest in side.rests] == [True]
+    low, high = side.named[0].parameters["F_c"].ci95
+    assert low < FRICTION < high
+
+
+def test_rest_beside_effects_is_as_large_as_what_it_gains(tmp_path: Path) -> None:
+    """Where nothing repeats well: slow parts of its torque are hardly determined."""
+    selection = select(bench_of(tmp_path, worn))
+    ((own,), (explained,)) = selection.accepted, selection.explained
+    kind, folds = selection.beside[0].hypothesis, len(own.score.without)
+    for gain, there in ((0.05 * own.score.gain, True), (0.5, False)):
+        beside = Score(kind, 2.0 * gain, np.full(folds, 2.0 * gain - gain / folds), 10.0)
+        unsure = replace(selection, rest=(Rest(0.3, 1.0),), beside=(beside,), instead={})
+        found = nameless(unsure, USUAL)
+        assert [left.size for left in found.values()] == (
+            [pytest.approx(np.sqrt(0.05) * explained)] if there else []
+        )
 
 
 @several

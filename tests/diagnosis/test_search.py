@@ -13,7 +13,7 @@ import pytest
 from flexhex.diagnosis.candidates import Bench
 from flexhex.diagnosis.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.selection import hypotheses, side
+from flexhex.diagnosis.selection import hypotheses, search, side
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
@@ -79,6 +79,27 @@ def test_no_parameter_is_set_free_where_nothing_has_a_name(
     found = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
     monkeypatch.setattr(side, "select", lambda *_: found)
     assert list(selected(selection.bench, (), lambda text: None).held.freed) == freed
+
+
+@pytest.mark.parametrize(("now", "chosen_anew"), [(100.0, []), (300.0, []), (90.0, [0])])
+def test_earlier_effect_is_chosen_anew_where_the_latest_took_from_it(
+    now: float, chosen_anew: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may have stood in for two; what gains as much as ever has not."""
+    monkeypatch.setattr(search, "bars_of", lambda *_: None)
+    monkeypatch.setattr(search, "noisy", lambda _: set())
+    monkeypatch.setattr(search, "together", lambda *_: now)
+    moments: Any = SimpleNamespace(without=lambda *_: None)
+    hypotheses: Any = SimpleNamespace(rows=SimpleNamespace(n=1), moments=moments)
+    effects: list[Any] = [SimpleNamespace(id=name, axis=0, exact=False) for name in "ab"]
+    found = search.Search(hypotheses, USUAL)
+    for effect in effects:
+        found.accepted.append(Accepted(Score(effect, 100.0, np.zeros(1), 0.1), (), 1))
+        found.terms.append(("its columns",))  # type: ignore[arg-type]
+    anew = list[int]()
+    monkeypatch.setattr(found, "_anew", anew.append)
+    found.revise(effects[1])
+    assert anew == chosen_anew
 
 
 def accepted(*given: float | None) -> list[Any]:
