@@ -173,6 +173,9 @@ def beside(held: Joint) -> Calibrated:
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
     noise = measured(made.blocks, held.residual)
+    if not noise.repeats:
+        # all that is still missing counts as noise there: it was friction and less at first
+        return made
     return replace(made, noise=unweighted(noise, made.noise.white))
 
 

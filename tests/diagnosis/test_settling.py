@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from flexhex.diagnosis import workflow
+from flexhex.diagnosis.answer import joint
+from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.fit import beside
+from tests.diagnosis.test_selection import RMS, RUNS, bench_of
+
+Array = NDArray[np.float64]
 
 WIDTHS = [8e-3, 12e-3, 14e-3, 15e-3, 15e-3]
 """Of the base model after each search: beside a friction it finds back to its own."""
@@ -76,3 +84,17 @@ def test_without_an_effect_there_is_nothing_to_search_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert searched(monkeypatch, WIDTHS, named=False) == WIDTHS[:1]
+
+
+@pytest.mark.parametrize("repeated", [True, False])
+def test_what_is_missing_is_no_noise(repeated: bool, tmp_path: Path) -> None:
+    """Passes that repeat show their noise; else it is what friction and the base model left."""
+
+    def friction(q: Array, v: Array, a: Array) -> Array:
+        return 0.2 * RMS * np.tanh(v / 0.01)
+
+    runs = [run for run in RUNS if repeated or run[1] == 1]
+    made = bench_of(tmp_path, friction, runs).made
+    assert made.noise.repeats == repeated
+    after = beside(joint(Bench(made, []), ()))
+    assert after.noise.scale == pytest.approx(made.noise.scale, rel=0.1)
