@@ -18,6 +18,7 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
     "docs/diagnose.md": {
         "95 %": "level of the intervals",
         "12 s": "length of a logged run",
+        "62.5 µs": "period of the recorder of an AKD drive",
         "1 %": "error of masses in the generator",
         "3 %": "error of stiffness in the generator",
         "5 %": "error of actuators in the generator",
@@ -51,9 +52,18 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "5 s": "source of the IgH master",
         "10 µs": "source of the IgH master",
     },
-    "docs/gateway-power-up.md": {"3 mrad": "motion that ends a push of `calibrate signs`"},
-    "docs/gateway-stops.md": {"1 mrad": "how near the start a run needs no lift-off"},
+    "docs/gateway-power-up.md": {
+        "3 mrad": "motion that ends a push of `calibrate signs`",
+        "0.1 rad": "bound of the rest pose after `home --stops`",
+        "0.06 rad": "scatter of the rest pose that the test of referencing allows",
+    },
+    "docs/gateway-stops.md": {
+        "1 mrad": "how near the start a run needs no lift-off",
+        "0.1 rad": "bound of the rest pose after `home --stops`",
+        "0.1 s": "time after a first Ctrl-C from which a second one counts",
+    },
     "docs/gateway-rules.md": {
+        "0.1 rad": "bound of the rest pose after `home --stops`",
         "0.6 N m": "default of a monitor",
         "1 N m": "default of a monitor",
         "2 N m": "default of a monitor",
