@@ -172,10 +172,10 @@ def beside(held: Joint) -> Calibrated:
         held = again(held, Bench(made, list(held.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
-    noise = measured(made.blocks, held.residual)
-    if not noise.repeats:
-        # all that is still missing counts as noise there: it was friction and less at first
+    if not made.noise.repeats:
+        # what the search has not found yet would count as noise; the first fit had friction
         return made
+    noise = measured(made.blocks, held.residual)
     return replace(made, noise=unweighted(noise, made.noise.white))
 
 
