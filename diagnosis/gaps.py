@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import axis_rms, repeat_rms
+from flexhex.diagnosis.jointfit.answer import axis_rms, repeat_rms
 from flexhex.diagnosis.kinds import units_of
-from flexhex.diagnosis.noise import measured
+from flexhex.diagnosis.result.verdict import Gap
+from flexhex.diagnosis.runs.noise import measured
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.side import Side
-from flexhex.diagnosis.verdict import Gap
 
 Array = NDArray[np.float64]
 

@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis import logs
-from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.blocks import Run, blocks, spacing_for
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.fit import calibrate
-from flexhex.diagnosis.guard import POOR, poor_axes, strange_axes
+from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.hypotheses.own_effect import OwnEffect, own_effects
+from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
-from flexhex.diagnosis.own_effect import OwnEffect, own_effects
-from flexhex.diagnosis.pairing import doubtful
-from flexhex.diagnosis.runs import runs_of, starts_of
-from flexhex.diagnosis.verdict import Diagnosis, Gap
-from flexhex.diagnosis.window import smoother
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.window import smoother
+from flexhex.diagnosis.result.verdict import Diagnosis, Gap
+from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
+from flexhex.diagnosis.runs.pairing import doubtful
+from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ deviations of their noise, excite nothing."""
 @dataclass(frozen=True)
 class Options:
     """base: "hexapod", "axis" for axes of unknown mass, each by itself, or another name of
-    `flexhex.diagnosis.bases`. log: how to read. tolerance: in place of the machine file's, by the
+    `basemodels.bases`. log: how to read. tolerance: in place of the machine file's, by the
     keys of its section. joints: of a robot's file, in the order of the axes. effects: of the
     user, `FILE.py:NAME` each, beside the library's."""
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.blocks import Block, torque_at
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.pictured import Strip
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.result.pictured import Strip
+from flexhex.diagnosis.runs.blocks import Block, torque_at
 from flexhex.diagnosis.selection.side import Side
 
 Array = NDArray[np.float64]

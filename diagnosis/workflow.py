@@ -10,24 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.blocks import Run
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.compiled import Compiled, compiled
-from flexhex.diagnosis.confidence import Confidence, confidence_of
-from flexhex.diagnosis.drifts import drifts_of, without
-from flexhex.diagnosis.drives import drives_of
-from flexhex.diagnosis.fit import beside
+from flexhex.diagnosis.drives.drifts import drifts_of, without
+from flexhex.diagnosis.drives.drives import drives_of
 from flexhex.diagnosis.gaps import Before, before_of, gap_of, slow
-from flexhex.diagnosis.guard import delayed, poor_axes
-from flexhex.diagnosis.maps import maps
-from flexhex.diagnosis.pairing import mispaired
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
+from flexhex.diagnosis.jointfit.fit import beside
+from flexhex.diagnosis.jointfit.guard import delayed, poor_axes
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.result.confidence import Confidence, confidence_of
+from flexhex.diagnosis.result.maps import maps
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
+from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.pairing import mispaired
 from flexhex.diagnosis.selection.criteria import USUAL as CRITERIA
 from flexhex.diagnosis.selection.select import carrying
 from flexhex.diagnosis.selection.side import Side, selected
 from flexhex.diagnosis.strips import strips
-from flexhex.diagnosis.verdict import Changed, Diagnosis, Named
 from flexhex.fmus.common.effects import Effect, library
 
 Array = NDArray[np.float64]

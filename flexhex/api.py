@@ -16,13 +16,13 @@ from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
 from flexhex.diagnosis.estimation.extras import Extras, extras_of, read_found
 from flexhex.diagnosis.estimation.identified import identify
+from flexhex.diagnosis.estimation.identify import Fit, fit
+from flexhex.diagnosis.estimation.plausible import listed_names
 from flexhex.diagnosis.estimation.records import Identified
-from flexhex.diagnosis.identify import Fit, fit
 from flexhex.diagnosis.logs import Log, Options
 from flexhex.diagnosis.logs import read_log as read
-from flexhex.diagnosis.plausible import listed_names
 from flexhex.diagnosis.prepare import Options as Search
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Progress as DiagnosisProgress
 from flexhex.diagnosis.workflow import diagnose, silent
 from flexhex.fmus.common import machine_file as files

@@ -55,9 +55,9 @@ def base_options(
 ) -> tuple[Options, Path | None]:
     """How to compare, and the machine file of a hexapod. UsageError for what does not go
     together."""
-    from flexhex.diagnosis.bases import known_base
+    from flexhex.diagnosis.basemodels.bases import known_base
+    from flexhex.diagnosis.basemodels.robot_file import is_robot
     from flexhex.diagnosis.prepare import Options
-    from flexhex.diagnosis.robot_file import is_robot
 
     known_base(base)
     if machine is not None and base != "hexapod":
@@ -75,7 +75,7 @@ def base_options(
 def tolerances(words: list[str]) -> dict[str, float]:
     """`mass=0.1` and the like, by the keys of a machine file's [tolerance]. UsageError for what is
     none of them, or no such number."""
-    from flexhex.diagnosis.bases import with_tolerance
+    from flexhex.diagnosis.basemodels.bases import with_tolerance
     from flexhex.fmus.common.machine.sections import Tolerance
 
     made: dict[str, float] = {}

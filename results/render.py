@@ -20,7 +20,7 @@ from results.figures import EVERY, FIGURES, TABLES, Source
 from results.record import FOLDER, ROOT
 from results.reliability import written
 
-COUNTS = ROOT / "diagnosis" / "confidence.json"
+COUNTS = ROOT / "diagnosis" / "result" / "confidence.json"
 TABLE = re.compile(r"(<!-- table: (.+?) -->\n)(.*?)(<!-- /table -->)", re.DOTALL)
 FIGURE = re.compile(r"(<!--= (.+?) -->)(.*?)(<!--/-->)", re.DOTALL)
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from flexhex.diagnosis.pictured import Candidate
+from flexhex.diagnosis.result.pictured import Candidate
 from flexhex.diagnosis.workflow import Options, diagnose
 from studies.families import FAMILIES, refuse
 

@@ -10,7 +10,7 @@ import random
 from dataclasses import dataclass
 from pathlib import Path
 
-from flexhex.diagnosis.toml_text import toml_text
+from flexhex.diagnosis.machine_files.toml_text import toml_text
 from flexhex.fmus.common.machine_file import read_toml
 from flexhex.fmus.machine.truth import KINDS
 

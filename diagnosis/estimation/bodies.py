@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.basemodels.base import Known
 
 Array = NDArray[np.float64]
 TEN = ("m", "mc_x", "mc_y", "mc_z", "J_xx", "J_xy", "J_yy", "J_xz", "J_yz", "J_zz")

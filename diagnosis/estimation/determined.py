@@ -7,15 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.changed import NORMAL
 from flexhex.diagnosis.estimation.estimate import Estimated
 from flexhex.diagnosis.estimation.extras import GROUP as EFFECT
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
 from flexhex.diagnosis.estimation.machine_values import announced, never_negative
 from flexhex.diagnosis.estimation.records import Parameter
 from flexhex.diagnosis.estimation.structure import Combination
-from flexhex.diagnosis.gram import safe_inverse
-from flexhex.diagnosis.verdict import Estimate
+from flexhex.diagnosis.regression.gram import safe_inverse
+from flexhex.diagnosis.result.changed import NORMAL
+from flexhex.diagnosis.result.verdict import Estimate
 
 Array = NDArray[np.float64]
 NARROWER, WIDER = 0.5, 10.0

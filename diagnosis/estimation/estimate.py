@@ -14,19 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import axis_rms
-from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import JUDGED, LATEST, Run, blocks
-from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation import extras, friction
 from flexhex.diagnosis.estimation.extras import Extras
 from flexhex.diagnosis.estimation.friction import Form
+from flexhex.diagnosis.estimation.identify import correlation_time
 from flexhex.diagnosis.estimation.machine_values import possible_values
-from flexhex.diagnosis.identify import correlation_time
-from flexhex.diagnosis.known import about_known
-from flexhex.diagnosis.noise import ORDER, Noise
+from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.prepare import fitted
-from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.regression import Columns, Regression
+from flexhex.diagnosis.runs.blocks import JUDGED, LATEST, Run, blocks
+from flexhex.diagnosis.runs.noise import ORDER, Noise
 
 Array = NDArray[np.float64]
 ROUNDS, FORMED, LATER = 6, 2, 0.02

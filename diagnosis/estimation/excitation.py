@@ -16,16 +16,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.estimation.friction import GROUP as FRICTION
+from flexhex.diagnosis.estimation.motion import differences
 from flexhex.diagnosis.estimation.records import Identified, Parameter
-from flexhex.diagnosis.experiment import Limits, make
-from flexhex.diagnosis.gram import safe_inverse
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import differences
-from flexhex.diagnosis.trajectory import Trajectory
+from flexhex.diagnosis.planning.experiment import Limits, make
+from flexhex.diagnosis.planning.trajectory import Trajectory
+from flexhex.diagnosis.regression.gram import safe_inverse
+from flexhex.diagnosis.runs.blocks import Run, Signal
 from flexhex.fmus.common.effects import Experiment
 
 Array = NDArray[np.float64]

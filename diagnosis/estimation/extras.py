@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.basemodels.base import Known
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.errors import UsageError, unreadable
 

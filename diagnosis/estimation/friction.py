@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Base, Known
-from flexhex.diagnosis.blocks import Block
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.design import beside_of
+from flexhex.diagnosis.basemodels.base import Base, Known
 from flexhex.diagnosis.estimation.structure import Span
 from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.design import beside_of
+from flexhex.diagnosis.runs.blocks import Block
 
 Array = NDArray[np.float64]
 RATES = (0.003, 0.01, 0.03, 0.1, 0.3)

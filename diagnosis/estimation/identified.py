@@ -9,9 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.blocks import torque_at
-from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.determined import Seen
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
 from flexhex.diagnosis.estimation.extras import Extras
@@ -19,8 +17,10 @@ from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
-from flexhex.diagnosis.pairing import mispaired
 from flexhex.diagnosis.prepare import Options, asked_of, misfit
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.blocks import torque_at
+from flexhex.diagnosis.runs.pairing import mispaired
 from flexhex.fmus.common.errors import LogError
 
 Array = NDArray[np.float64]

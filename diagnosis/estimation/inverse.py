@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import casadi as ca
 
-from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.compiled import N_SIGNAL, signals
+from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.basemodels.symbolic import symbolic_torque
 from flexhex.diagnosis.estimation.extras import Extra, Extras
 from flexhex.diagnosis.estimation.friction import GROUP
 from flexhex.diagnosis.estimation.records import Identified
+from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, signals
 from flexhex.diagnosis.kinds import kinds_of, units_of
-from flexhex.diagnosis.symbolic import symbolic_torque
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.inverse import equations
 from flexhex.fmus.inverse.equations import Friction, Parameter

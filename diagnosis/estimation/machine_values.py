@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.calibrate import Calibrated
+from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.estimation.bodies import Possible, bodies_of, consistent, possible
+from flexhex.diagnosis.regression.calibrate import Calibrated
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.estimation.estimate import Estimated
-from flexhex.diagnosis.verdict import Estimate
+from flexhex.diagnosis.result.verdict import Estimate
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.base import Base, Motion
-from flexhex.diagnosis.blocks import Block
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.blocks import Block
 
 Array = NDArray[np.float64]
 STATES, SEED = 400, 1

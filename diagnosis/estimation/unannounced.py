@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import axis_rms
-from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.blocks import Run
+from flexhex.diagnosis.basemodels.base import Base
 from flexhex.diagnosis.estimation.estimate import Estimated, estimate
+from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.runs.blocks import Run
 
 Array = NDArray[np.float64]
 MASSIVE = ("kg", "kg m2")

@@ -113,6 +113,15 @@ class Log:
             raise LogError(f"{self.name}: no channel `{name}`; it has {', '.join(self.channels)}")
         return self.channels[name]
 
+    def refuse_width(self, n: int) -> None:
+        """LogError where the log has another number of axes than a model's n."""
+        for name in ("theta", "tau_meas"):
+            if (found := self[name].width) != n:
+                width = f"{found} {'axis' if found == 1 else 'axes'}"
+                hint = ": add --base with a robot's file, or --base axis for axes without a model"
+                text = f"{self.name}: {name} has {width}, the model has {n}"
+                raise LogError(text + (hint if n > 1 else ""))
+
     @property
     def theta(self) -> Array:
         """Angles (samples, n) [rad]."""

@@ -7,9 +7,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from flexhex.diagnosis.answer import Joint, joint
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.found import Found, Part
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import Joint, joint
+from flexhex.diagnosis.jointfit.found import Found, Part
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis

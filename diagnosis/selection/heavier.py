@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.hypothesis import HeavierBody
 from flexhex.diagnosis.selection.moments import Moments
 

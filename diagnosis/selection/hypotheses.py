@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.payloads import GROUP
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.selection.generic import generic
 from flexhex.diagnosis.selection.hypothesis import (
     Axis,

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments, Term
 from flexhex.diagnosis.selection.products import Products, ShapeProducts

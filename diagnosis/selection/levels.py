@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-from flexhex.diagnosis.noise import Noise, calmed, measured, settled, whiten
+from flexhex.diagnosis.runs.noise import Noise, calmed, measured, settled, whiten
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.moments import Moments
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve_triangular
 
-from flexhex.diagnosis.design import Design
+from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.selection.rows import Rows
 
 Array = NDArray[np.float64]

@@ -18,10 +18,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.fit import recalibrated
-from flexhex.diagnosis.payloads import GROUP
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.fit import recalibrated
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.payloads import GROUP
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import (

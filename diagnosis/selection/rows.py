@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, dia_array
 
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.design import Design, Part
-from flexhex.diagnosis.noise import line
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.design import Design, Part
+from flexhex.diagnosis.runs.noise import line
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.selection.bars import bars_of, passes
 from flexhex.diagnosis.selection.choose import Accepted, one_cause
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria

@@ -8,14 +8,15 @@ from math import log
 
 import numpy as np
 
-from flexhex.diagnosis.answer import Joint, axis_rms, joint
-from flexhex.diagnosis.blocks import JUDGED, Run, blocks
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.changed import changed_of, impossible, payload_changes
-from flexhex.diagnosis.elsewhere import Elsewhere, elsewhere
-from flexhex.diagnosis.guard import poor_axes, sentence
-from flexhex.diagnosis.naming import named_of
-from flexhex.diagnosis.pictured import Candidate
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import Joint, axis_rms, joint
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere, elsewhere
+from flexhex.diagnosis.jointfit.guard import poor_axes, sentence
+from flexhex.diagnosis.result.changed import changed_of, impossible, payload_changes
+from flexhex.diagnosis.result.naming import named_of
+from flexhex.diagnosis.result.pictured import Candidate
+from flexhex.diagnosis.result.verdict import Changed, Named, Rest
+from flexhex.diagnosis.runs.blocks import JUDGED, Run, blocks
 from flexhex.diagnosis.selection.bars import shown
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
@@ -28,7 +29,6 @@ from flexhex.diagnosis.selection.hypothesis import (
 from flexhex.diagnosis.selection.orders import fundamentals
 from flexhex.diagnosis.selection.scores import Score
 from flexhex.diagnosis.selection.select import Selection, select
-from flexhex.diagnosis.verdict import Changed, Named, Rest
 
 Say = Callable[[str], None]
 SHOWN = 8

@@ -9,7 +9,7 @@ import json
 import sys
 from pathlib import Path
 
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 
 FITTED, LOCKED = range(1, 13), (40, 60, 80, 100)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
 from flexhex.diagnosis.logs import Options
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.fmus.common.machine_file import read_toml
 
 

@@ -18,7 +18,7 @@ from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 if TYPE_CHECKING:
     from flexhex.diagnosis.logs import Options as LogOptions
     from flexhex.diagnosis.prepare import Options
-    from flexhex.diagnosis.verdict import Diagnosis
+    from flexhex.diagnosis.result.verdict import Diagnosis
 
 
 DATA = "diagnosis.json"
@@ -147,8 +147,8 @@ class Session:
         """With a trajectory file for each effect that has rivals."""
         if not any(effect.rivals for effect in found.effects):
             return found
-        from flexhex.diagnosis.experiment import Limits, with_experiments
         from flexhex.diagnosis.logs import read_log
+        from flexhex.diagnosis.planning.experiment import Limits, with_experiments
         from flexhex.fmus.common.machine_file import load_machine
 
         self.progress.steps("writing the next experiment", 0, 0)
@@ -204,7 +204,7 @@ class Session:
         )
 
         with self.progress:
-            module = importlib.import_module("flexhex.diagnosis.isolability")
+            module = importlib.import_module("flexhex.diagnosis.planning.isolability")
             found = module.isolability(trajectories, self.file, options, self.progress.steps)
         written = write_isolability(found, [str(path) for path in trajectories], self.page)
         if self.json:

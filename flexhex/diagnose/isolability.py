@@ -14,7 +14,7 @@ from flexhex.diagnose.numbers import listed, number
 from flexhex.diagnose.plots import heat
 from flexhex.diagnose.view import say, table
 from flexhex.diagnose.words import title, where
-from flexhex.diagnosis.isolability import ALIKE, Isolability
+from flexhex.diagnosis.planning.isolability import ALIKE, Isolability
 from flexhex.output.page import Part, write_page
 
 MOST_NAMES = 4

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from flexhex.diagnose.numbers import listed
 from flexhex.diagnose.words import title
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
-from flexhex.diagnosis.verdict import Diagnosis, Named
+from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.fmus.common.effects import library
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")

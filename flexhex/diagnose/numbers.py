@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from flexhex.diagnosis.verdict import Estimate
+from flexhex.diagnosis.result.verdict import Estimate
 
 
 def number(value: float, digits: int = 3) -> str:

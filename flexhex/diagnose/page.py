@@ -35,8 +35,8 @@ from flexhex.diagnose.view import (
     shown_lines,
 )
 from flexhex.diagnose.words import gap_name, verdict
-from flexhex.diagnosis.pictured import Map
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.pictured import Map
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.output.page import Part, write_page
 from flexhex.output.plots import Figure
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnose.words import title, where
-from flexhex.diagnosis.pictured import Candidate, Map, Strip
+from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
 
 Array = NDArray[np.float64]

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.loops import Model, Tracking, closed_loops
 from flexhex.diagnose.replay import replay
-from flexhex.diagnosis.extend import extend
-from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
+from flexhex.diagnosis.estimation.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import Log, Options, read_log
-from flexhex.diagnosis.verdict import Diagnosis, Named
+from flexhex.diagnosis.machine_files.extend import extend
+from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters

@@ -21,10 +21,10 @@ import numpy as np
 from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.estimation.motion import smooth
+from flexhex.diagnosis.estimation.rows import on_clock
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import smooth
-from flexhex.diagnosis.rows import on_clock
-from flexhex.diagnosis.runs import payload_of
+from flexhex.diagnosis.runs.runs import payload_of
 from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank

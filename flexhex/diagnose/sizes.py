@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 
 from flexhex.diagnose.numbers import listed, measured, number
-from flexhex.diagnosis.verdict import Estimate, Named
+from flexhex.diagnosis.result.verdict import Estimate, Named
 from flexhex.fmus.common.effects import library
 
 SEVERAL = 3

@@ -18,7 +18,7 @@ from rich.table import Table
 from flexhex.diagnose.next import Asked, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.words import title, verdict, where
-from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnosis.result.verdict import Diagnosis, Gap, Named, rms
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")

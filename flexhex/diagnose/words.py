@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.sizes import SEVERAL, sizes
-from flexhex.diagnosis.verdict import Diagnosis, Gap, Rest, rms
+from flexhex.diagnosis.result.verdict import Diagnosis, Gap, Rest, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.compare.results import Comparison, Tolerance, compare
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.drive.cable import (
     CONFIGURATION,

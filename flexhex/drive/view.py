@@ -7,7 +7,7 @@ import platform
 import numpy as np
 
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.drive.runs import (
     ERRORS,
     LOCKSTEP,

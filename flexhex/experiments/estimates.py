@@ -22,7 +22,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.archive import read_bytes
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.bodies import Mechanism

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.identify import Fit, regression
+from flexhex.diagnosis.estimation.identify import Fit, regression
+from flexhex.diagnosis.estimation.motion import Columns, MotionModel, smooth
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import Columns, MotionModel, smooth
 from flexhex.fmus.filter.equations import hann
 from flexhex.output.plots import Figure, figure, trace
 from flexhex.output.progress import Progress

@@ -17,9 +17,9 @@ import h5py
 import numpy as np
 
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
-from flexhex.diagnosis.identify import Fit
-from flexhex.diagnosis.pictured import Map
-from flexhex.diagnosis.verdict import Diagnosis, Named
+from flexhex.diagnosis.estimation.identify import Fit
+from flexhex.diagnosis.result.pictured import Map
+from flexhex.diagnosis.result.verdict import Diagnosis, Named
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import UsageError

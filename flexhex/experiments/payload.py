@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import parameters

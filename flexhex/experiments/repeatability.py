@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.plots import COLOURS, LOG, Figure, figure, moving_rms, trace
 from flexhex.output.progress import Progress

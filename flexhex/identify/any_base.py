@@ -12,8 +12,8 @@ from flexhex.diagnosis.estimation.extras import read_found
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.records import Identified
+from flexhex.diagnosis.planning.trajectory import write_trajectory
 from flexhex.diagnosis.prepare import Options
-from flexhex.diagnosis.trajectory import write_trajectory
 from flexhex.identify.other import identified_json, print_excitation, print_identified, say
 from flexhex.identify.write_other import (
     checked_fmu,

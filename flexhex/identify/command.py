@@ -127,7 +127,7 @@ def _hexapod(
     json: bool,
     every: bool,
 ) -> None:
-    from flexhex.diagnosis.identify import fit
+    from flexhex.diagnosis.estimation.identify import fit
     from flexhex.diagnosis.logs import read_log
     from flexhex.fmus.common.machine_file import load_machine
     from flexhex.identify.view import fit_json, print_fit

@@ -10,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters, term
 

@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.identify import Fit
-from flexhex.diagnosis.machine_changes import changed_sections
-from flexhex.diagnosis.toml_text import toml_text
-from flexhex.diagnosis.verdict import Changed, Estimate
+from flexhex.diagnosis.estimation.identify import Fit
+from flexhex.diagnosis.machine_files.machine_changes import changed_sections
+from flexhex.diagnosis.machine_files.toml_text import toml_text
+from flexhex.diagnosis.result.verdict import Changed, Estimate
 from flexhex.fmus.common.errors import OutputError, UsageError
 from flexhex.fmus.common.interface import array_of
 from flexhex.fmus.common.machine.machine import Machine

@@ -18,7 +18,7 @@ TABLES = (".csv", ".json")
 
 def checked_target(path: Path, base: str) -> None:
     """UsageError or OutputError, before anything is computed, for a file that cannot be written."""
-    from flexhex.diagnosis.robot_file import is_robot
+    from flexhex.diagnosis.basemodels.robot_file import is_robot
 
     own = is_robot(base) and Path(base).suffix != ".sdf"
     kinds = (Path(base).suffix, *TABLES) if own else TABLES
@@ -63,8 +63,8 @@ def write_identified(path: Path, found: Identified) -> list[Path]:
     if path.suffix == ".json":
         path.write_text(identified_json(found) + "\n", encoding="utf-8")
         return [path]
-    from flexhex.diagnosis.robot_write import write_robot
-    from flexhex.diagnosis.robots import RobotBase
+    from flexhex.diagnosis.basemodels.robots import RobotBase
+    from flexhex.diagnosis.machine_files.robot_write import write_robot
 
     base = found.estimated.made.base
     assert isinstance(base, RobotBase)

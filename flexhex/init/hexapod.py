@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.runs import Run
-from flexhex.diagnosis.toml_text import toml_text
+from flexhex.diagnosis.machine_files.toml_text import toml_text
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine.complaints import complaints
 from flexhex.fmus.common.machine.machine import Machine

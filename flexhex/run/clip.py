@@ -16,7 +16,7 @@ import numpy as np
 
 from flexhex.compare.runs import Run
 from flexhex.diagnosis.logs import read_log
-from flexhex.diagnosis.pictured import Strip
+from flexhex.diagnosis.result.pictured import Strip
 from flexhex.experiments.payload import Payload
 from flexhex.output.plots import COLOURS
 from flexhex.run.outcome import Outcome, PaperRun

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import Case
 from flexhex.simulation.faults import Fault, faults

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
+from flexhex.diagnosis.estimation.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import read_log
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate

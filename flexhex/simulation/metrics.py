@@ -72,7 +72,7 @@ def figures(machine: Machine, theta: Array, e: Array, tau_fb: Array) -> Figures:
 def end_effector_error(machine: Machine, theta: Array, e: Array) -> Array:
     """Error of E (samples, 6): position [m], rotation [rad], both in the world frame."""
     # imported here: it takes SciPy along, a second for whoever wants the names of the figures
-    from flexhex.diagnosis.motion import motion_model
+    from flexhex.diagnosis.estimation.motion import motion_model
 
     model = motion_model(machine)
     x = model.close(theta)

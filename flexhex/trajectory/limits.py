@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.closure import Closure
+from flexhex.diagnosis.basemodels.closure import Closure
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmus.common.errors import TrajectoryError
 from flexhex.fmus.common.machine.machine import Machine

@@ -9,15 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from flexhex.compare.runs import Run, named_runs
-from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.blocks import Block, blocks, torque_at
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.elsewhere import elsewhere
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.elsewhere import elsewhere
 from flexhex.diagnosis.kinds import refuse_others, units_of
 from flexhex.diagnosis.logs import Log, read_log
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.runs import refuse_width
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.blocks import Block, blocks, torque_at
 from flexhex.fmus.common.errors import LogError
 from flexhex.ssp.result import Array, Group, Result
 from flexhex.view.shapes import Shape, of_base
@@ -56,7 +55,7 @@ def measured_runs(
     logs = [read_log(path, options.log) for path in every]
     base = base_of(options.base, machine_file, logs[0], options.tolerance, options.joints)
     for log in logs:
-        refuse_width(log, base.n)
+        log.refuse_width(base.n)
         refuse_others(log.name, log.kinds, getattr(base, "kinds", ()), "the base model")
     shape = of_base(base, Path(options.base).name if machine_file is None else options.base)
     results, said = [of_log(log) for log in logs], ""

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.arm import RigidArmBase
-from flexhex.diagnosis.base import Base
-from flexhex.diagnosis.hexapod import HexapodBase
-from flexhex.diagnosis.own import OwnBase
-from flexhex.diagnosis.robot_file import Robot, pinocchio
-from flexhex.diagnosis.robots import RobotBase
-from flexhex.diagnosis.serial import Arm, rotation
+from flexhex.diagnosis.basemodels.arm import RigidArmBase
+from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.basemodels.hexapod import HexapodBase
+from flexhex.diagnosis.basemodels.own import OwnBase
+from flexhex.diagnosis.basemodels.robot_file import Robot, pinocchio
+from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.basemodels.serial import Arm, rotation
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.result import Array

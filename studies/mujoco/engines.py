@@ -45,7 +45,7 @@ def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path)
     base = {"arm": "arm", None: "hexapod"}.get(kind, "axis")
     options = workflow.Options(base=base)
     if kind == "arm":
-        bases: Any = importlib.import_module("flexhex.diagnosis.bases")
+        bases: Any = importlib.import_module("flexhex.diagnosis.basemodels.bases")
         cast(dict[str, Any], bases.BASES)["arm"] = lambda file, log: _arm(data, log["theta"].ts)
     found: dict[str, Any] = workflow.diagnose_files(paths, test_paths, machine_file, options)
     return found
@@ -53,8 +53,8 @@ def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path)
 
 def _arm(data: dict[str, Any], ts: float) -> Any:
     """Base model of an arm from its machine file."""
-    arm: Any = importlib.import_module("flexhex.diagnosis.arm")
-    serial: Any = importlib.import_module("flexhex.diagnosis.serial")
+    arm: Any = importlib.import_module("flexhex.diagnosis.basemodels.arm")
+    serial: Any = importlib.import_module("flexhex.diagnosis.basemodels.serial")
     spread, rows = data["tolerance_mass"], data["links"]
     links = tuple(
         serial.Link(tuple(r["at"]), tuple(r["rpy"]), r["mass"], tuple(r["centre"])) for r in rows

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.design import Design
-from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.layout import Layout
+from flexhex.diagnosis.regression.regression import Regression
 
 Array = NDArray[np.float64]
 INSTANTS, CLUSTER, TRAJECTORIES = 600, 20, 2

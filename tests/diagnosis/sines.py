@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexhex.diagnosis.identify import predicted
+from flexhex.diagnosis.estimation.identify import predicted
+from flexhex.diagnosis.estimation.motion import MotionModel, dahl_states
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import MotionModel, dahl_states
 from flexhex.fmus.common.model.parameters import base_parameters
 
 TS, SECONDS, NOISE = 5e-4, 12.0, 0.01

@@ -13,8 +13,8 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.extend import extended_file
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.machine_files.extend import extended_file
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.machine_file import load_machine, truth_file
 from studies.families import FAMILIES

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
 from flexhex.diagnosis import logs
-from flexhex.diagnosis.arm import RigidArmBase
-from flexhex.diagnosis.arms import SCHUNK
-from flexhex.diagnosis.base import Motion
+from flexhex.diagnosis.basemodels.arm import RigidArmBase
+from flexhex.diagnosis.basemodels.arms import SCHUNK
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.serial import Arm, newton_euler
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
-from flexhex.diagnosis.serial import Arm, newton_euler
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import library
 from tests.compare import assert_close

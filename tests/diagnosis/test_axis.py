@@ -9,7 +9,7 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import UsageError
 from tests.diagnosis.single import SECONDS, TS, moved, write

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.blocks import torque_at
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.noise import INEXACT, line, measured
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
-from flexhex.diagnosis.rests import moving
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.runs.blocks import torque_at
+from flexhex.diagnosis.runs.noise import INEXACT, line, measured
+from flexhex.diagnosis.runs.rests import moving
 from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
 
 Array = NDArray[np.float64]

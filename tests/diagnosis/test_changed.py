@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.answer import Joint
-from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.calibrate import Calibrated
-from flexhex.diagnosis.changed import changed_of, impossible
-from flexhex.diagnosis.design import Design
-from flexhex.diagnosis.layout import Layout
-from flexhex.diagnosis.regression import Regression
+from flexhex.diagnosis.basemodels.base import Known
+from flexhex.diagnosis.jointfit.answer import Joint
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.layout import Layout
+from flexhex.diagnosis.regression.regression import Regression
+from flexhex.diagnosis.result.changed import changed_of, impossible
 from flexhex.diagnosis.selection import search
 from flexhex.diagnosis.selection.bars import Bars, passes
 from flexhex.diagnosis.selection.choose import Accepted, one_cause

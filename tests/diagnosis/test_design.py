@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.design import Design, beside_of
+from flexhex.diagnosis.regression.design import Design, beside_of
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(4)

@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis import drives, late, workflow
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.blocks import Run, Signal
-from flexhex.diagnosis.found import Found
-from flexhex.diagnosis.path import PathBase, driven
+from flexhex.diagnosis import workflow
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.drives.drives import drives, late
+from flexhex.diagnosis.drives.path import PathBase, driven
+from flexhex.diagnosis.jointfit.found import Found
+from flexhex.diagnosis.runs.blocks import Run, Signal
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from tests.diagnosis import two_links
 from tests.diagnosis.made import plain_csv
 from tests.diagnosis.test_payloads import answer, several

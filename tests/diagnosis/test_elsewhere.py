@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.elsewhere import Elsewhere
-from flexhex.diagnosis.found import Part
-from flexhex.diagnosis.regression import Columns
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.found import Part
+from flexhex.diagnosis.regression.regression import Columns
 
 
 @pytest.fixture

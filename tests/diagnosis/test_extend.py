@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.extend import extend, extended_file
-from flexhex.diagnosis.verdict import Changed, Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.machine_files.extend import extend, extended_file
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Gap, Named
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 from flexhex.fmus.common.model.bodies import inertia, point_mass
 from tests.conftest import MACHINE_FILE

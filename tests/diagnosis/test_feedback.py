@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.diagnosis.made import plain_csv
 from tests.diagnosis.single import SECONDS, TS, J, moved

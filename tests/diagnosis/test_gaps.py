@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexhex.diagnosis.gaps import slow
-from flexhex.diagnosis.verdict import Gap
+from flexhex.diagnosis.result.verdict import Gap
 
 FLOOR = np.array([0.1, 0.1])
 

@@ -11,14 +11,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.answer import axis_rms
-from flexhex.diagnosis.arm import RigidArmBase
-from flexhex.diagnosis.arms import SCHUNK
-from flexhex.diagnosis.base import Base, Motion
-from flexhex.diagnosis.blocks import Run, Signal, blocks
-from flexhex.diagnosis.fit import calibrate
-from flexhex.diagnosis.serial import Arm
-from flexhex.diagnosis.smoothing import hann_weights
+from flexhex.diagnosis.basemodels.arm import RigidArmBase
+from flexhex.diagnosis.basemodels.arms import SCHUNK
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.basemodels.serial import Arm
+from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.runs.blocks import Run, Signal, blocks
+from flexhex.diagnosis.runs.smoothing import hann_weights
 from studies.mujoco import machines
 from studies.mujoco.engines import _arm
 from studies.mujoco.machine import Machine, mistaken, rotation, toml

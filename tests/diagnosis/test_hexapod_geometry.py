@@ -14,11 +14,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.answer import axis_rms
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.blocks import Run, Signal, blocks
-from flexhex.diagnosis.fit import calibrate
-from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.hexapod import HexapodBase
+from flexhex.diagnosis.jointfit.answer import axis_rms
+from flexhex.diagnosis.jointfit.fit import calibrate
+from flexhex.diagnosis.runs.blocks import Run, Signal, blocks
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, machine_data
 from flexhex.fmus.common.model.bodies import Mechanism

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import fit, predicted, regression
+from flexhex.diagnosis.estimation.identify import fit, predicted, regression
+from flexhex.diagnosis.estimation.motion import MotionModel, dahl_states, motion_model
+from flexhex.diagnosis.estimation.rows import on_clock, parts
 from flexhex.diagnosis.logs import Channel, Finding, Log
-from flexhex.diagnosis.motion import MotionModel, dahl_states, motion_model
-from flexhex.diagnosis.rows import on_clock, parts
 from flexhex.fmus.common.errors import LogError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine

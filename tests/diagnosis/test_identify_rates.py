@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import Fit, fit
+from flexhex.diagnosis.estimation.identify import Fit, fit
+from flexhex.diagnosis.estimation.motion import MotionModel, motion_model
+from flexhex.diagnosis.estimation.rows import parts, rates, window_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import MotionModel, motion_model
-from flexhex.diagnosis.rows import parts, rates, window_of
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
 from tests.diagnosis.sines import TS, sines_log

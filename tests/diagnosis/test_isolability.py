@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.gram import ABSORBED
-from flexhex.diagnosis.isolability import NOISE, Isolability, isolability
-from flexhex.diagnosis.trajectory import Trajectory, write_trajectory
+from flexhex.diagnosis.planning.isolability import NOISE, Isolability, isolability
+from flexhex.diagnosis.planning.trajectory import Trajectory, write_trajectory
+from flexhex.diagnosis.regression.gram import ABSORBED
 from flexhex.diagnosis.workflow import Options, silent
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.errors import LogError

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments

@@ -11,12 +11,12 @@ import pytest
 
 from flexhex.diagnose.view import effect_rows, gap_rows, gap_title
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.experiment import Limits, make
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import read_log
+from flexhex.diagnosis.planning.experiment import Limits, make
+from flexhex.diagnosis.planning.trajectory import read_trajectory, write_trajectory
 from flexhex.diagnosis.prepare import asked_of, fitted
-from flexhex.diagnosis.trajectory import read_trajectory, write_trajectory
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import Experiment
 from flexhex.fmus.common.errors import LogError

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.maps import BINS, FINEST, maps
-from flexhex.diagnosis.pictured import Map
+from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.result.maps import BINS, FINEST, maps
+from flexhex.diagnosis.result.pictured import Map
 from tests.diagnosis.single import SECONDS, TS, moved, write
 
 COGGING, ORDER = 0.05, 100.0

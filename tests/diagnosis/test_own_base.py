@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis import own_file
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.basemodels import own_file
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
 from tests.compare import assert_close

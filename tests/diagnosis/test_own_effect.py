@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.diagnosis.hypotheses.own_effect import own_effects
+from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.kinds import ROTARY
-from flexhex.diagnosis.own_effect import own_effects
-from flexhex.diagnosis.scales import Scales
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
 from tests.compare import assert_close

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Base, Motion
-from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.blocks import Run, Signal
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.pairing import doubtful, mispaired
+from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
 from tests.diagnosis.two_links import TS, moved, torque

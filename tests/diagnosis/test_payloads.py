@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.axis import AxisBase
-from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.basemodels.axis import AxisBase
+from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 from flexhex.diagnosis.selection.feedback import noisy
 from flexhex.diagnosis.selection.levels import _chances, choices, partitions
 from flexhex.diagnosis.selection.rows import Rows
 from flexhex.diagnosis.selection.select import carrying
-from flexhex.diagnosis.verdict import Changed, Diagnosis
 from flexhex.diagnosis.workflow import diagnose
 from tests.diagnosis.single import TS, moved, wanted, write
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.diagnosis import bases
-from flexhex.diagnosis.arm import RigidArmBase
-from flexhex.diagnosis.serial import Arm, Link
+from flexhex.diagnosis.basemodels import bases
+from flexhex.diagnosis.basemodels.arm import RigidArmBase
+from flexhex.diagnosis.basemodels.serial import Arm, Link
 from tests.diagnosis import two_links
 from tests.diagnosis.made import plain_csv
 from tests.diagnosis.test_payloads import answer, several, within

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom, f, kstest
 
-from flexhex.diagnosis.regression import Columns, Regression
+from flexhex.diagnosis.regression.regression import Columns, Regression
 from tests.diagnosis.rowsets import CLUSTER, alone, design, layout, regression, signals, whole
 
 Array = NDArray[np.float64]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.motion import dahl_states
+from flexhex.diagnosis.estimation.motion import dahl_states
+from flexhex.diagnosis.regression.window import curvature
 from flexhex.diagnosis.reversals import (
     REACH,
     angle_noise,
@@ -16,7 +17,6 @@ from flexhex.diagnosis.reversals import (
     hysteresis_filter,
     turning,
 )
-from flexhex.diagnosis.window import curvature
 
 Array = NDArray[np.float64]
 TS, SIGMA = 1e-3, 0.015

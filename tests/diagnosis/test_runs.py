@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.blocks import Run
+from flexhex.diagnosis.basemodels.bases import base_of
 from flexhex.diagnosis.logs import Channel, Log, RunGroup
-from flexhex.diagnosis.runs import runs_of, starts_of
+from flexhex.diagnosis.runs.blocks import Run
+from flexhex.diagnosis.runs.runs import runs_of, starts_of
 from flexhex.fmus.common.errors import LogError
 from tests.conftest import MACHINE_FILE
 

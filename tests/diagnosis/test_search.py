@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.compiled import compiled
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection import hypotheses, search, side
 from flexhex.diagnosis.selection.choose import Accepted

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.stats import multivariate_normal
 
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.compiled import compiled
-from flexhex.diagnosis.design import Design
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
 from flexhex.diagnosis.selection.hypothesis import (

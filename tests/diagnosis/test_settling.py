@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from flexhex.diagnosis import workflow
-from flexhex.diagnosis.answer import joint
-from flexhex.diagnosis.candidates import Bench
-from flexhex.diagnosis.fit import beside
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import joint
+from flexhex.diagnosis.jointfit.fit import beside
 from tests.diagnosis.test_selection import RMS, RUNS, bench_of
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.regression import Columns
-from flexhex.diagnosis.stacked import deviations_of, stack
+from flexhex.diagnosis.jointfit.stacked import deviations_of, stack
+from flexhex.diagnosis.regression.regression import Columns
 from flexhex.fmus.common.effects import Shape
 from tests.diagnosis.rowsets import layout, regression, signals
 from tests.diagnosis.usual import usual

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.candidates import Bench
+from flexhex.diagnosis.hypotheses.candidates import Bench
 
 Array = NDArray[np.float64]
 TS, COUNT = 0.5, 4

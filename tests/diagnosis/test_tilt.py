@@ -5,8 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.hexapod import HexapodBase
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.machine_file import load_machine
 from tests.conftest import MACHINE_FILE

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.bases import base_of
-from flexhex.diagnosis.hexapod import HexapodBase
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.basemodels.hexapod import HexapodBase
 from flexhex.diagnosis.logs import Log
 from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine

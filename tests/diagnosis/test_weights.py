@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis import fit
-from flexhex.diagnosis.answer import axis_rms
+from flexhex.diagnosis.jointfit import fit
+from flexhex.diagnosis.jointfit.answer import axis_rms
 from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, moved, wandering
 

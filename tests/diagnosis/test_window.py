@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.axis import AxisBase
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.blocks import Run, Signal
-from flexhex.diagnosis.differences import motion_of
+from flexhex.diagnosis.basemodels.axis import AxisBase
+from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.prepare import fitted
-from flexhex.diagnosis.window import LONGEST
+from flexhex.diagnosis.regression.window import LONGEST
+from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.differences import motion_of
 
 Array = NDArray[np.float64]
 TS, INERTIA = 1e-3, 0.08

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from flexhex.diagnosis.hypotheses.scales import Scales
 from flexhex.diagnosis.kinds import ROTARY
-from flexhex.diagnosis.scales import Scales
 
 
 def usual(effects: Mapping[str, Any]) -> Scales:

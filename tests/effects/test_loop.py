@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from flexhex.diagnosis.identify import regression
+from flexhex.diagnosis.estimation.identify import regression
+from flexhex.diagnosis.estimation.motion import MotionModel
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.motion import MotionModel
 from flexhex.fmugen.rooms import build_room
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.machine_file import load_machine

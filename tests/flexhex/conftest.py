@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import flexhex.diagnose.command as command
 import flexhex.diagnose.options as options
 from flexhex.diagnosis.logs import Options as LogOptions
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options
 from tests.flexhex.browser import Browser
 from tests.flexhex.diagnoses import BASIC
@@ -68,7 +68,9 @@ def workflow(monkeypatch: pytest.MonkeyPatch) -> Workflow:
     made = Workflow(BASIC)
     monkeypatch.setattr("flexhex.diagnosis.workflow.diagnose", made.diagnose)
     monkeypatch.setattr("flexhex.diagnose.apply.add", made.add)
-    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", lambda found, *more: found)
+    monkeypatch.setattr(
+        "flexhex.diagnosis.planning.experiment.with_experiments", lambda found, *more: found
+    )
     return made
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexhex.diagnosis.pictured import Candidate, Map
-from flexhex.diagnosis.verdict import Changed, Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.result.pictured import Candidate, Map
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Gap, Named
 
 N = 6
 FLOOR = np.full(N, 0.009)

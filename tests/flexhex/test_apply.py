@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from flexhex.diagnosis.extend import extended_file
+from flexhex.diagnosis.machine_files.extend import extended_file
 from flexhex.experiments.missing import write_log
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.parameters import base_parameters

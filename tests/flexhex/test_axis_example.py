@@ -15,7 +15,7 @@ from flexhex.diagnose.next import Asked
 from flexhex.diagnose.page import matters, write_diagnosis
 from flexhex.diagnosis.logs import read_log
 from flexhex.diagnosis.logs.log import Options as LogOptions
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from tests.conftest import ROOT
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from flexhex import cli
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import parameters
 from flexhex.identify.view import fit_json, print_fit

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.pictured import Strip
+from flexhex.diagnosis.result.pictured import Strip
 from flexhex.experiments.payload import Payload
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.output.page import page_html

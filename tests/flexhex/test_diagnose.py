@@ -11,7 +11,7 @@ import pytest
 
 import flexhex.diagnose.command as command
 import flexhex.diagnose.options as options
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.fmus.common.errors import LogError, UsageError
 from tests.flexhex.conftest import ADDED, Workflow
 from tests.flexhex.diagnoses import CANNOT, EXAMPLES, NONE, SET, UNKNOWN
@@ -152,7 +152,7 @@ def test_effect_with_rivals_gets_its_experiment_written(
         seen.extend(more)
         return found
 
-    monkeypatch.setattr("flexhex.diagnosis.experiment.with_experiments", planned)
+    monkeypatch.setattr("flexhex.diagnosis.planning.experiment.with_experiments", planned)
     call("a.csv")
     assert seen == [], "no rivals, no experiment"
     workflow.found = SET

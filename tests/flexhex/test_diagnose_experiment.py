@@ -8,9 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.experiment import BEFORE, USED, Array, Limits, make, with_experiments
 from flexhex.diagnosis.logs import Log, read_log
-from flexhex.diagnosis.trajectory import Trajectory, read_trajectory, write_trajectory
+from flexhex.diagnosis.planning.experiment import (
+    BEFORE,
+    USED,
+    Array,
+    Limits,
+    make,
+    with_experiments,
+)
+from flexhex.diagnosis.planning.trajectory import Trajectory, read_trajectory, write_trajectory
 from flexhex.fmus.common.effects import Experiment, library
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.machine import Machine

@@ -16,7 +16,7 @@ from flexhex.diagnose.next import Asked, next_steps
 from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.verdict import Diagnosis
+from flexhex.diagnosis.result.verdict import Diagnosis
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,

@@ -16,7 +16,7 @@ from flexhex.diagnose.next import Asked
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.view import closed, diagnosis_json, effect_rows, gap_rows, print_diagnosis
 from flexhex.diagnose.words import verdict
-from flexhex.diagnosis.verdict import VERDICTS, Diagnosis, Estimate
+from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate
 from tests.flexhex.diagnoses import (
     BASIC,
     CANNOT,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnose.words import phrase, verdict
-from flexhex.diagnosis.confidence import Confidence
-from flexhex.diagnosis.verdict import Named, Rest
+from flexhex.diagnosis.result.confidence import Confidence
+from flexhex.diagnosis.result.verdict import Named, Rest
 from flexhex.fmus.common.effects import library
 from tests.flexhex.diagnoses import BASIC, CANNOT, EXAMPLES, NAMED, coulomb, estimate
 

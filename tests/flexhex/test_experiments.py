@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.motion import Columns, MotionModel
+from flexhex.diagnosis.estimation.motion import Columns, MotionModel
 from flexhex.experiments import estimates, experiment, hysteresis, payload
 from flexhex.experiments import repeatability as repeat
 from flexhex.fmus.common.errors import MachineError, UsageError

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.experiments import EXPERIMENTS, experiment, render
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters, parameters

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine

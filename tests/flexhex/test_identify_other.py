@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flexhex.cli import app
-from flexhex.diagnosis.trajectory import read_trajectory
+from flexhex.diagnosis.planning.trajectory import read_trajectory
 from flexhex.init import two_links as example
 from tests.diagnosis import two_links
 from tests.diagnosis.estimation import machines

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.isolability import Isolability
+from flexhex.diagnosis.planning.isolability import Isolability
 
 
 def matrix() -> Isolability:
@@ -29,7 +29,9 @@ def test_isolability_is_shown_and_written(
         seen.extend(words)
         return matrix()
 
-    monkeypatch.setattr("flexhex.diagnosis.isolability.isolability", isolability, raising=False)
+    monkeypatch.setattr(
+        "flexhex.diagnosis.planning.isolability.isolability", isolability, raising=False
+    )
     done = call("a.csv", "b.csv", "--isolability")
     assert done.exit_code == 0, done.output
     assert [path.name for path in seen[0]] == ["a.csv", "b.csv"]

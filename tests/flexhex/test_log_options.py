@@ -24,7 +24,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         logs.extend(given)
         raise LogError("stopped here")
 
-    monkeypatch.setattr("flexhex.diagnosis.identify.fit", fit)
+    monkeypatch.setattr("flexhex.diagnosis.estimation.identify.fit", fit)
     return logs
 
 

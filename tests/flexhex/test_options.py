@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from flexhex import arguments
 from flexhex.base_options import KINDS as BASE_KINDS
 from flexhex.cli import app
-from flexhex.diagnosis.bases import BASES
+from flexhex.diagnosis.basemodels.bases import BASES
 from flexhex.experiments import EXPERIMENTS
 from flexhex.export.command import TOOLS
 from flexhex.export.wiring import WIRINGS

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.rebuild import Rebuilt, rebuild
 from flexhex.diagnose.replay import plant_values, replay
-from flexhex.diagnosis.extend import extended_file
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.logs import Log, read_log
-from flexhex.diagnosis.verdict import Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.machine_files.extend import extended_file
+from flexhex.diagnosis.result.verdict import Diagnosis, Estimate, Gap, Named
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.bodies import nominal_mechanism

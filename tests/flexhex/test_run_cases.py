@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.identify import Fit
+from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.logs import read_log
 from flexhex.experiments import missing
 from flexhex.fmus.common.errors import UsageError

@@ -14,7 +14,7 @@ from flexhex.check import fmu as check_fmu
 from flexhex.check.files import check_file
 from flexhex.cli import app
 from flexhex.diagnose.options import writable
-from flexhex.diagnosis.identify import fit
+from flexhex.diagnosis.estimation.identify import fit
 from flexhex.diagnosis.logs import Options, read_log
 from flexhex.fmus.common.errors import FlexhexError, InterfaceError, LogError, OutputError
 from flexhex.fmus.common.machine.machine import Machine

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.verdict import Diagnosis, Gap
+from flexhex.diagnosis.result.verdict import Diagnosis, Gap
 from flexhex.drive import cable, runs, view
 from flexhex.drive.cable import PATIENT, PROGRAM, Driven, check_means, drive
 from flexhex.drive.command import drive_command

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from flexhex.diagnosis.confidence import Confidence
+from flexhex.diagnosis.result.confidence import Confidence
 from results.reliability import counts, written
 from results.render import COUNTS, content
 

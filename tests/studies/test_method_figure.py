@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from flexhex.diagnosis.pictured import Candidate
+from flexhex.diagnosis.result.pictured import Candidate
 from studies.method_figure import LEFT, picture
 
 

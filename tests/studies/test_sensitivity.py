@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnosis import guard
+from flexhex.diagnosis.jointfit import guard
 from flexhex.diagnosis.selection.criteria import USUAL, Criteria
 from results.tables import sensitivity as table
 from studies import sensitivity

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Known
+from flexhex.diagnosis.basemodels.base import Known
 from flexhex.diagnosis.estimation.bodies import (
     GAP,
     TEN,

@@ -12,13 +12,13 @@ import pytest
 from fmpy import simulate_fmu
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Known
-from flexhex.diagnosis.columns import ColumnBase
+from flexhex.diagnosis.basemodels.base import Known
+from flexhex.diagnosis.basemodels.columns import ColumnBase
+from flexhex.diagnosis.basemodels.symbolic import symbolic_torque
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.diagnosis.kinds import ROTARY
 from flexhex.diagnosis.prepare import Options
-from flexhex.diagnosis.symbolic import symbolic_torque
 from flexhex.fmus.common.errors import MachineError, UsageError
 from flexhex.identify.inverse import write_fmu
 from flexhex.init import two_links as example
@@ -197,8 +197,8 @@ def test_a_tree_in_any_order_of_its_axes_is_that_of_pinocchio(
     tmp_path: Path, joints: tuple[str, ...]
 ) -> None:
     """`symbolic_torque` compares with Pinocchio at random and raises where they differ."""
-    from flexhex.diagnosis.robot_file import read_robot
-    from flexhex.diagnosis.robots import RobotBase
+    from flexhex.diagnosis.basemodels.robot_file import read_robot
+    from flexhex.diagnosis.basemodels.robots import RobotBase
     from flexhex.fmus.common.machine.sections import Tolerance
 
     file = tmp_path / "tree.xml"

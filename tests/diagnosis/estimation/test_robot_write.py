@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.robot_write import write_robot
-from flexhex.diagnosis.robots import RobotBase
+from flexhex.diagnosis.machine_files.robot_write import write_robot
 from flexhex.fmus.common.errors import MachineError
 from tests.compare import assert_close
 from tests.diagnosis.estimation.machines import CART
@@ -129,7 +129,9 @@ def test_a_file_that_reads_back_otherwise_is_not_left(
 ) -> None:
     made = tmp_path / "arm.urdf"
     base = base_for(ARM, (ROTARY,) * 6)
-    monkeypatch.setattr("flexhex.diagnosis.robot_write._number", lambda v: f"{float(v):.6g}")
+    monkeypatch.setattr(
+        "flexhex.diagnosis.machine_files.robot_write._number", lambda v: f"{float(v):.6g}"
+    )
     with pytest.raises(MachineError, match="read back, it has other torques"):
         write_robot(made, base, ARM, changed(base, 0.2))
     assert list(tmp_path.iterdir()) == []

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.blocks import Run, Signal
-from flexhex.diagnosis.pairing import doubtful, mispaired
-from flexhex.diagnosis.robot_file import read_robot
-from flexhex.diagnosis.robots import RobotBase
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.robot_file import read_robot
+from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.runs.blocks import Run, Signal
+from flexhex.diagnosis.runs.pairing import doubtful, mispaired
 from flexhex.fmus.common.machine.sections import Tolerance
 from tests.diagnosis.robots.simulated import EVERY, FILE, SECONDS, STEP, machine, wanted
 

@@ -12,11 +12,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, eye_array
 
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.bases import base_of
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.bases import base_of
+from flexhex.diagnosis.basemodels.robot_file import is_robot
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import Log
-from flexhex.diagnosis.robot_file import is_robot
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.errors import MachineError, UsageError
 from tests.compare import assert_close

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.base import Motion
-from flexhex.diagnosis.robot_file import read_robot
-from flexhex.diagnosis.robots import RobotBase
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.robot_file import read_robot
+from flexhex.diagnosis.basemodels.robots import RobotBase
 from flexhex.fmus.common.errors import MachineError, UsageError
 from flexhex.fmus.common.machine.sections import Tolerance
 from flexhex.identify.write_other import checked_target

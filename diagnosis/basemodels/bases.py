@@ -1,0 +1,120 @@
+"""Base models by name: the only place where the diagnosis knows which machines there are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+from pydantic import ValidationError
+
+from flexhex.diagnosis.basemodels.arm import RigidArmBase
+from flexhex.diagnosis.basemodels.arms import SCHUNK
+from flexhex.diagnosis.basemodels.axis import AxisBase
+from flexhex.diagnosis.basemodels.base import Base
+from flexhex.diagnosis.basemodels.hexapod import HexapodBase
+from flexhex.diagnosis.basemodels.own import OwnBase
+from flexhex.diagnosis.basemodels.own_file import (
+    from_file,
+    from_package,
+    offered,
+    refuse_missing,
+    split,
+)
+from flexhex.diagnosis.basemodels.robot_file import is_robot, read_robot, refuse_robot
+from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.logs import Log
+from flexhex.fmus.common.errors import LogError, UsageError
+from flexhex.fmus.common.machine.sections import Tolerance
+from flexhex.fmus.common.machine_file import load_machine
+
+NO_TOLERANCE: Mapping[str, float] = MappingProxyType({})
+"""Those of the machine file, all of them."""
+
+
+def _hexapod(
+    machine_file: Path | None, log: Log, tolerance: Mapping[str, float] = NO_TOLERANCE
+) -> Base:
+    if machine_file is None:
+        raise LogError("no machine file given: the hexapod needs one (--machine)")
+    machine = load_machine(machine_file)
+    log.refuse_width(machine.n_arms)
+    known = with_tolerance(machine.tolerance, tolerance)
+    return HexapodBase(machine.model_copy(update={"tolerance": known}))
+
+
+def _axis(machine_file: Path | None, log: Log) -> Base:
+    return AxisBase(log["theta"].width, log["theta"].ts, log.kinds)
+
+
+def _schunk(machine_file: Path | None, log: Log) -> Base:
+    log.refuse_width(len(SCHUNK.links))
+    return RigidArmBase(SCHUNK, log["theta"].ts)
+
+
+BASES: Mapping[str, Callable[[Path | None, Log], Base]] = {
+    "hexapod": _hexapod,
+    "axis": _axis,
+    "schunk": _schunk,
+}
+
+
+def known_base(name: str) -> None:
+    """UsageError for a base model that there is not, before anything is read."""
+    if is_robot(name):
+        refuse_robot(Path(name))
+    elif (own := split(name)) is not None:
+        refuse_missing(own[0], name)
+    elif name not in BASES and name not in offered():
+        listed = ", ".join((*BASES, *offered()))
+        raise UsageError(
+            f"--base {name}: there are {listed}, a robot's file (.urdf, .xml, .sdf), and a base"
+            " model of your own, FILE.py:NAME (`flexhex init base.py` writes an example)"
+        )
+
+
+def with_tolerance(known: Tolerance, given: Mapping[str, float]) -> Tolerance:
+    """Tolerances with some in their place. UsageError for an unknown one, or one out of range."""
+    strange = [name for name in given if name not in Tolerance.model_fields]
+    if strange:
+        listed = ", ".join(Tolerance.model_fields)
+        raise UsageError(f"tolerance {strange[0]!r}: there are {listed}")
+    tables = {n: {"value": v, "unit": "1", "source": "assumed"} for n, v in given.items()}
+    try:
+        read = Tolerance.model_validate(tables)
+    except ValidationError as error:
+        first = error.errors()[0]
+        text = str(first["msg"]).removeprefix("Value error, ")
+        raise UsageError(f"tolerance {first['loc'][0]} = {text}") from None
+    return known.model_copy(update={name: getattr(read, name) for name in given})
+
+
+def base_of(
+    name: str,
+    machine_file: Path | None,
+    log: Log,
+    tolerance: Mapping[str, float] = NO_TOLERANCE,
+    joints: Sequence[str] = (),
+) -> Base:
+    """The base model called `name` for logs like this one: a log of another number of axes is
+    refused before a model with a file of its own is compiled.
+
+    tolerance: in place of the machine file's, by the keys of its section. joints: of a robot's
+    file, in the order of the axes. UsageError for an unknown name, or for tolerances or joints of
+    a base model that has none.
+    """
+    known_base(name)
+    if is_robot(name):
+        robot = read_robot(Path(name), joints, log["theta"].width)
+        return RobotBase(Path(name), robot, with_tolerance(Tolerance(), tolerance), log["theta"].ts)
+    if joints:
+        raise UsageError(f"--joints: base model {name} is no robot's file: take it out")
+    if tolerance:
+        if name != "hexapod":
+            raise UsageError(f"tolerance: base model {name} reads no machine file: take it out")
+        return _hexapod(machine_file, log, tolerance)
+    if (own := split(name)) is not None:
+        return OwnBase(from_file(*own), name, log)
+    if name in BASES:
+        return BASES[name](machine_file, log)
+    return OwnBase(from_package(offered()[name]), f"base model {name}", log)

@@ -1,0 +1,199 @@
+"""A robot's file read by Pinocchio: URDF, MJCF or SDF, a fixed base, joints that turn or slide."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from flexhex.diagnosis.basemodels.robot_sdf import as_urdf
+from flexhex.diagnosis.kinds import LINEAR, ROTARY, Kind, Kinds
+from flexhex.fmus.common.errors import MachineError, UsageError, unreadable
+
+ROOTS = {".urdf": "robot", ".xml": "mujoco", ".sdf": "sdf"}
+"""What a file of each ending begins with."""
+TURNS = ("JointModelR",)
+SLIDES = ("JointModelPX", "JointModelPY", "JointModelPZ", "JointModelPrismatic")
+SHORT_OF = 1e-6
+"""Share of its largest by which the smallest moment of a body may be negative: rounding."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """model: Pinocchio's, with the chosen joints alone. joints: names in the order of the axes;
+    places: their numbers in the model; kinds: of the axes; bodies: a link that each moves."""
+
+    model: Any
+    joints: tuple[str, ...]
+    places: tuple[int, ...]
+    kinds: Kinds
+    bodies: tuple[str, ...]
+
+
+def is_robot(name: str) -> bool:
+    """Whether `--base` names such a file."""
+    return Path(name).suffix in (*ROOTS, ".xacro")
+
+
+def refuse_robot(file: Path) -> None:
+    """UsageError for a file that is not there, or of a kind that cannot be read."""
+    if not file.is_file():
+        raise UsageError(f"--base {file}: no such file")
+    if file.suffix == ".xacro":
+        raise UsageError(f"--base {file}: a template: run `xacro {file} > robot.urdf` first")
+
+
+def pinocchio(file: Path | str = "robot.urdf") -> Any:
+    """The module. UsageError where it is not installed."""
+    try:
+        return importlib.import_module("pinocchio")
+    except ImportError:
+        raise UsageError(f"--base {file}: needs Pinocchio: pip install 'flexhex[robots]'") from None
+
+
+def read_robot(file: Path, joints: Sequence[str], axes: int) -> Robot:
+    """The robot of a file with the joints of so many axes, all others locked where they are zero.
+
+    joints: names in the order of the axes; () takes all that move, in the order of the file.
+    Raises UsageError for the choice of joints, MachineError for a file that describes no machine
+    whose torques can be calculated.
+    """
+    pin = pinocchio(file)
+    tree = _tree(file)
+    if tree.tag == "sdf":
+        tree = as_urdf(file, tree)
+    _refuse_couplings(file, tree)
+    model = _model(pin, file, tree)
+    chosen = _chosen(file, tree, list(model.names)[1:], joints, axes)
+    _refuse_mimics(file, tree, chosen)
+    kinds = [_kind(file, name, model.joints[model.getJointId(name)]) for name in chosen]
+    locked = [k for k, name in enumerate(model.names) if k and name not in chosen]
+    # what stands on locked joints belongs to the bodies before them
+    model = pin.buildReducedModel(model, locked, pin.neutral(model))
+    places = tuple(model.getJointId(name) for name in chosen)
+    bodies = tuple(_body(pin, model, place) for place in places)
+    for name, place, body in zip(chosen, places, bodies, strict=True):
+        _refuse_impossible(file, name, body, model.inertias[place])
+    return Robot(model, tuple(chosen), places, tuple(kinds), bodies)
+
+
+def _tree(file: Path) -> ElementTree.Element:
+    try:
+        tree = ElementTree.parse(file).getroot()
+    except OSError as error:
+        raise MachineError(unreadable(file, error)) from None
+    except ElementTree.ParseError as error:
+        raise MachineError(f"{file}: no XML: {error}") from None
+    if tree.tag != ROOTS[file.suffix]:
+        raise MachineError(
+            f"{file}: begins with <{tree.tag}>, a {file.suffix} file with <{ROOTS[file.suffix]}>"
+        )
+    return tree
+
+
+def _model(pin: Any, file: Path, tree: ElementTree.Element) -> Any:
+    """Pinocchio's model; shapes are taken out, so that no file of a mesh is missed."""
+    for link in tree.findall("link"):
+        for kind in ("visual", "collision"):
+            for shape in link.findall(kind):
+                link.remove(shape)
+    try:
+        if tree.tag == "robot":
+            return pin.buildModelFromXML(ElementTree.tostring(tree, encoding="unicode"))
+        found = pin.buildModelFromMJCF(str(file.resolve()))
+        return found[0] if isinstance(found, tuple) else found
+    except Exception as error:
+        raise MachineError(f"{file}: Pinocchio cannot read it: {error}") from error
+
+
+def _moving(tree: ElementTree.Element, known: Sequence[str]) -> list[str]:
+    """Names of the joints that move, in the order of the file."""
+    names = [joint.get("name", "") for joint in tree.iter("joint")]
+    return [*dict.fromkeys(name for name in names if name in known)] or list(known)
+
+
+def _chosen(
+    file: Path, tree: ElementTree.Element, known: list[str], joints: Sequence[str], axes: int
+) -> list[str]:
+    listed = _moving(tree, known)
+    for name in joints:
+        if name not in known:
+            close = get_close_matches(name, listed, 1, 0.5)
+            hint = f": is it {close[0]}?" if close else f": there are {', '.join(listed)}"
+            fixed = name in [joint.get("name") for joint in tree.iter("joint")]
+            what = "is fixed" if fixed else "does not exist"
+            raise UsageError(f"--joints: {name} {what} in {file}{hint}")
+    twice = [name for k, name in enumerate(joints) if name in joints[:k]]
+    if twice:
+        raise UsageError(f"--joints: {twice[0]} is named twice")
+    if not listed:
+        raise MachineError(f"{file}: no joint moves")
+    chosen = list(joints) or [name for name in listed if name not in _mimics(tree)]
+    if len(chosen) != axes:
+        raise UsageError(
+            f"{file}: {len(chosen)} joints ({', '.join(chosen)}), the logs have {axes} axes: name"
+            " those of the logs in their order, --joints NAME,NAME,..."
+        )
+    return chosen
+
+
+def _mimics(tree: ElementTree.Element) -> dict[str, str]:
+    """Joints that follow another one, and which."""
+    found = [(joint, joint.find("mimic")) for joint in tree.iter("joint")]
+    return {j.get("name", ""): m.get("joint", "") for j, m in found if m is not None}
+
+
+def _refuse_mimics(file: Path, tree: ElementTree.Element, chosen: Sequence[str]) -> None:
+    for name, leader in _mimics(tree).items():
+        if name in chosen or leader in chosen:
+            raise MachineError(
+                f"{file}: joint {name} follows {leader} (<mimic>): coupled joints are not"
+                " supported; take the tag out if it can be taken for locked"
+            )
+
+
+def _refuse_couplings(file: Path, tree: ElementTree.Element) -> None:
+    for element in tree.iterfind("equality/*"):
+        raise MachineError(
+            f"{file}: <equality> with <{element.tag}>: closed loops and coupled joints are not"
+            " supported, a base model of your own can have them (docs/own-base.md)"
+        )
+
+
+def _kind(file: Path, name: str, joint: Any) -> Kind:
+    kind = joint.shortname()
+    if kind.startswith(TURNS):
+        return ROTARY
+    if kind.startswith(SLIDES):
+        return LINEAR
+    raise MachineError(
+        f"{file}: joint {name} is a {kind.removeprefix('JointModel')}: an axis turns or slides;"
+        " replace it, or lock it by leaving it out of --joints"
+    )
+
+
+def _body(pin: Any, model: Any, place: int) -> str:
+    """The first link that a joint moves."""
+    bodies = [f for f in model.frames if f.type == pin.FrameType.BODY and f.parentJoint == place]
+    return bodies[0].name if bodies else str(model.names[place])
+
+
+def _refuse_impossible(file: Path, joint: str, body: str, inertia: Any) -> None:
+    """MachineError for a body without mass, or with moments that no body has."""
+    if not inertia.mass > 0:
+        raise MachineError(
+            f"{file}: what joint {joint} moves has no mass: write an <inertial> for link {body};"
+            " it may be rough, with --tolerance mass=0.3"
+        )
+    moments = np.linalg.eigvalsh(inertia.inertia)
+    if moments[0] < -SHORT_OF * moments[-1]:
+        raise MachineError(
+            f"{file}: link {body} has a negative moment of inertia about its centre of mass:"
+            f" principal moments {', '.join(f'{v:.3g}' for v in moments)} kg m2"
+        )

@@ -1,0 +1,163 @@
+"""What changes from run to run: it goes on where a run ends, and drops out between passes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import replace
+from math import log
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.hypotheses.compiled import compiled
+from flexhex.diagnosis.jointfit.answer import Joint, steady, torque_of
+from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
+from flexhex.diagnosis.jointfit.known import about_known
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.result.naming import named_of
+from flexhex.diagnosis.runs.blocks import JUDGED, LEAST, Block, Run, blocks
+from flexhex.diagnosis.runs.noise import measured, unweighted
+from flexhex.diagnosis.selection.bars import Bars, beyond_chance, shown
+from flexhex.diagnosis.selection.choose import (
+    Accepted,
+    best_first,
+    effect_scores,
+    one_cause,
+    simplest,
+)
+from flexhex.diagnosis.selection.criteria import USUAL, Criteria
+from flexhex.diagnosis.selection.firm import firm
+from flexhex.diagnosis.selection.form import mean_errors
+from flexhex.diagnosis.selection.hypotheses import Hypotheses
+from flexhex.diagnosis.selection.hypothesis import (
+    Columns,
+    NamelessHypothesis,
+    nameless,
+)
+from flexhex.diagnosis.selection.rows import Rows
+from flexhex.diagnosis.selection.scores import generic_score
+from flexhex.diagnosis.selection.side import Side
+from flexhex.fmus.common.effects import library
+
+Array = NDArray[np.float64]
+DRIFTS = ("thermal_drift", "offset_drift")
+"""Effects that go on from run to run."""
+FIRM = 1e-9
+"""Variance of a random walk at its start, relative to that at its end."""
+SLOWER = 8.0
+"""So much longer than usual torque and columns are smoothed for them."""
+
+
+def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) -> list[Side]:
+    """What changes from run to run, and so drops out between passes.
+
+    Offsets wander without being a drift: one is named that predicts the runs of left-out
+    trajectories better than an offset of its own for each run, or a random walk. Not searched where
+    something repeats that nothing explains: it would be taken for a drift.
+    """
+    made = first.held.bench.made
+    if not made.noise.repeats or first.remains:
+        return []
+    known = {name: library()[name] for name in DRIFTS}
+    made = _slowly(first.held, first.others)
+    bench = Bench(made, compiled(made.base.n, known), across=True)
+    rows = Rows.of(made)
+    if len(rows.folds) < 2:
+        return []
+    hypotheses = Hypotheses(bench, rows)
+    kept = list[Accepted]()
+    for axis in range(rows.n):
+        wanders = [_offsets(rows, axis), _walk(rows, axis)]
+        wander = generic_score(hypotheses.moments, wanders).gain
+        least = max(wander, 0.0) + log(rows.n * len(DRIFTS) / criteria.false_alarms)
+        scores = effect_scores(hypotheses.moments, hypotheses, (), criteria, [axis])
+        bars = Bars(least, least)
+        good = [s for s in best_first(scores) if beyond_chance(s, (), bars, criteria)]
+        if good and shown(good[0], criteria):
+            kept.append(simplest(good[0], good, 1, criteria))
+    kept, held = firm(bench, one_cause(kept), criteria)
+    if not kept:
+        return []
+    others = None
+    if judged:
+        others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
+    return [Side(held, others, tuple(named_of(held, mean_errors(criteria))))]
+
+
+def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
+    """An offset of its own for each run."""
+    count = len(rows.made.blocks)
+    own = [
+        np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
+        for k, block in enumerate(rows.made.blocks)
+    ]
+    made = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
+    return nameless(axis, "offsets", made, (np.eye(count),))
+
+
+def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
+    """A random walk of the offset, from run to run and within each: a straight line from the start
+    of a run to its end, and to the next one's."""
+    runs = [block.run for block in rows.made.blocks]
+    clocks = [b.at + b.run.shift - b.run.motion.t0 + b.run.start for b in rows.made.blocks]
+    ends = [t for run in runs for t in (run.start, run.start + run.motion.ts * len(run.valid))]
+    knots = np.unique(ends) - min(ends)
+    hats = np.eye(len(knots)) * rows.torque_rms[axis]
+    listed = [
+        np.stack([np.interp(clock - min(ends), knots, hat) for hat in hats], axis=1)
+        for clock in clocks
+    ]
+    made = Columns({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
+    far = np.minimum.outer(knots, knots) / knots[-1]
+    return nameless(axis, "walk", made, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
+
+
+def without(held: Joint, drift: Joint) -> Calibrated:
+    """The calibrated base model of a fit, with a drift taken off its runs.
+
+    Of a drift that slows down some repeats, as if the mechanism lacked it.
+    """
+    made = steady(held.bench.made, drift)
+    off = [old - y for old, y in zip(held.bench.made.y, made.y, strict=True)]
+    left = [r - t for r, t in zip(held.residual, off, strict=True)]
+    noise = measured(made.blocks, left)
+    return replace(made, noise=unweighted(noise, made.noise.white))
+
+
+def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:
+    """What a fit leaves, smoothed for what is slow: noise of the angles, which a longer window
+    takes away, would make a drift that goes with the torque too small.
+
+    others: locked runs, of which enough must be left too.
+    """
+    old = held.bench.made
+    spans = [_seconds(block) / LEAST for block in old.blocks]
+    spans += [_seconds(block) / (2 * JUDGED) for block in others.blocks] if others else []
+    factor = max(1.0, min(SLOWER, min(spans) / old.base.spacing))
+    base = copy(old.base)
+    base.window, base.spacing = factor * base.window, factor * base.spacing
+    listed = blocks(base, [block.run for block in old.blocks], factor * old.spacing, JUDGED)
+    made = about_known(base, listed, old.fitted, old.noise)
+    bench = Bench(made, list(held.bench.effects.values()))
+    explained = torque_of(bench, held.parts, held.beta)
+    y = tuple(y - e for y, e in zip(made.y, explained, strict=True))
+    made = replace(made, y=y, between=False)
+    return replace(made, noise=measured(listed, _level(listed, made.residual(held.q))))
+
+
+def _seconds(block: Block) -> float:
+    return float(block.at[-1] - block.at[0])
+
+
+def _level(listed: Sequence[Block], residual: Sequence[Array]) -> list[Array]:
+    """Residuals (m, n) [N m] of each block without what a straight line through it explains: else
+    the drift, by which passes differ, would be a part of the noise."""
+    found = []
+    for block, values in zip(listed, residual, strict=True):
+        clock = np.stack([np.ones(len(block.at)), block.at - block.at[0]], axis=1)
+        good = block.usable
+        line = np.linalg.lstsq(clock[good], values[good], rcond=None)[0]
+        found.append(values - clock @ line)
+    return found

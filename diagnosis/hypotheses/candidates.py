@@ -1,0 +1,219 @@
+"""Columns of the library's effects along the runs: raw motion first, then the common window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.hypotheses.compiled import Compiled
+from flexhex.diagnosis.hypotheses.misread import Misread
+from flexhex.diagnosis.hypotheses.scales import Scales
+from flexhex.diagnosis.hypotheses.signals import TORQUES, entering, passed_on, signals_of
+from flexhex.diagnosis.hypotheses.turning import followed, states_along
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.regression import Columns
+from flexhex.fmus.common.effects import Shape
+
+Array = NDArray[np.float64]
+STEP = 1e-4
+"""Change of a torque, relative to its RMS, that shows how much of it is lost."""
+
+
+class Bench:
+    """Candidate columns beside a calibrated base model."""
+
+    def __init__(self, made: Calibrated, effects: Sequence[Compiled], across: bool = False) -> None:
+        """across: time goes on from run to run instead of starting anew."""
+        self.made, self.n, self.across = made, made.base.n, across
+        self.effects = {c.effect.id: c for c in effects}
+        self._kept: dict[tuple[int, bool, str, bool], list[Array]] = {}
+        self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
+        self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
+
+    def beside(self, made: Calibrated) -> Bench:
+        """The same candidates along other runs."""
+        return Bench(made, list(self.effects.values()), self.across)
+
+    @cached_property
+    def signals(self) -> list[Array]:
+        """Signals of all axes (samples, n, 6) of each block."""
+        return signals_of(self.made, self.across)
+
+    @cached_property
+    def _misread(self) -> Misread:
+        return Misread(self.made)
+
+    @cached_property
+    def _torques(self) -> dict[str, list[Array]]:
+        """Torques and their rates in other places than at the joint, made when asked for."""
+        return {}
+
+    def _elsewhere(self, place: str) -> list[Array]:
+        if place not in self._torques:
+            self._torques[place] = {"drive": entering, "link": passed_on}[place](self.made)
+        return self._torques[place]
+
+    def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
+        """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
+        if (name, axis) not in self._grids:
+            found = [(shape, self.columns(name, axis, shape)) for shape in self.shapes(name, axis)]
+            self._grids[name, axis] = found
+        return self._grids[name, axis]
+
+    def forget(self) -> None:
+        """Let go of the columns that a search keeps: they take more memory than all else."""
+        self._grids.clear()
+        self._errors.clear()
+
+    def names(self, axis: int | None) -> list[str]:
+        """Ids of the effects that an axis (None: the whole) may have."""
+        if axis is None:
+            return self.whole
+        return [name for name in self.effects if self.shapes(name, axis)]
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Sizes of the library for each axis."""
+        return Scales.of(self.made, [item.effect for item in self.effects.values()])
+
+    def searched(self, name: str, axis: int) -> list[Shape]:
+        """Shapes of an effect that may take any value between bounds for an axis."""
+        if name not in self.effects:
+            return []
+        ranges = self.scales.ranges(name, axis)
+        return [ranges[shape.name] for shape in self.effects[name].searched]
+
+    def shapes(self, name: str, axis: int) -> list[dict[str, float]]:
+        """The grid of an effect's shapes on an axis; none where it cannot have the effect."""
+        if name not in self.effects:
+            return [{}]
+        item = self.effects[name]
+        effect = item.effect
+        if effect.turning and not self.scales.kinds[axis].turns:
+            return []
+        if effect.geared and not self.made.base.rotors:
+            return []
+        listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
+        return [shape for shape in listed if effect.meets(axis + 1, self.n, shape)]
+
+    def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:
+        """Whitened columns of an effect on an axis."""
+        thin = self.thin(name, axis, shape)
+        if thin[0].ndim == 3:
+            rows = [self.made.white(i, [v[:, i] for v in thin]) for i in range(self.n)]
+            return Columns(None, np.concatenate(rows))
+        return Columns(axis, self.made.white(axis, thin))
+
+    def thin(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """Smoothed columns of each block: (m, k), or (m, n, k) where all axes feel it."""
+        if name not in self.effects:
+            return [values[name] for values in self._whole]
+        item = self.effects[name]
+        if item.effect.acts_on == "measurement":
+            return self._felt(item, axis, shape)
+        fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+        listed = self._inputs(item, axis, seen=True)
+        states = [np.zeros((len(x), 1)) for x in listed]
+        if item.along is not None:
+            whole = self._states(item, shape, axis, fixed)
+            states = [z[b.seen] for z, b in zip(whole, self.made.blocks, strict=True)]
+        return [
+            block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
+            for block, x, z in zip(self.made.blocks, listed, states, strict=True)
+        ]
+
+    def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """What an angle error of an axis does to all torques (m, n, k), of each block; the last one
+        is kept: it takes two evaluations of the mechanism."""
+        key = item.effect.id, axis
+        if key not in self._errors or self._errors[key][0] != shape:
+            fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
+            inputs = self._inputs(item, axis)
+            rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
+            made = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
+            turned = self._misread.geared if item.effect.geared else self._misread.turned
+            self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(made)]
+        return self._errors[key][1]
+
+    def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
+        """Share (m,) of a small change of the reported torque that an effect with a gain of one
+        takes away, of each block."""
+        item, step = self.effects[name], STEP * float(self.made.torque_rms[axis])
+        fixed = np.array([shape[s.name] for s in item.effect.shapes])
+        found = []
+        for block, inputs in zip(self.made.blocks, self._inputs(item, axis), strict=True):
+            pushed = np.zeros_like(inputs)
+            pushed[:, TORQUES.start] = step
+            state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
+            above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
+            found.append(block.smooth((above - below)[:, 0] / (2 * step)))
+        return found
+
+    def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
+        """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
+        the torque is the one that it acts on. seen: of the samples that lie in any window."""
+        effect = item.effect
+        place = "drive" if effect.entered else "link" if effect.geared else ""
+        kind = axis, item.alone, place, seen
+        if kind not in self._kept:
+            if self._kept and next(iter(self._kept))[0] != axis:
+                self._kept.clear()
+            self._kept[kind] = self._made(*kind)
+        return self._kept[kind]
+
+    def _made(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
+        found = []
+        for k, signals in enumerate(self.signals):
+            own = np.ascontiguousarray(signals[:, axis])
+            inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
+            if place:
+                inputs = inputs.copy()
+                inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
+            found.append(inputs[self.made.blocks[k].seen] if seen else inputs)
+        return found
+
+    def _states(
+        self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array
+    ) -> list[Array]:
+        """States (samples, states) along each block, from rest or from run to run.
+
+        What happened before or between the runs that are known is taken to have been like the
+        next one.
+        """
+        assert item.along is not None
+        found: dict[int, Array] = {}
+        blocks, state, now = self.made.blocks, None, 0.0
+        for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
+            run = blocks[k].run
+            signals = followed(item, self._inputs(item, axis)[k], run.motion, axis)
+            if state is None or not self.across:
+                rest = item.effect.start(float(signals[0, 0]), shape)
+                state = np.array(ca.DM(rest), dtype=float).ravel()
+            if self.across:
+                length = run.motion.ts * len(signals)
+                for _ in range(round((run.start - now) / length)):
+                    state = item.along(state, signals, fixed)[-1]
+                now = run.start + length
+            found[k] = states_along(item, state, signals, fixed, run.motion, axis)
+            state = found[k][-1]
+        return [found[k] for k in range(len(blocks))]
+
+    @cached_property
+    def _whole(self) -> list[Mapping[str, Array]]:
+        found: list[Mapping[str, Array]] = []
+        for (motion, weights), block in zip(self._misread.slow, self.made.blocks, strict=True):
+            columns = self.made.base.whole(motion, self.made.linear(block.run)).items()
+            own = {
+                n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns
+            }
+            found.append(own)
+        return found
+
+    @property
+    def whole(self) -> list[str]:
+        """Ids of effects that act on the whole mechanism, none of which comes and goes."""
+        return [] if self.across else list(self._whole[0])

@@ -1,0 +1,133 @@
+"""Effects as native functions: columns and states along the samples of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.hypotheses.own_effect import OwnEffect
+from flexhex.fmus.common.effects import Effect, Shape, Signals, library
+from flexhex.numeric.rows import native
+from flexhex.numeric.scan import ScanFunction, scans
+
+Array = NDArray[np.float64]
+N_SIGNAL = 6
+"""theta, thetad, thetadd, tau, taud, time."""
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """An effect's columns, and its states if it has any, for samples of a log.
+
+    alone: what the other axes do has no part in it, so it takes the signals of its own axis.
+    by_way: its states follow the way that angles go: noise must not count as way.
+    """
+
+    effect: Effect
+    columns: Callable[[Array, Array, Array], list[Array]]
+    along: ScanFunction | None
+    alone: bool = False
+    by_way: bool = False
+
+    @property
+    def searched(self) -> list[Shape]:
+        """Nonlinear parameters that may take any value between their bounds."""
+        return [s for s in self.effect.shapes if len(s.grid) > 1 and not s.whole]
+
+    @property
+    def freedom(self) -> int:
+        """How many numbers a fit of it may choose: gains and shapes, whole ones too."""
+        return len(self.effect.gains) + sum(len(s.grid) > 1 for s in self.effect.shapes)
+
+    @property
+    def shapes(self) -> list[dict[str, float]]:
+        """The grid of its nonlinear parameters."""
+        names = [shape.name for shape in self.effect.shapes]
+        grids = [shape.grid or (shape.start,) for shape in self.effect.shapes]
+        return [dict(zip(names, values, strict=True)) for values in product(*grids)]
+
+
+def compiled(
+    n: int, effects: Mapping[str, Effect] | None = None, without: frozenset[str] = frozenset()
+) -> list[Compiled]:
+    """The library for machines of n axes, `without` what their base model has itself."""
+    listed = list((effects or library()).values())
+    own = [Compiled(e, e.along, None) for e in listed if isinstance(e, OwnEffect)]
+    listed = [e for e in listed if not isinstance(e, OwnEffect)]
+    chosen = [e for e in listed if e.acts_on != "mechanism" and e.id not in without]
+    columns = native([_columns(effect, n) for effect in chosen])
+    with_states = [effect for effect in chosen if effect.states]
+    along = dict(
+        zip(
+            (effect.id for effect in with_states),
+            scans([_advance(effect, n) for effect in with_states]) if with_states else [],
+            strict=True,
+        )
+    )
+    pairs = zip(chosen, columns, strict=True)
+    made = [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
+    return made + own
+
+
+def signals(n: int, symbol: ca.SX) -> Signals:
+    """Signals of an axis in front of those of all n axes, N_SIGNAL each."""
+    each = []
+    for i in range(n + 1):
+        theta, thetad, thetadd, tau, taud, time = (
+            symbol[N_SIGNAL * i + k] for k in range(N_SIGNAL)
+        )
+        each.append(Signals(theta, thetad, thetadd, tau, taud, time))
+    return replace(each[0], others=tuple(each[1:]))
+
+
+def _shape(effect: Effect, symbol: ca.SX) -> dict[str, ca.SX]:
+    return {shape.name: symbol[k] for k, shape in enumerate(effect.shapes)}
+
+
+def _is_alone(effect: Effect, n: int) -> bool:
+    """Whether neither columns nor states depend on other axes."""
+    u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
+    shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
+    then = effect.advance(signals(n, u), signals(n, u), state, shape, ca.SX.sym("Ts"))
+    found = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
+    return not any(ca.which_depends(found, u[N_SIGNAL:]))
+
+
+def _is_by_way(effect: Effect, n: int) -> bool:
+    """Whether states follow angles, and not accelerations."""
+    if not effect.states:
+        return False
+    before, now = (ca.SX.sym(name, N_SIGNAL * (n + 1)) for name in ("before", "now"))
+    state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
+    u, v = signals(n, before), signals(n, now)
+    then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
+    asked = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
+    return bool(asked[:, 0].any() and not asked[:, 2].any())
+
+
+def _columns(effect: Effect, n: int) -> ca.Function:
+    size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
+    u, state = ca.SX.sym("u", size), ca.SX.sym("state", max(1, len(effect.states)))
+    shape = ca.SX.sym("shape", max(1, len(effect.shapes)))
+    values = effect.columns(signals(n, _wide(u, n)), state, _shape(effect, shape))
+    return ca.Function(f"native_{effect.id}", [u, state, shape], [ca.cse(values)])
+
+
+def _advance(effect: Effect, n: int) -> ca.Function:
+    size = N_SIGNAL * (1 if _is_alone(effect, n) else n + 1)
+    before, now = ca.SX.sym("before", size), ca.SX.sym("now", size)
+    state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
+    a, b = (signals(n, _wide(u, n)) for u in (before, now))
+    step = b.time - a.time
+    following = effect.advance(a, b, state, _shape(effect, fixed), step)
+    return ca.Function(f"scan_{effect.id}", [state, before, now, fixed], [ca.cse(following)])
+
+
+def _wide(u: ca.SX, n: int) -> ca.SX:
+    """Signals of all axes, zeros where nobody looks at them."""
+    return ca.vertcat(u, ca.SX.zeros(N_SIGNAL * (n + 1) - u.numel()))

@@ -1,0 +1,87 @@
+"""Sizes of the library's shapes and gains for the torque and the motion of an axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexhex.diagnosis.kinds import Kinds, kinds_of, powers
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.fmus.common.effects import Effect, Shape
+
+USUAL_TORQUE, USUAL_MOTION, USUAL_RATE = 0.8, 0.1, 0.35
+"""RMS [N m], [rad] and [rad/s], the first two about the mean, of an axis that the library's sizes
+in these units are for. Others have them in proportion: torques, angles and rates by powers of two,
+lengths and speeds along a line exactly. Orders of an angle are the library's: a turn is a turn on
+every machine."""
+TURNS, RATE = "1/rad", "rad/s"
+
+
+@dataclass(frozen=True)
+class Scales:
+    """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
+    what the library's sizes are for; peaks: largest torque of each axis [N m]; effects: by id."""
+
+    kinds: Kinds
+    sizes: tuple[tuple[float, float, float], ...]
+    peaks: tuple[float, ...]
+    effects: Mapping[str, Effect]
+
+    @staticmethod
+    def of(made: Calibrated, effects: Sequence[Effect]) -> Scales:
+        """Of runs and their base model."""
+        kinds, tiny = kinds_of(made.base, made.base.n), np.finfo(float).tiny
+        angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in made.blocks]).std(axis=0)
+        rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in made.blocks])
+        speeds = np.sqrt((rates**2).mean(axis=0))
+        found = []
+        for kind, torque, angle, speed in zip(kinds, made.torque_rms, angles, speeds, strict=True):
+            times = _power_of_two(max(float(torque), tiny) / USUAL_TORQUE)
+            moved = [float(angle) / USUAL_MOTION, float(speed) / USUAL_RATE]
+            own = [_power_of_two(v) if kind.turns and v > 0 else v or 1.0 for v in moved]
+            found.append((times, own[0], own[1]))
+        taus = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks])
+        peaks = tuple(np.maximum(np.abs(taus).max(axis=0), tiny).tolist())
+        return Scales(kinds, tuple(found), peaks, {effect.id: effect for effect in effects})
+
+    def scale(self, unit: str, axis: int) -> float:
+        """How much larger what the library says in a unit is on an axis."""
+        (torque, motion, rate), (a, b) = self.sizes[axis], powers(unit)
+        if unit == RATE:
+            return rate
+        if unit == TURNS and self.kinds[axis].turns:
+            return 1.0
+        return float(torque**a * motion**b)
+
+    def _times(self, shape: Shape, axis: int) -> float:
+        """How much larger a shape of the library is on an axis."""
+        if shape.as_is:
+            return 1.0
+        return self.peaks[axis] if shape.of_peak else self.scale(shape.unit, axis)
+
+    def sized(self, name: str, axis: int, shape: Mapping[str, float]) -> dict[str, float]:
+        """A shape of the library for an axis."""
+        known = {s.name: s for s in self.effects[name].shapes}
+        return {n: v * self._times(known[n], axis) for n, v in shape.items()}
+
+    def ranges(self, name: str, axis: int) -> dict[str, Shape]:
+        """Shapes of an effect with bounds and grid for an axis."""
+        found = {}
+        for s in self.effects[name].shapes:
+            times = self._times(s, axis)
+            low, high, start = (times * value for value in (s.low, s.high, s.start))
+            grid = tuple(times * value for value in s.grid)
+            found[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
+        return found
+
+    def bounds(self, name: str, axis: int) -> list[tuple[float, float]]:
+        """Least and largest gains of an effect on an axis."""
+        pairs = [(gain, self.scale(gain.unit, axis)) for gain in self.effects[name].gains]
+        return [(times * gain.low, times * gain.high) for gain, times in pairs]
+
+
+def _power_of_two(value: float) -> float:
+    """The nearest one."""
+    return float(2.0 ** round(np.log2(value)))

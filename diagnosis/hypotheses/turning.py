@@ -1,0 +1,43 @@
+"""States that follow the way of an angle: they turn when the motion does, between two samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.hypotheses.compiled import N_SIGNAL, Compiled
+
+Array = NDArray[np.float64]
+
+
+def followed(item: Compiled, inputs: Array, motion: Motion, axis: int) -> Array:
+    """Signals (samples, signals) that states follow: angles without their noise where ways
+    count."""
+    if not item.by_way:
+        return inputs
+    found = inputs.copy()
+    found[:, 0] = motion.steady[:, axis]
+    if not item.alone:
+        found[:, N_SIGNAL::N_SIGNAL] = motion.steady
+    return found
+
+
+def states_along(
+    item: Compiled, state: Array, signals: Array, fixed: Array, motion: Motion, axis: int
+) -> Array:
+    """States (samples, states) along a block, from a state (states,) with these shapes.
+
+    What goes by the way of an angle turns between two samples: so of each sample the mean of half a
+    step before and after it, or more of one of them by how much later the motion turned.
+    """
+    assert item.along is not None
+    if not item.by_way:
+        return item.along(state, signals, fixed)
+    finer = np.empty((2 * len(signals) - 1, signals.shape[1]))
+    finer[::2], finer[1::2] = signals, (signals[1:] + signals[:-1]) / 2
+    states = item.along(state, finer, fixed)
+    before, after, found = states[1:-2:2], states[3::2], states[::2].copy()
+    late = motion.turning[1:-1, axis, None]
+    found[1:-1] = (0.5 + late) * before + (0.5 - late) * after
+    return found

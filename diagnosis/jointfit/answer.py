@@ -1,0 +1,223 @@
+"""Base model and effects fitted together: gains and shapes with intervals, what is left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.found import Found, Part
+from flexhex.diagnosis.jointfit.stacked import deviations_of, shape_names, stack
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.regression.regression import Columns, Regression
+from flexhex.diagnosis.runs.blocks import Block
+from flexhex.diagnosis.runs.noise import pairs, whiten
+
+Array = NDArray[np.float64]
+CORRELATED = 3.0
+"""Rows that count as one, for what the noise model does not know."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """All effects that were found, fitted together with the base model.
+
+    parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
+    deviation and shape_deviation: standard deviations of gains and shapes; sure: in how many of
+    them the gains of a part stand above zero together; q: coefficients of the base columns; freed:
+    inverse variances of base parameters that left their tolerances, by place.
+    """
+
+    bench: Bench
+    effects: tuple[Found, ...]
+    beta: tuple[Array, ...]
+    deviation: tuple[Array, ...]
+    shape_deviation: tuple[dict[str, float], ...]
+    sure: tuple[float, ...]
+    q: Array
+    freed: Mapping[int, float] = field(default_factory=dict)
+
+    @property
+    def parts(self) -> list[Part]:
+        """Parts of all effects in order."""
+        return [part for effect in self.effects for part in effect.parts]
+
+    @property
+    def geared(self) -> list[int]:
+        """Axes whose effects ask what the rotor leaves of the torque."""
+        effects = self.bench.effects
+        return [p.axis for p in self.parts if p.axis is not None and effects[p.id].effect.geared]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of q (nb, nb)."""
+        fitted = self.bench.made.regression.loosened(self.freed)
+        if self.parts:
+            fitted = fitted.extended([part.columns for part in self.parts])
+        level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
+        return np.asarray(level * fitted.covariance[: len(self.q), : len(self.q)])
+
+    @cached_property
+    def explained(self) -> list[Array]:
+        """Torque of all effects (m, n) [N m] of each block."""
+        return torque_of(self.bench, self.parts, self.beta)
+
+    @cached_property
+    def residual(self) -> list[Array]:
+        """What is left (m, n) [N m] of each block."""
+        made = self.bench.made
+        left = made.residual(self.q)
+        return [r - e for r, e in zip(left, self.explained, strict=True)]
+
+
+def torque_of(bench: Bench, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
+    """Torque of effects with given gains (m, n) [N m] of each block of a bench."""
+    total = [np.zeros((len(b.at), bench.n)) for b in bench.made.blocks]
+    for part, gains in zip(parts, beta, strict=True):
+        thin = bench.thin(part.id, part.axis or 0, part.shape)
+        for k, values in enumerate(thin):
+            torque = values @ gains
+            if torque.ndim == 2:
+                total[k] += torque
+            else:
+                total[k][:, part.axis or 0] += torque
+    return total
+
+
+def steady(made: Calibrated, drift: Joint) -> Calibrated:
+    """Runs with a drift from run to run taken off their torque."""
+    bench = Bench(made, list(drift.bench.effects.values()), across=True)
+    torque = torque_of(bench, drift.parts, drift.beta)
+    return replace(made, y=tuple(y - t for y, t in zip(made.y, torque, strict=True)))
+
+
+def joint(
+    bench: Bench, effects: Sequence[Found], freed: Mapping[int, float] = MappingProxyType({})
+) -> Joint:
+    """Fit base model and effects together, shapes by one Gauss-Newton step."""
+    regression = bench.made.regression.loosened(freed)
+    parts = [part for effect in effects for part in effect.parts]
+    if not parts:
+        return Joint(bench, (), (), (), (), (), regression.q, freed)
+    shaped = shape_names(bench, parts)
+    if shaped:
+        parts = _stepped(bench, regression, parts, shaped)
+    columns, tangents = stack(bench, regression, parts)
+    deviation, spread, covariance = deviations_of(bench, regression, parts, columns, tangents)
+    edges = np.cumsum([part.columns.values.shape[1] for part in parts])
+    _, beta = regression.fall(Columns(None, columns))
+    q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
+    places = np.split(np.arange(edges[-1]), edges[:-1])
+    gains, deviations = (tuple(v[k] for k in places) for v in (beta, deviation))
+    sure = [_sure(beta[k], deviation[k], covariance[np.ix_(k, k)]) for k in places]
+    found = _regrouped(effects, parts)
+    return Joint(bench, found, gains, deviations, tuple(spread), tuple(sure), q, freed)
+
+
+def _sure(beta: Array, deviation: Array, covariance: Array) -> float:
+    """In how many deviations gains (k,) stand above zero together; those held there do not count,
+    nor do those that the runs do not determine."""
+    free = (deviation > 0.0) & np.isfinite(deviation)
+    inverse = np.linalg.pinv(covariance[np.ix_(free, free)], hermitian=True)
+    return math.sqrt(max(float(beta[free] @ inverse @ beta[free]), 0.0))
+
+
+def again(held: Joint, bench: Bench) -> Joint:
+    """The same effects fitted beside another base model, shapes from where they were."""
+    parts = [part.moved(bench, part.shape) for part in held.parts]
+    return joint(bench, _regrouped(held.effects, parts), held.freed)
+
+
+def _regrouped(effects: Sequence[Found], parts: Sequence[Part]) -> tuple[Found, ...]:
+    """The effects with their parts renewed."""
+    updated, at = [], 0
+    for effect in effects:
+        updated.append(replace(effect, parts=tuple(parts[at : at + len(effect.parts)])))
+        at += len(effect.parts)
+    return tuple(updated)
+
+
+def _stepped(
+    bench: Bench,
+    regression: Regression,
+    parts: Sequence[Part],
+    shaped: Sequence[tuple[int, str]],
+) -> list[Part]:
+    """All shapes after one Gauss-Newton step together, if that explains more."""
+    columns, tangents = stack(bench, regression, parts)
+    before, _ = regression.fall(Columns(None, columns))
+    _, step = regression.fall(Columns(None, np.hstack([columns, tangents])))
+    shapes = [dict(part.shape) for part in parts]
+    for (k, name), move in zip(shaped, step[columns.shape[1] :], strict=True):
+        shape = bench.scales.ranges(parts[k].id, parts[k].axis or 0)[name]
+        shapes[k][name] = float(np.clip(shapes[k][name] + move, shape.low, shape.high))
+    moved = [part.moved(bench, shape) for part, shape in zip(parts, shapes, strict=True)]
+    after, _ = regression.fall(
+        Columns(None, np.hstack([regression.spread(part.columns) for part in moved]))
+    )
+    return moved if after > before else list(parts)
+
+
+def shares(made: Joint) -> list[float]:
+    """Share of what repeats on its axes beside the other effects that each effect explains.
+
+    By how much parameters need leave their tolerances no more counts as explained; by how much
+    they still do says nothing of these axes.
+    """
+    there, regression = made.bench.made, made.bench.made.regression.loosened(made.freed)
+
+    def left(effects: Sequence[Found]) -> tuple[Array, float]:
+        columns = [part.columns for effect in effects for part in effect.parts]
+        fitted = regression.extended(columns) if columns else regression
+        return repeating(there, fitted.residual), fitted.strain
+
+    after, strained = left(made.effects)
+    found = []
+    for effect in made.effects:
+        axes = list(effect.axes) or list(range(there.base.n))
+        before, strain = left([other for other in made.effects if other is not effect])
+        rest = float(after[axes].sum())
+        explained = float(before[axes].sum()) - rest + max(strain - strained, 0.0)
+        found.append(explained / max(explained + rest, 1e-300))
+    return found
+
+
+def repeating(made: Calibrated, residual: Array) -> Array:
+    """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
+
+    Without repeats the sum of all squares, an upper bound.
+    """
+    products = (made.layout.across(residual) if made.between else residual) * residual
+    total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
+    return np.asarray(np.maximum(np.array(total), 0.0))
+
+
+def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
+    """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
+
+    certain (n,): sum of products of whitened passes, in deviations of what noise would give.
+    """
+    n, total, certain, rows = made.base.n, np.zeros(made.base.n), np.zeros(made.base.n), 0
+    for a, b in pairs(made.blocks):
+        good = made.kept[a] & made.kept[b]
+        rows += int(good.sum())
+        total += (residual[a][good] * residual[b][good]).sum(axis=0)
+        for i in range(n):
+            noise = made.noise.a[i], float(made.noise.scale[i])
+            white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
+            certain[i] += float(white[0] @ white[1])
+    if not rows:
+        return np.full(n, np.nan), np.full(n, np.nan)
+    return np.sqrt(np.maximum(total / rows, 0.0)), certain / np.sqrt(rows)
+
+
+def axis_rms(blocks: Sequence[Block], values: Sequence[Array]) -> Array:
+    """RMS of each axis (n,) over the usable rows."""
+    stacked = np.concatenate([v[b.usable] for v, b in zip(values, blocks, strict=True)])
+    return np.asarray(np.sqrt((stacked**2).mean(axis=0)))

@@ -1,0 +1,199 @@
+"""The base model fitted to the runs, with the effects that it has already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.base import Base, Known
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.answer import Joint, again, axis_rms
+from flexhex.diagnosis.jointfit.known import about_known, known_torque
+from flexhex.diagnosis.regression.calibrate import Calibrated, Fitted
+from flexhex.diagnosis.regression.design import beside_of
+from flexhex.diagnosis.regression.linearize import about
+from flexhex.diagnosis.runs.blocks import LATEST, Block, torque_at
+from flexhex.diagnosis.runs.noise import Noise, measured, unweighted
+
+Array = NDArray[np.float64]
+STEPS = 2
+"""Gauss-Newton steps."""
+COARSE, FIRM = 4, 1e-9
+"""Rows of which one is taken for the first guess of the delay; ridge of its fit, relative."""
+SHARP = 0.05
+"""Rate, relative to its RMS, at which dry friction is there."""
+MISLED = 1.25
+"""Ratio of what is left of an axis' torque, weighted by its noise against not weighted, beyond
+which the weights do harm."""
+STEPS_BESIDE, STRIDE, SETTLED = 6, 0.4, 0.02
+"""Beside effects: most steps, the longest of a width, and when it has settled; both relative."""
+
+
+def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
+    """Fit the base model: the linear part, then widths and delay by Gauss-Newton.
+
+    What the effects that the model has already explain is taken off first. Friction that it does
+    not have looks like a delay: so delay and noise are those beside one.
+    """
+    p, delay = first_guess(base, blocks)
+    fitted = Fitted(
+        p,
+        np.array([k.nominal for k in base.curved]),
+        np.array([k.nominal for k in base.widths]),
+        delay,
+        base.late * max(block.run.tau.ts for block in blocks),
+    )
+    flat = Noise.even(base.n, 1.0)
+    first = with_friction(about(base, blocks, fitted, flat))
+    given = known_torque(first)
+    plain = first.residual(first.regression.q)
+    noise = measured(blocks, plain)
+    first.forget()
+    rubbed = _weighted(first, noise, given)
+    left = rubbed.residual(rubbed.regression.q)
+    misled = axis_rms(blocks, left) > MISLED * axis_rms(blocks, plain)
+    if misled.any():
+        rubbed = _weighted(first, unweighted(noise, misled), given)
+        left = rubbed.residual(rubbed.regression.q)
+    noise = unweighted(measured(blocks, left), misled)
+    return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
+
+
+def recalibrated(made: Calibrated, blocks: Sequence[Block]) -> Calibrated:
+    """The base model fitted to the same runs anew, from its values on; they carry other payloads
+    now."""
+    rubbed = with_friction(about_known(made.base, blocks, made.fitted, made.noise, (), made.errors))
+    q = rubbed.regression.q
+    noise = unweighted(measured(blocks, rubbed.residual(q)), made.noise.white)
+    return about_known(made.base, blocks, _moved(rubbed, q), noise, (), made.errors)
+
+
+def with_friction(made: Calibrated) -> Calibrated:
+    """The same with dry and viscous friction of each axis beside the base model."""
+    n = made.base.n
+    more = [
+        Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i)
+        for kind in ("dry", "viscous")
+        for i in range(n)
+    ]
+    torque = np.maximum(np.tile(made.torque_rms, 2), np.finfo(float).tiny)
+    columns = friction(made.blocks)
+    B = [beside_of(b, c * torque) for b, c in zip(made.B, columns, strict=True)]
+    scale = np.concatenate([made.scale, np.ones(2 * n)])
+    return replace(made, known=(*made.known, *more), scale=scale, B=tuple(B))
+
+
+def friction(blocks: Sequence[Block]) -> list[Array]:
+    """Dry and viscous friction (m, n, 2 n) of each axis in columns of its own, of about one, of
+    each block."""
+    rates = np.concatenate([block.run.motion.thetad for block in blocks])
+    rms = np.maximum(np.sqrt((rates**2).mean(axis=0)), np.finfo(float).tiny)
+    found = []
+    for block in blocks:
+        rate = block.run.motion.thetad / rms
+        kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate)]
+        own = [v[:, :, None] * np.eye(v.shape[1]) for v in kinds]
+        found.append(np.concatenate(own, axis=2))
+    return found
+
+
+def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
+    """Linear parameters p and delay of the torques [s] to whole samples of the log, from which
+    Gauss-Newton steps find the rest: with another delay their columns are turned by a good part of
+    a period, and without parameters no torque says how late it is.
+
+    Of all delays within the tolerance the one at which the linear base model and friction leave
+    least, if that is less than half of what they leave without: else something else is missing.
+    """
+    step = max(block.run.tau.ts for block in blocks)
+    most = int(LATEST * base.late)
+    thin = [replace(b, at=b.at[::COARSE], usable=b.usable[::COARSE]) for b in blocks]
+    scale = np.array([k.tolerance for k in base.linear])
+    nominal = np.array([k.nominal for k in base.linear])
+    scale = np.where(np.isfinite(scale), scale, 1.0)
+    free = [1.0 if np.isfinite(k.tolerance) else 0.0 for k in base.linear]
+    rubbed = friction(blocks)
+    more = rubbed[0].shape[2]
+    prior = np.diag([*free, *np.zeros(more)])
+    columns = [np.concatenate([b.linear, f], axis=2) for b, f in zip(blocks, rubbed, strict=True)]
+    B = np.concatenate([c[::COARSE][t.usable] for c, t in zip(columns, thin, strict=True)])
+    known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
+    size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
+    weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
+    left, found = dict[int, float](), dict[int, Array]()
+
+    def later(k: int) -> Array:
+        y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
+        return np.concatenate([v[t.usable] for v, t in zip(y, thin, strict=True)])
+
+    # each axis counts by its own torque
+    unit = np.maximum(later(0).std(axis=0), np.finfo(float).tiny)
+    C = (B * weight / unit[:, None]).reshape(-1, len(weight))
+    own = C.T @ C
+    G = own + prior + FIRM * np.diag(np.diag(own) + 1.0)
+    for k in range(-most, most + 1):
+        v = (later(k) / unit).ravel()
+        right = C.T @ v
+        found[k] = np.linalg.solve(G, right)
+        left[k] = float(v @ v - right @ found[k])
+    best = min(left, key=lambda k: (left[k], abs(k)))
+    best = best if left[best] < left[0] / 2 else 0
+    count = len(nominal)
+    return nominal + (weight * found[best])[:count], step * best
+
+
+def _weighted(made: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibrated:
+    """The base model and friction fitted from its values on, in `STEPS` steps."""
+    fitted, errors = made.fitted, made.errors
+
+    def at(values: Fitted) -> Calibrated:
+        return with_friction(about(made.base, made.blocks, values, noise, (), given, errors))
+
+    for _ in range(STEPS):
+        there = at(fitted)
+        fitted = _moved(there, there.regression.q)
+    return at(fitted)
+
+
+def beside(held: Joint) -> Calibrated:
+    """The base model fitted anew beside effects: what they took from it, they give back.
+
+    A hysteresis fitted to its own torque and that of a friction has the width of neither.
+    """
+    made = held.bench.made
+    for _ in range(STEPS_BESIDE):
+        before = made.fitted
+        fitted = _moved(made, held.q, STRIDE)
+        made.forget()
+        made = about_known(made.base, made.blocks, fitted, made.noise, (), made.errors)
+        held = again(held, Bench(made, list(held.bench.effects.values())))
+        if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
+            break
+    if not made.noise.repeats:
+        # what the search has not found yet would count as noise; the first fit had friction
+        return made
+    noise = measured(made.blocks, held.residual)
+    return replace(made, noise=unweighted(noise, made.noise.white))
+
+
+def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
+    """The values after one Gauss-Newton step, to the coefficients q, kept within bounds.
+
+    stride: largest step of a width, relative.
+    """
+    base, now = made.base, made.fitted
+    step = q * made.scale
+    n_p, n_c = len(base.linear), len(base.curved)
+    nominal = np.array([k.nominal for k in base.widths])
+    widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
+    p = np.array([k.nominal for k in base.linear]) + step[:n_p]
+    gains = np.array([k.nominal for k in base.curved]) + step[n_p : n_p + n_c]
+    most = LATEST * now.late
+    delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
+    widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
+    widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
+    loads = {load.name: step[made.places(load)] for load in made.loads}
+    return Fitted(p, gains, widths, delay, now.late, loads)

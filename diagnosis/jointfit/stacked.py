@@ -1,0 +1,91 @@
+"""Columns of several effects side by side, tangents of their shapes, and how sure both are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.hypotheses.candidates import Bench
+from flexhex.diagnosis.jointfit.found import Part
+from flexhex.diagnosis.regression.regression import Columns, Regression
+
+Array = NDArray[np.float64]
+UNDETERMINED = 0.5
+"""Standard deviation of a shape, relative to itself, beyond which the runs do not determine it."""
+
+
+def stack(bench: Bench, regression: Regression, parts: Sequence[Part]) -> tuple[Array, Array]:
+    """Columns of all parts (R, k) and tangents of their shapes (R, s)."""
+    columns = [regression.spread(part.columns) for part in parts]
+    stacked = np.hstack(columns)
+    _, beta = regression.fall(Columns(None, stacked))
+    gains = np.split(beta, np.cumsum([c.shape[1] for c in columns])[:-1])
+    tangents = [
+        _tangent(bench, regression, parts[k], name, gains[k])
+        for k, name in shape_names(bench, parts)
+    ]
+    return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
+
+
+def deviations_of(
+    bench: Bench,
+    regression: Regression,
+    parts: Sequence[Part],
+    columns: Array,
+    tangents: Array,
+) -> tuple[Array, list[dict[str, float]], Array]:
+    """Standard deviations of all gains, and of the shapes of each part: infinite for one that
+    the runs do not determine; and the covariance of the gains.
+
+    Such a shape is kept, the least certain one first: left free it would take the gain with it.
+    """
+    shaped, count = shape_names(bench, parts), columns.shape[1]
+    sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
+    free = np.ones(len(shaped), dtype=bool)
+    while True:
+        gain = regression.gain(Columns(None, np.hstack([columns, tangents[:, free]])))
+        deviation = np.sqrt(np.maximum(np.diag(gain.covariance), 0.0))
+        deviation[gain.lost] = np.inf
+        deviation[:count][~columns.any(axis=0)] = 0.0  # held at zero
+        unsure = np.zeros(len(shaped))
+        unsure[free] = deviation[count:] / sizes[free]
+        if not (unsure > UNDETERMINED).any():
+            break
+        free[np.argmax(unsure)] = False
+    spread: list[dict[str, float]] = [{} for _ in parts]
+    for k, name in shaped:
+        spread[k][name] = np.inf
+    known = [place for place, is_free in zip(shaped, free, strict=True) if is_free]
+    for (k, name), value in zip(known, deviation[count:], strict=True):
+        spread[k][name] = float(value)
+    return deviation[:count], spread, gain.covariance[:count, :count]
+
+
+def _reach(bench: Bench, part: Part, name: str) -> float:
+    """How far a shape could be from its value and still mean about the same."""
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
+    value = abs(part.shape[name])
+    return min(value, shape.high - shape.low) if shape.low >= 0 and value > 0 else shape.high
+
+
+def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: Array) -> Array:
+    """Change of an effect's torque with a shape, one-sided at the shape's bounds."""
+    shape = bench.scales.ranges(part.id, part.axis or 0)[name]
+    value = part.shape[name]
+    step = 1e-3 * (abs(value) + 1e-3 * (max(shape.grid) - min(shape.grid)))
+    ends = [float(np.clip(value + sign * step, shape.low, shape.high)) for sign in (1.0, -1.0)]
+    sides = [bench.columns(part.id, part.axis or 0, {**part.shape, name: end}) for end in ends]
+    change = Columns(sides[0].axis, (sides[0].values - sides[1].values) @ beta[:, None])
+    return regression.spread(change) / (ends[0] - ends[1])
+
+
+def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:
+    """Shapes that were searched: number of the part, name."""
+    found = []
+    for k, part in enumerate(parts):
+        item = bench.effects.get(part.id)
+        if item is not None:
+            found += [(k, s.name) for s in item.searched]
+    return found

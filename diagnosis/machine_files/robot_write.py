@@ -1,0 +1,216 @@
+"""A robot's file with other parameters: the same URDF or MJCF, its bodies' inertias, and what the
+format has a place for of friction, damping and rotors, in place of what was there.
+
+Parts on fixed or locked joints belong to the body before them. They stay as they are, and the body
+takes the difference; where that is no body, as all of it was found lighter, they are scaled down.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lxml import etree
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.base import Motion
+from flexhex.diagnosis.basemodels.robot_file import pinocchio, read_robot
+from flexhex.diagnosis.basemodels.robots import RobotBase
+from flexhex.diagnosis.estimation.bodies import consistent
+from flexhex.fmus.common.errors import MachineError
+from flexhex.fmus.common.machine.sections import Tolerance
+
+Array = NDArray[np.float64]
+PLACES = {".urdf": ("F_c", "d"), ".xml": ("F_c", "d", "J_r", "m_r")}
+"""Parameters of axes that a format has a place for."""
+SAME = 1e-9
+"""Difference of torques, relative to the largest, from those of the file that is read back."""
+STATES = 50
+
+
+def write_robot(path: Path, base: RobotBase, file: Path, values: Mapping[str, float]) -> list[str]:
+    """Write `file` with these values, by the names of `base.linear` and `F_c[i]`, `d[i]`; the names
+    of values that the format has no place for. Read back before it is there: MachineError, and no
+    file, where it does not give the same torques."""
+    root = etree.parse(str(file), etree.XMLParser(resolve_entities=False)).getroot()
+    writer = _Urdf(root, file) if file.suffix == ".urdf" else _Mjcf(root, file)
+    robot, p, pin = base.robot, np.array([values[k.name] for k in base.linear]), pinocchio(file)
+    frames = {f.name: f.placement for f in robot.model.frames if f.type == pin.FrameType.BODY}
+    for k, (place, joint, body) in enumerate(zip(*_named(base), strict=True)):
+        parts = _parts(base, place, writer)
+        rest = sum(parts.values(), start=np.zeros(10))
+        total, share = p[10 * k : 10 * k + 10], 1.0
+        while not consistent(total - share * rest):
+            share /= 2
+        own = pin.Inertia.FromDynamicParameters(total - share * rest)
+        writer.inertia(body, frames[body].actInv(own))
+        for name, part in parts.items() if share < 1 else ():
+            less = pin.Inertia.FromDynamicParameters(share * part)
+            writer.inertia(name, frames[name].actInv(less))
+        found = {n: values.get(f"{n}[{k + 1}]") for n in PLACES[file.suffix]}
+        writer.axis(joint, {n: v for n, v in found.items() if v is not None})
+    text = etree.tostring(root, encoding="utf-8", xml_declaration=True, pretty_print=True)
+    handle, name = tempfile.mkstemp(suffix=file.suffix, dir=path.resolve().parent)
+    try:
+        with os.fdopen(handle, "wb") as made:
+            made.write(text)
+        _refuse_other(Path(name), path, base, values)
+        Path(name).replace(path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    placed = {known.name for known in base.linear[: 10 * base.n]}
+    placed |= {f"{n}[{k + 1}]" for n in PLACES[file.suffix] for k in range(base.n)}
+    return [name for name in values if name not in placed]
+
+
+def _named(base: RobotBase) -> tuple[Sequence[int], Sequence[str], Sequence[str]]:
+    return base.robot.places, base.robot.joints, base.robot.bodies
+
+
+def _parts(base: RobotBase, place: int, writer: _Urdf | _Mjcf) -> dict[str, Array]:
+    """The ten parameters, about the joint, of the parts that belong to what a joint moves, by the
+    names of their bodies."""
+    frames, found = base.robot.model.frames, dict[str, Array]()
+    carriers = dict[str, str]()
+    for number, frame in enumerate(frames):
+        if frame.parentJoint != place or not frame.inertia.mass > 0:
+            continue
+        found[frame.name] = frame.placement.act(frame.inertia).toDynamicParameters()
+        # a locked joint's frame has the inertia of what is fixed to its body, too
+        while not writer.locked(frames[number].name) and frames[number].parentFrame != number:
+            number = frames[number].parentFrame
+        carriers[frame.name] = frames[number].name
+    for name, carrier in carriers.items():
+        if carrier != name and carrier in found:
+            found[carrier] = found[carrier] - found[name]
+    return {writer.part(name): ten for name, ten in found.items() if ten[0] > 0}
+
+
+class _Urdf:
+    """<link><inertial> about the link's frame, which is the joint's; <joint><dynamics>."""
+
+    def __init__(self, root: Any, file: Path) -> None:
+        self.root, self.file = root, file
+        self.joints = {joint.get("name"): joint for joint in root.findall("joint")}
+        self.links = {link.get("name"): link for link in root.findall("link")}
+
+    def locked(self, frame: str) -> bool:
+        """Whether a frame is that of a joint that could move."""
+        return frame in self.joints and self.joints[frame].get("type") != "fixed"
+
+    def part(self, joint: str) -> str:
+        """The link on a fixed or locked joint."""
+        return str(self.joints[joint].find("child").get("link"))
+
+    def inertia(self, name: str, inertia: Any) -> None:
+        """A link's mass, centre and inertia."""
+        link = self.links[name]
+        for old in link.findall("inertial"):
+            link.remove(old)
+        made, J = etree.Element("inertial"), inertia.inertia
+        etree.SubElement(made, "origin", xyz=_numbers(inertia.lever), rpy="0 0 0")
+        etree.SubElement(made, "mass", value=_number(inertia.mass))
+        six = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
+               "izz": (2, 2)}  # fmt: skip
+        etree.SubElement(made, "inertia", {n: _number(J[at]) for n, at in six.items()})
+        link.insert(0, made)
+
+    def axis(self, joint: str, found: Mapping[str, float]) -> None:
+        """Friction and damping of a joint."""
+        element = self.joints[joint]
+        dynamics = element.find("dynamics")
+        if dynamics is None:
+            dynamics = etree.SubElement(element, "dynamics")
+        for name, attribute in (("d", "damping"), ("F_c", "friction")):
+            if name in found:
+                dynamics.set(attribute, _number(found[name]))
+
+
+class _Mjcf:
+    """<body><inertial> about the body's frame; attributes of <joint>."""
+
+    def __init__(self, root: Any, file: Path) -> None:
+        self.root, self.file = root, file
+        for compiler in root.iter("compiler"):
+            for name, bad in (("inertiafromgeom", ("true",)), ("settotalmass", None)):
+                if name in compiler.attrib and (bad is None or compiler.get(name) in bad):
+                    raise MachineError(
+                        f'{file}: <compiler {name}="{compiler.get(name)}"> replaces the masses'
+                        " of the file: take it out, then write"
+                    )
+        if root.find(".//include") is not None:
+            raise MachineError(
+                f"{file}: has parts in other files (<include>): put them into one, then write"
+            )
+        self.joints = {j.get("name"): j for j in root.findall("worldbody//joint")}
+        self.bodies = {b.get("name"): b for b in root.findall("worldbody//body")}
+
+    def locked(self, frame: str) -> bool:
+        """Whether a frame is that of a joint."""
+        return frame in self.joints
+
+    def part(self, frame: str) -> str:
+        """The body that is fixed, or stands on a locked joint."""
+        if frame in self.joints:
+            return str(self.joints[frame].getparent().get("name"))
+        return frame.removesuffix("_fixed")
+
+    def inertia(self, name: str, inertia: Any) -> None:
+        """A body's mass, centre and inertia."""
+        if name not in self.bodies:
+            raise MachineError(f"{self.file}: a body has no name: name each one, then write")
+        element, J = self.bodies[name], inertia.inertia
+        for old in element.findall("inertial"):
+            element.remove(old)
+        six = J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]
+        made = etree.Element(
+            "inertial",
+            pos=_numbers(inertia.lever),
+            mass=_number(inertia.mass),
+            fullinertia=_numbers(six),
+        )
+        element.insert(0, made)
+
+    def axis(self, joint: str, found: Mapping[str, float]) -> None:
+        """Friction, damping and rotor of a joint."""
+        element = self.joints[joint]
+        kinds = {"d": "damping", "F_c": "frictionloss", "J_r": "armature", "m_r": "armature"}
+        for name, value in found.items():
+            element.set(kinds[name], _number(value))
+
+
+def _refuse_other(made: Path, path: Path, base: RobotBase, values: Mapping[str, float]) -> None:
+    """MachineError where the file that is read back has other torques."""
+    robot = read_robot(made, base.robot.joints, base.n)
+    back = RobotBase(made, robot, Tolerance(), 1e-3)
+    rng = np.random.default_rng(0)
+    motion = Motion(0.0, 1e-3, *rng.standard_normal((3, STATES, base.n)))
+    p = np.array([values[known.name] for known in base.linear])
+    own, at = np.array([known.nominal for known in back.linear]), 10 * base.n
+    own[at:] = p[at:]
+    wanted, found = base.torque(motion, p), back.torque(motion, own)
+    order = [robot.model.joints[place].idx_v for place in robot.places]
+    model, pairs = robot.model, [(wanted, found)]
+    for name, read in (("d", model.damping), ("F_c", model.upperDryFrictionLimit),
+                       ("J_r", model.armature), ("m_r", model.armature)):  # fmt: skip
+        for k, place in enumerate(order):
+            if name in PLACES[made.suffix] and f"{name}[{k + 1}]" in values:
+                pairs.append((np.array(values[f"{name}[{k + 1}]"]), np.array(read[place])))
+    for one, other in pairs:
+        if np.abs(one - other).max() > SAME * max(float(np.abs(one).max()), 1e-300):
+            raise MachineError(
+                f"{path}: read back, it has other torques than were written: something in the file"
+                " replaces its inertias or friction; write .json instead"
+            )
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(_number(value) for value in values)

@@ -1,0 +1,212 @@
+"""The base model fitted to the runs: parameters, hysteresis widths, delay of the torque, noise.
+
+What a fit of the base model can explain is no missing effect, so its columns and the tangents of
+its nonlinear parameters stand beside every candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.basemodels.base import Base, Known
+from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.layout import Layout
+from flexhex.diagnosis.regression.payloads import Load, carried
+from flexhex.diagnosis.regression.regression import Regression
+from flexhex.diagnosis.runs.blocks import Block, Run, torque_rms
+from flexhex.diagnosis.runs.noise import Noise, alike, calmed, rings, settled, whiten
+from flexhex.diagnosis.runs.rests import moving
+
+Array = NDArray[np.float64]
+CLUSTER, CLUSTERS, LEAST_CLUSTER = 1.0, 30, 3.0
+"""Length of a cluster [s]; logs that are too short for this many have shorter ones, of at least
+this many smoothing windows."""
+STRETCHES = 4
+"""Folds of an only trajectory."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Nonlinear values of the base model: widths (n,) of its curved terms, delay [s] and its
+    tolerance late [s], and the linear ones p, gains that they belong to; loads: what payloads add
+    to p, by their name."""
+
+    p: Array
+    gains: Array
+    widths: Array
+    delay: float
+    late: float
+    loads: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """The base model about its fitted values, ready for candidates.
+
+    y: torque minus nominal (m, n) [N m] and its columns B of each block; a coefficient of one
+    is a tolerance of `known`. errors: columns (m, n, k) of each block of errors of
+    the geometry, which hardly change with the fit. between: what is asked for repeats; else it
+    changes from pass to pass. loads: payloads of the runs.
+    """
+
+    base: Base
+    blocks: tuple[Block, ...]
+    fitted: Fitted
+    known: tuple[Known, ...]
+    scale: Array
+    y: tuple[Array, ...]
+    B: tuple[Design, ...]
+    errors: tuple[Array, ...]
+    noise: Noise
+    between: bool = True
+    loads: tuple[Load, ...] = ()
+
+    @cached_property
+    def kept(self) -> list[NDArray[np.bool_]]:
+        """Rows of each block that count (m,)."""
+        return [settled(block.usable) for block in self.blocks]
+
+    @cached_property
+    def moving(self) -> list[NDArray[np.bool_]]:
+        """Rows (m, n) of each block in which an axis moves."""
+        return moving(self.blocks, self.base.window, self.spacing)
+
+    @property
+    def spacing(self) -> float:
+        """Time between two rows [s]."""
+        return float(np.median(np.diff(self.blocks[0].at)))
+
+    @cached_property
+    def raw(self) -> list[Array]:
+        """Torque of the fit (samples, n) [N m] at every sample of each block."""
+        found = []
+        for block in self.blocks:
+            motion = block.run.motion
+            torque = self.base.torque(motion, self.linear(block.run))
+            if len(self.base.curved):
+                z, _ = self.base.bend(motion, self.fitted.widths)
+                torque = torque + z * self.fitted.gains
+            found.append(torque)
+        return found
+
+    @cached_property
+    def torque_rms(self) -> Array:
+        """RMS of the torque about its mean, of each axis (n,) [N m]."""
+        return torque_rms(self.blocks)
+
+    def linear(self, run: Run) -> Array:
+        """Linear parameters (n_p,) of the fit with what a run carries."""
+        return carried(self.base, self.loads, self.fitted.loads, run, self.fitted.p)
+
+    def places(self, load: Load) -> slice:
+        """Where the parameters of a payload stand in `known`."""
+        first = self.known.index(load.known[0])
+        return slice(first, first + len(load.known))
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Axis, fold and cluster of every row."""
+        order = list(dict.fromkeys(block.run.trajectory for block in self.blocks))
+        fold, cluster, length = [], [], self._cluster
+        for block, kept in zip(self.blocks, self.kept, strict=True):
+            number = order.index(block.run.trajectory)
+            second = np.floor(block.at[kept] / length).astype(int)
+            first = int(block.at[0] // length)
+            cluster.append(1_000_000 * number + second - first)
+            span = block.at[-1] - block.at[0] + 1e-9
+            part = (STRETCHES * (block.at[kept] - block.at[0]) / span).astype(int)
+            fold.append(np.full(len(second), number) if len(order) > 1 else part)
+        n, count = self.base.n, len(np.concatenate(cluster))
+        _, dense = np.unique(np.concatenate(cluster), return_inverse=True)
+        axis = np.repeat(np.arange(n), count)
+        twins = np.concatenate([count * i + self._partners() for i in range(n)])
+        return Layout(axis, np.tile(np.concatenate(fold), n), np.tile(dense, n), twins)
+
+    @property
+    def _cluster(self) -> float:
+        """Length of a cluster [s]."""
+        spans = {block.run.trajectory: block.at[-1] - block.at[0] for block in self.blocks}
+        return float(
+            np.clip(sum(spans.values()) / CLUSTERS, LEAST_CLUSTER * self.base.window, CLUSTER)
+        )
+
+    def _partners(self) -> NDArray[np.int64]:
+        """Row of the next pass at the same instant, of the rows of one axis."""
+        starts = np.cumsum([0, *(int(kept.sum()) for kept in self.kept)])
+        partner = np.arange(starts[-1])
+        for ring in rings(self.blocks):
+            first = self.blocks[ring[0]]
+            if not all(alike(first, self.blocks[k]) for k in ring[1:]):
+                continue
+            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
+                both = self.kept[a] & self.kept[b]
+                place = [np.cumsum(self.kept[k]) - 1 + starts[k] for k in (a, b)]
+                partner[place[0][both]] = place[1][both]
+        return partner
+
+    @cached_property
+    def regression(self) -> Regression:
+        """All whitened rows, axis by axis."""
+        prior = np.array([1.0 if np.isfinite(k.tolerance) else 0.0 for k in self.known])
+        n = self.base.n
+        y = np.concatenate([self.white(i, [v[:, i] for v in self.y]) for i in range(n)])
+        return Regression(y[:, 0], self._white_B, prior, self.layout, drifting=not self.between)
+
+    @property
+    def _white_B(self) -> Design:
+        return self._joined(self.white)
+
+    @cached_property
+    def kept_B(self) -> Design:
+        """B of the rows that count."""
+
+        def joined(_: int, values: Sequence[Array]) -> Array:
+            return np.concatenate([v[good] for v, good in zip(values, self.kept, strict=True)])
+
+        return self._joined(joined)
+
+    def _joined(self, rows: Callable[[int, Sequence[Array]], Array]) -> Design:
+        """B of all blocks as rows that are made of those of each block, axis by axis."""
+        pieces = []
+        for i in range(self.base.n):
+            places = np.unique(np.concatenate([design.places(i) for design in self.B]))
+            pieces.append(((places, rows(i, [d.at(i, places) for d in self.B])),))
+        return Design(len(self.known), tuple(pieces))
+
+    @property
+    def nominal(self) -> Array:
+        """Coefficients (nb,) of the machine file's own parameters, the clocks brought together."""
+        q = np.zeros(len(self.known))
+        late = next(i for i, k in enumerate(self.known) if k.group == "delay")
+        q[late] = self.fitted.delay / self.scale[late]
+        return q
+
+    def forget(self) -> None:
+        """Let go of the rows: they take most of the memory, and are made again when asked for."""
+        vars(self).pop("regression", None)
+        vars(self).pop("kept_B", None)
+
+    def white(self, axis: int, values: Sequence[Array]) -> Array:
+        """Whitened rows (R_i, k) of an axis from its values (m[, k]) in each block; zeros where it
+        rests."""
+        a, scale = self.noise.a[axis], float(self.noise.scale[axis])
+        slow = self.noise.slow[axis]
+        parts = [
+            calmed(whiten(v.reshape(len(v), -1), a, scale)[kept], slow) * moving[kept, axis, None]
+            for v, kept, moving in zip(values, self.kept, self.moving, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def residual(self, q: Array) -> list[Array]:
+        """Torque that a fit q does not explain, (m, n) [N m] of each block."""
+        return [y - torques(B, q) for y, B in zip(self.y, self.B, strict=True)]
+
+
+def torques(B: Design, q: Array) -> Array:
+    """B q (m, n) of a block."""
+    return np.stack([B.times(i, q) for i in range(len(B.pieces))], axis=1)

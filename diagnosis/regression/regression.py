@@ -1,0 +1,214 @@
+"""Whitened rows of all runs, and a fit between passes with what is known of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.regression.design import Design
+from flexhex.diagnosis.regression.gram import inverted, is_left, safe_gram, safe_inverse
+from flexhex.diagnosis.regression.layout import Layout
+
+Array = NDArray[np.float64]
+WEAK = 0.1
+"""Share that must repeat of what the base model leaves of a column: products of less are chance."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Candidate columns C (rows, k), nonzero in the rows of one axis or, with None, of all."""
+
+    axis: int | None
+    values: Array
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Gains beta (k,) of columns with their covariance, robust to errors that go together within a
+    cluster. lost (k,): columns that do not repeat, or that the base takes up: the rows say nothing
+    of their gains, and their covariance is none.
+    """
+
+    beta: Array
+    covariance: Array
+    lost: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Regression:
+    """y (R,) = B (R, nb) q + noise of unit variance, q ~ N(0, 1 / prior) (nb,); rows axis by axis.
+
+    Products of rows are taken between passes: what does not repeat, in torque or motion, drops
+    out of them. (A disturbance moves the joints too; within one pass the feedback's answer to
+    it would be taken for dynamics of the machine.) The sum of squares that is fitted is thus
+    the one that repeats. Without repeats a row is its own partner: ordinary least squares.
+
+    drifting: candidates change from pass to pass, and are their own partners; the base model's
+    columns are not, as the noise in them is no drift. known: B^T B and B^T y between passes, where
+    they have been computed already.
+    """
+
+    y: Array
+    B: Design
+    prior: Array
+    layout: Layout
+    known: tuple[Array, Array] | None = None
+    drifting: bool = False
+
+    @cached_property
+    def gram(self) -> tuple[Array, Array]:
+        """B^T B (nb, nb) and B^T y (nb,) between passes."""
+        if self.known is not None:
+            return self.known
+        G, b = np.zeros((self.B.width, self.B.width)), np.zeros(self.B.width)
+        for i in range(self.layout.n):
+            for place, values in self.B.pieces[i]:
+                other = self.layout.across(values, i)
+                G[:, place] += self.B.pulled(i, other)
+                b[place] += other.T @ self.y[self.layout.rows(i)]
+        return (G + G.T) / 2, b
+
+    def _other(self, values: Array, axis: int | None = None) -> Array:
+        """Candidates or what is left, rows of an axis or all, of the other pass."""
+        return values if self.drifting else self.layout.across(values, axis)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Of the coefficients (nb, nb) for noise of unit variance: (B^T B + prior)^-1, made safe
+        where noise left less than the prior itself."""
+        return safe_inverse(self.gram[0] + np.diag(self.prior), self.prior)
+
+    def solve(self, rhs: Array) -> Array:
+        """(B^T B + prior)^-1 rhs."""
+        return np.asarray(self.covariance @ rhs)
+
+    @cached_property
+    def q(self) -> Array:
+        """Estimate (nb,)."""
+        return self.solve(self.gram[1])
+
+    @cached_property
+    def residual(self) -> Array:
+        """y - B q (R,)."""
+        return self.y - self.times(self.q)
+
+    def times(self, q: Array) -> Array:
+        """B q (R, ...)."""
+        return np.concatenate([self.B.times(i, q) for i in range(self.layout.n)])
+
+    def pulled(self, values: Array, axis: int | None) -> Array:
+        """B^T values (nb, ...) of rows of an axis or of all."""
+        if axis is not None:
+            return self.B.pulled(axis, values)
+        parts = (self.B.pulled(i, values[self.layout.rows(i)]) for i in range(self.layout.n))
+        return np.asarray(sum(parts))
+
+    def loosened(self, freed: Mapping[int, float]) -> Regression:
+        """With other inverse variances of some base parameters, by their place."""
+        if not freed:
+            return self
+        prior = self.prior.copy()
+        prior[list(freed)] = list(freed.values())
+        return replace(self, prior=prior, known=self.gram)
+
+    def only(self, kept: NDArray[np.int64]) -> Regression:
+        """With some of the base columns."""
+        G, b = self.gram
+        known = G[np.ix_(kept, kept)], b[kept]
+        return replace(self, B=self.B.only(kept), prior=self.prior[kept], known=known)
+
+    def extended(self, columns: list[Columns]) -> Regression:
+        """With further columns, free of any prior."""
+        (G, b), C = self.gram, np.hstack([self.spread(c) for c in columns])
+        other = self._other(C)
+        cross, own = self.pulled(self.layout.across(C), None), other.T @ C
+        whole = np.block([[G, cross], [cross.T, (own + own.T) / 2]])
+        right = np.concatenate([b, other.T @ self.y])
+        more = {i: C[self.layout.rows(i)] for i in range(self.layout.n)}
+        B, prior = self.B.beside(more, C.shape[1]), np.append(self.prior, np.zeros(C.shape[1]))
+        return replace(self, B=B, prior=prior, known=(whole, right))
+
+    def spread(self, columns: Columns) -> Array:
+        """Columns (R, k) of all rows."""
+        if columns.axis is None:
+            return columns.values
+        full = np.zeros((len(self.y), columns.values.shape[1]))
+        full[self.layout.rows(columns.axis)] = columns.values
+        return full
+
+    def products(self, axis: int | None, C: Array) -> tuple[Array, Array, Array]:
+        """(C between passes, B^T C (nb, k), C^T residual (k,)) for columns on an axis."""
+        across = self.layout.across(C, axis)
+        other = C if self.drifting else across
+        return other, self.pulled(across, axis), other.T @ self.residual[self.layout.rows(axis)]
+
+    def falls(self, axis: int | None, C: Array, k: int) -> Array:
+        """Falls of the sum of squares for candidates of k neighbouring columns each.
+
+        0 for columns that hardly repeat between passes.
+        """
+        twin, cross, c = self.products(axis, C)
+        solved = self.solve(cross)
+        there = self.times(solved) if axis is None else self.B.times(axis, solved)
+        left = ((C - there) ** 2).sum(axis=0)
+        found = []
+        for at in range(0, C.shape[1], k):
+            part = slice(at, at + k)
+            own = twin[:, part].T @ C[:, part]
+            S = own - cross[:, part].T @ solved[:, part]
+            weak = (np.diag(S) < WEAK * left[part]).any()
+            found.append(0.0 if weak else c[part] @ np.linalg.solve(safe_gram(S, own), c[part]))
+        return np.array(found)
+
+    def fall(self, columns: Columns) -> tuple[float, Array]:
+        """Fall of the sum of squares by columns fitted beside the base, and their gains (k,)."""
+        C = columns.values
+        twin, cross, c = self.products(columns.axis, C)
+        own = twin.T @ C
+        beta = np.linalg.solve(safe_gram(own - cross.T @ self.solve(cross), own), c)
+        return float(c @ beta), np.asarray(beta)
+
+    def gain(self, columns: Columns) -> Gain:
+        """Gains of columns beside the base model, and how sure they are."""
+        rows, C = self.layout.rows(columns.axis), columns.values
+        _, beta = self.fall(columns)
+        twin, cross, _ = self.products(columns.axis, C)
+        moved = self.solve(cross)
+        clean = -self.times(moved)
+        other = self.layout.across(clean)
+        clean[rows] += C
+        other[rows] += twin
+        ideas = -np.sqrt(self.prior)[:, None] * moved
+        own = twin.T @ C
+        S = own - cross.T @ moved
+        A, lost = inverted(safe_gram(S, own)), ~is_left(S, own)
+        return Gain(beta, self._covariance(clean, other, ideas, A, beta), lost)
+
+    def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
+        """Cluster-robust covariance of beta (k, k).
+
+        clean (R, k), ideas (nb, k): columns without what the base explains, in the rows and in
+        what is known of the parameters; other: clean of the other pass; A (k, k): inverse of
+        their Gram matrix.
+        """
+        count = self.clusters
+        weighted = other * (self.residual - clean @ beta)[:, None]
+        scores = np.column_stack(
+            [np.bincount(self.layout.cluster, weights=w, minlength=count) for w in weighted.T]
+        )
+        factor = count / max(1, count - 1)
+        return np.asarray(A @ (factor * scores.T @ scores + ideas.T @ ideas) @ A)
+
+    @property
+    def strain(self) -> float:
+        """Sum of squares of the parameters' deviations from what is known of them."""
+        return float((self.prior * self.q**2).sum())
+
+    @cached_property
+    def clusters(self) -> int:
+        """Largest number of a cluster, plus one."""
+        return int(self.layout.cluster.max()) + 1

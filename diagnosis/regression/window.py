@@ -1,0 +1,134 @@
+"""How long to smooth: long enough that the angles' noise does not drown the torque.
+
+Accelerations are second differences of angles, so noise of an encoder grows with the inverse of
+the window to the power 2.5. One window for torque and columns costs no bias, only what moves
+faster than it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.kinds import kinds_of
+from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.reversals import encoder_step
+from flexhex.diagnosis.runs.blocks import LEAST, Run
+
+Array = NDArray[np.float64]
+GAP = 0.002
+"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
+NOISE = 0.05
+"""Largest share of the torque's RMS that noise of the angles may make."""
+LONGER, LONGEST = 1.25, 8.0
+"""The window grows by this factor until it is long enough, or this many times what it was."""
+SPARE = 0.8
+"""Share of a run that rows at their least number may use up; windows at its ends take some."""
+SAMPLES = 50
+"""Samples of a run at which the inertia is asked."""
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """Length of the window [s], and the torque RMS (n,) [N m] that noise of the angles makes
+    under it where that is still too much, else zeros; text: what was done and why."""
+
+    window: float
+    left: Array
+    text: str
+
+    def base(self, base: Base) -> Base:
+        """The base with this window; its rows lie apart as far as before, in windows."""
+        longer = copy(base)
+        longer.spacing, longer.window = base.spacing * self.window / base.window, self.window
+        return longer
+
+
+def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
+    """The shortest window, from that of the fit on, that is long enough for the angles.
+
+    usual: the window [s] for quiet angles. Ask again after a fit under the longer one: noise of
+    the accelerations makes a fitted inertia too small. Where rates were measured too nothing is
+    smoothed longer: angles are not differenced then.
+    """
+    base = made.base
+    noisy = [
+        run.motion.noise for run in runs if run.motion.derived and run.motion.noise is not None
+    ]
+    if not noisy:
+        return Smoother(base.window, np.zeros(base.n), "")
+    noise, inertia = np.max(noisy, axis=0), _inertia(made)
+    step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
+    # the error of an encoder's step comes again, or with the other sign, in a pass that goes the
+    # same way beside the first
+    again = step > _apart(runs, base.window)
+    most = np.maximum(np.where(again, GAP / 2, NOISE) * made.torque_rms, 1e-300)
+    ts, window = runs[0].motion.ts, base.window
+    while window < LONGEST * usual and LONGER * window <= _room(made):
+        if (noise * inertia * curvature(window, ts) <= most).all():
+            break
+        window *= LONGER
+    left = noise * inertia * curvature(window, ts)
+    first = noise * inertia * curvature(usual, ts)
+    worst = int(np.argmax(first / most))
+    kind = kinds_of(base, base.n)[worst]
+    length, effort = kind.unit("rad"), f"{first[worst]:.2g} {kind.unit('N m')} of its {kind.effort}"
+    what = f"come in steps of {step[worst]:.2g} {length}" if step[worst] else "are noisy"
+    text = (
+        f"{kind.position}s of axis {worst + 1} {what}, which makes {effort}:"
+        f" smoothed over {1e3 * window:.0f} ms instead of {1e3 * usual:.0f},"
+        f" where it makes {left[worst]:.2g}"
+    )
+    return Smoother(window, np.where(left > most, left, 0.0), text)
+
+
+def _room(made: Calibrated) -> float:
+    """The longest window [s] under which the shortest run still has rows enough."""
+    span = min(float(block.at[-1] - block.at[0]) for block in made.blocks)
+    return SPARE * span / LEAST * made.base.window / made.base.spacing
+
+
+def curvature(window: float, ts: float) -> float:
+    """Second derivative [1/s2] of white noise of unit size, sampled every ts, under the window."""
+    return float(2.0 * np.sqrt(2.0) * np.pi**2 * np.sqrt(ts / window) / window**2)
+
+
+def _inertia(made: Calibrated) -> Array:
+    """Torque (n,) [N m s2/rad] of an axis for its own acceleration, the largest seen."""
+    found = np.zeros(made.base.n)
+    for block in made.blocks:
+        m = block.run.motion
+        part = slice(None, None, max(1, len(m.theta) // SAMPLES))
+        few = Motion(m.t0, m.ts, m.theta[part], m.thetad[part], m.thetadd[part])
+        level = made.base.torque(few, made.fitted.p)
+        for i in range(made.base.n):
+            faster = few.thetadd.copy()
+            faster[:, i] += 1.0
+            more = made.base.torque(replace(few, thetadd=faster), made.fitted.p)[:, i]
+            found[i] = max(found[i], float(np.abs(more - level[:, i]).max()))
+    return found
+
+
+def _apart(runs: Sequence[Run], window: float) -> Array:
+    """RMS (n,) [rad] by which the distance of passes of a trajectory in angle changes within a
+    window [s]; infinite without passes."""
+    found: list[Array] = []
+    for repeated in dict.fromkeys(run.repeated for run in runs):
+        first, *others = [run for run in runs if run.repeated == repeated]
+        shared = first.motion.time - first.shift
+        for run in others:
+            clock = run.motion.time - run.shift
+            inside = (shared >= clock[0]) & (shared <= clock[-1])
+            there = np.stack(
+                [np.interp(shared[inside], clock, angle) for angle in run.motion.theta.T], axis=1
+            )
+            off = there - first.motion.theta[inside]
+            off -= uniform_filter1d(off, max(1, round(window / first.motion.ts)), axis=0)
+            found.append(np.sqrt((off**2).mean(axis=0)))
+    return np.min(found, axis=0) if found else np.full(runs[0].motion.theta.shape[1], np.inf)

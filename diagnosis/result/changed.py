@@ -1,0 +1,99 @@
+"""Base parameters that left their tolerances, and payloads that no log announces: their values with
+intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.jointfit.answer import Joint
+from flexhex.diagnosis.regression.payloads import Load
+from flexhex.diagnosis.result.verdict import Changed, Estimate
+
+Array = NDArray[np.float64]
+NORMAL = 1.96
+"""Standard deviations of a 95 % interval."""
+LENGTHS = 0.003
+"""Relative error of a machine's lengths, and so of a mass that its torques tell: one standard
+deviation."""
+
+
+def changed_of(held: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
+    """Parameters (places in `known`) that changed, of each body or alone.
+
+    Of a body those are given whose interval does not hold the value of the machine file; one at
+    least.
+    """
+    made, found = held.bench.made, dict[int, Changed]()
+    owners = dict[str, list[int]]()
+    for place, known in enumerate(made.known):
+        if known.file is not None:
+            owners.setdefault(known.name.rpartition(".")[0] or known.name, []).append(place)
+    bodies = [*bodies, *owners.values()]
+    if not bodies:
+        return []
+    deviation = np.sqrt(np.maximum(np.diag(held.covariance), 0.0)) * made.scale
+    moved = np.array([known.nominal - known.written for known in made.known])
+    move = made.scale * held.q + moved
+    off = np.abs(move) / np.maximum(NORMAL * deviation, np.finfo(float).tiny)
+    for places in bodies:
+        clear = {place for place in places if off[place] > 1.0}
+        most = max(places, key=lambda place: float(off[place]))
+        for place in sorted(clear | {most}):
+            known = made.known[place]
+            found[place] = _change(
+                known.name, known.written, move[place], deviation[place], known.unit
+            )
+    return list(found.values())
+
+
+def impossible(held: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:
+    """Parameters (places in `known`) that left their tolerances for values that no machine has."""
+    made = held.bench.made
+    places = sorted({place for body in bodies for place in body})
+    values = {p: made.known[p].nominal + made.scale[p] * held.q[p] for p in places}
+    return [made.known[p].name for p in places if made.known[p].positive and values[p] <= 0]
+
+
+def payload_changes(held: Joint) -> list[Changed]:
+    """Every payload that only the runs show: mass and centre where the runs determine them; of
+    axes without a known mechanism the parameters that it adds to."""
+    made, found = held.bench.made, list[Changed]()
+    for load in made.loads:
+        if load.bit is None:
+            continue
+        part, runs = made.places(load), [b.run.name for b in made.blocks if load.on(b.run)]
+        scale = made.scale[part]
+        spread = held.covariance[part, part] * np.outer(scale, scale)
+        listed = _payload(load, scale * held.q[part], spread, made.base.reach)
+        found += [replace(change, runs=tuple(runs)) for change in listed]
+    return found
+
+
+def _payload(load: Load, value: Array, covariance: Array, reach: float) -> list[Changed]:
+    """What is said of a payload with these parameters."""
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sure = np.abs(value) > NORMAL * deviation
+    units = [known.unit for known in load.known]
+    if not np.isfinite(reach) or not sure[units.index("kg")]:
+        shown = np.flatnonzero(sure) if sure.any() else [0]
+        return [_change(load.known[k].name, 0.0, value[k], deviation[k], units[k]) for k in shown]
+    m = units.index("kg")
+    mass = float(value[m])
+    found = [_change(load.name, 0.0, mass, float(np.hypot(deviation[m], LENGTHS * mass)), "kg")]
+    for k in (k for k, unit in enumerate(units) if unit == "kg m"):
+        centre = float(value[k]) / mass
+        slope = np.array([1.0, -centre]) / mass
+        spread = float(np.sqrt(slope @ covariance[np.ix_([k, m], [k, m])] @ slope))
+        if NORMAL * spread < reach:
+            name = load.known[k].name.replace(".mc_", ".c_")
+            found.append(_change(name, 0.0, centre, spread, "m"))
+    return found
+
+
+def _change(name: str, nominal: float, move: float, deviation: float, unit: str) -> Changed:
+    value, wide = nominal + float(move), NORMAL * float(deviation)
+    return Changed(name, nominal, Estimate(value, (value - wide, value + wide), unit))

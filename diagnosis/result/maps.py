@@ -1,0 +1,106 @@
+"""Where the gap is: what repeats of the residual, over angle, rates, torque, time, frequency."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from flexhex.diagnosis.jointfit.answer import Joint
+from flexhex.diagnosis.result.pictured import Map
+from flexhex.diagnosis.runs.noise import pairs
+
+Array = NDArray[np.float64]
+BINS, FINEST = 24, 240
+"""Bins of a map; most of one over the angle, where cogging of a high order has to be seen."""
+FEWEST = 12
+"""Rows below which a bin is not shown."""
+FILLED = 4 * FEWEST
+"""Rows that a finer bin has on average."""
+
+
+def maps(held: Joint) -> tuple[Map, ...]:
+    """Maps of every axis, before and after the effects that were found."""
+    calibrated = held.bench.made
+    before = _means(held, calibrated.residual(calibrated.regression.q))
+    after = _means(held, held.residual)
+    found = []
+    for i, kind in enumerate(held.bench.scales.kinds):
+        mine = []
+        for place, (name, unit) in enumerate(
+            (
+                (kind.position, "rad"),
+                ("velocity", "rad/s"),
+                ("acceleration", "rad/s2"),
+                (kind.effort, "N m"),
+                ("time", "s"),
+            )
+        ):
+            over = np.concatenate([_quantity(held, k, i, place) for k, _ in before])
+            pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
+            bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
+            mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
+        mine.append(_spectrum(held, i, before, after))
+        found += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
+    return tuple(found)
+
+
+def _means(held: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
+    """What passes have in common: (block, mean of residuals), or the blocks where none repeat."""
+    blocks = held.bench.made.blocks
+    found = list(pairs(blocks))
+    if not found:
+        return [(k, r[b.usable]) for k, (r, b) in enumerate(zip(residual, blocks, strict=True))]
+    made = []
+    for a, b in found:
+        good = blocks[a].usable & blocks[b].usable
+        made.append((a, (residual[a][good] + residual[b][good]) / 2))
+    return made
+
+
+def _rows(held: Joint, k: int) -> NDArray[np.bool_]:
+    blocks = held.bench.made.blocks
+    partner = dict(pairs(blocks)).get(k)
+    mine = blocks[k].usable
+    return mine if partner is None else mine & blocks[partner].usable
+
+
+def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
+    block, good = held.bench.made.blocks[k], _rows(held, k)
+    if place == 4:
+        return np.asarray(block.at[good])
+    motion, tau = block.run.motion, held.bench.made.raw[k]
+    values = (motion.theta, motion.thetad, motion.thetadd, tau)[place]
+    return np.asarray(block.smooth(values[:, axis])[good])
+
+
+def _binned(what: tuple[int, str, str], bins: int, over: Array, before: Array, after: Array) -> Map:
+    """what: axis, quantity and its unit."""
+    low, high = (float(v) for v in np.quantile(over, [0.002, 0.998]))
+    edges = np.linspace(low, high, bins + 1)
+    which = np.digitize(over, edges) - 1
+    kept = [b for b in range(bins) if (which == b).sum() >= FEWEST]
+    rows = [which == b for b in kept]
+    centre = np.array([(edges[b] + edges[b + 1]) / 2 for b in kept])
+    one, two = (np.array([values[r].mean() for r in rows]) for values in (before, after))
+    spread = np.array([before[r].std() / np.sqrt(r.sum()) for r in rows])
+    return Map(*what, centre, one, two, spread)
+
+
+def _spectrum(
+    held: Joint, axis: int, before: list[tuple[int, Array]], after: list[tuple[int, Array]]
+) -> Map:
+    """Amplitude density [N m / sqrt(Hz)] of what repeats."""
+    made = held.bench.made
+    spacing = float(np.median(np.diff(made.blocks[0].at)))
+    sides, f = [], np.zeros(0)
+    for side in (before, after):
+        long = [v[:, axis] for _, v in side if len(v) >= 128]
+        parts = [welch(v, 1 / spacing, nperseg=128) for v in long]
+        if not parts:
+            return Map(axis + 1, "frequency", "Hz", f, f, f, f)
+        f = parts[0][0]
+        sides.append(np.sqrt(np.mean([p for _, p in parts], axis=0)))
+    return Map(axis + 1, "frequency", "Hz", f[1:], sides[0][1:], sides[1][1:], 0 * f[1:])

@@ -1,0 +1,208 @@
+"""What a diagnosis says, as data: for the terminal, the report and `--json`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.result.confidence import Confidence
+from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
+
+Array = NDArray[np.float64]
+VERDICTS = ("named", "set", "changed", "unknown", "none", "cannot tell")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its 95 % interval, in `unit`."""
+
+    value: float
+    ci95: tuple[float, float]
+    unit: str
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {"value": self.value, "ci95": [_finite(v) for v in self.ci95], "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What repeats on an axis (from 1) beside all that is named: its RMS in `unit`, and as a share
+    of the axis' torque; what it goes with, where that is known. form: no more than effects that are
+    named there leave, as their form is not exact."""
+
+    axis: int
+    rms: float
+    unit: str
+    share: float
+    what: str = ""
+    form: bool = False
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return asdict(self)
+
+    def sentence(self) -> str:
+        """For the notes."""
+        text = f"{self.rms:.2g} {self.unit} on axis {self.axis} repeats"
+        if self.form:
+            return f"{text} beside what was found: its form is not exact"
+        goes = f": it goes with {self.what}" if self.what else ""
+        return f"{text} and is explained by no effect of the library{goes}"
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that was found: axes count from 1 and are empty where it acts on the whole.
+
+    parameters: estimates by name, `name[axis]` where several axes have the effect and
+    `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
+    estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
+    gap that repeats on its axes, explained together with the other effects.
+    """
+
+    id: str
+    title: str
+    axes: tuple[int, ...]
+    parameters: Mapping[str, Estimate]
+    parts: tuple[tuple[int, Mapping[str, Estimate]], ...] = ()
+    rivals: tuple[str, ...] = ()
+    experiment: str | None = None
+    share: float = math.nan
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "id": self.id,
+            "axes": list(self.axes),
+            "parameters": {name: e.data() for name, e in self.parameters.items()},
+            "rivals": list(self.rivals),
+            "experiment": self.experiment,
+            "share": _finite(self.share),
+        }
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A parameter of the model that is another than the machine file says; runs: those that show
+    it, where it is not all of them."""
+
+    parameter: str
+    nominal: float
+    estimate: Estimate
+    runs: tuple[str, ...] = ()
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        e = self.estimate
+        ci = [_finite(v) for v in e.ci95]
+        return {
+            "parameter": self.parameter,
+            "from": self.nominal,
+            "to": e.value,
+            "ci95": ci,
+            "unit": e.unit,
+            "runs": list(self.runs),
+        }
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Difference between model and data, RMS of each axis in its unit; floor: what does not repeat.
+
+    nominal: with the machine file's own parameters; before: with the model's parameters fitted;
+    after: with what was found. repeat: the part of `before` that repeats between passes.
+    locked: the same on runs that nothing was fitted to, with a floor if they repeat. torque: RMS
+    of the torque itself.
+    """
+
+    units: tuple[str, ...]
+    torque: Array
+    nominal: Array
+    before: Array
+    after: Array
+    floor: Array
+    repeat: Array
+    repeat_after: Array
+    locked: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """The unit of all axes; "" where they differ, so that no total makes sense."""
+        return self.units[0] if len(set(self.units)) == 1 else ""
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`: totals over the axes, of locked runs where there are any; null where
+        axes differ in unit."""
+        shown = {"before": self.before, "after": self.after, "floor": self.floor, **self.locked}
+        rows = {**shown, "nominal": self.locked.get("nominal", self.nominal)}
+        per_axis = {
+            str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
+            for i, unit in enumerate(self.units)
+        }
+        totals = {name: rms(v) if self.unit else math.nan for name, v in rows.items()}
+        return {
+            "unit": self.unit or None,
+            **{name: _finite(value) for name, value in totals.items()},
+            "per_axis": per_axis,
+            "judged_on": "locked" if self.locked else "the same runs",
+        }
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer; `notes` are sentences for the reader, `findings` what the logs had.
+
+    confidence: how often such an answer was right where the truth is known; None where these runs
+    are not like those of the study. tracking: closed loop [urad] before and after, filled by the
+    step that rebuilds it.
+    """
+
+    verdict: str
+    effects: tuple[Named, ...]
+    changed: tuple[Changed, ...]
+    gap: Gap
+    candidates: tuple[Candidate, ...] = ()
+    maps: tuple[Map, ...] = ()
+    notes: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
+    runs: tuple[str, ...] = ()
+    locked: tuple[str, ...] = ()
+    machine: str | None = None
+    shown: Mapping[str, Any] = field(default_factory=dict)
+    strips: tuple[Strip, ...] = ()
+    remains: tuple[Rest, ...] = ()
+    confidence: Confidence | None = None
+
+    def data(self) -> dict[str, Any]:
+        """As in `--json`."""
+        return {
+            "verdict": self.verdict,
+            "confidence": self.confidence.share if self.confidence else None,
+            "compared": self.confidence.data() if self.confidence else None,
+            "effects": [effect.data() for effect in self.effects],
+            "changed": [change.data() for change in self.changed],
+            "remains": [rest.data() for rest in self.remains],
+            "gap": self.gap.data(),
+            "machine": self.machine,
+            "notes": list(self.notes),
+            "findings": list(self.findings),
+            "runs": list(self.runs),
+            "locked": list(self.locked),
+            "shown": dict(self.shown),
+        }
+
+
+def rms(values: Array) -> float:
+    """Root of the mean square; NaN entries do not count."""
+    known = values[np.isfinite(values)]
+    return float(np.sqrt((known**2).mean())) if known.size else math.nan
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

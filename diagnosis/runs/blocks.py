@@ -1,0 +1,185 @@
+"""Runs as rows of a regression: smoothed torque and model columns at common instants.
+
+Passes of one trajectory share their instants, so that what repeats can be told from what
+does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from flexhex.diagnosis.basemodels.base import Base, Motion
+from flexhex.diagnosis.runs.smoothing import hann_weights
+from flexhex.fmus.common.errors import LogError
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+MOST, THINNED = 16_000, 9_000
+"""Instants of all runs together that are taken as they are; what more are thinned to, so that an
+hour takes no more memory than a minute."""
+LATEST = 3.0
+"""Largest delay of the torques, in tolerances."""
+LEAST, JUDGED = 200, 50
+"""Rows of a run that a longer window leaves, if there are as many; fewest that say anything."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Values (samples, n) at t0 + k ts [s]; valid (samples,)."""
+
+    t0: float
+    ts: float
+    values: Array
+    valid: Mask
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run as the diagnosis sees it.
+
+    trajectory: the motion; runs that share it and carry the same are its passes; shift [s]: run
+    time minus the time that runs of one motion share; start [s]: when it began on the machine's own
+    clock, as far as the order of the runs tells; tau: torque that the drives report [N m]; command:
+    what they were asked for. payload: as the log says it [kg]; loads: what was carried beside, as
+    the runs themselves show it, one bit for each payload.
+    """
+
+    name: str
+    trajectory: str
+    motion: Motion
+    valid: Mask
+    tau: Signal
+    command: Signal | None = None
+    shift: float = 0.0
+    start: float = 0.0
+    payload: float = 0.0
+    meta: Mapping[str, str] = field(default_factory=dict)
+    loads: int = 0
+
+    @property
+    def repeated(self) -> tuple[str, str, int]:
+        """What passes share: motion and all that was carried."""
+        return self.trajectory, announced(self.payload), self.loads
+
+
+def announced(payload: float) -> str:
+    """A payload [kg] as it is named; the same for what differs by the digits of a log alone."""
+    return f"{payload:.3g}"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A run at its instants: at (m,) [s] shared with the other passes, usable (m,).
+
+    weights (m, samples) of the joints' clock; linear (m, n, n_p): smoothed base columns.
+    """
+
+    run: Run
+    at: Array
+    weights: csr_array
+    linear: Array
+    usable: Mask
+
+    def smooth(self, raw: Array) -> Array:
+        """Anything on the joints' clock (samples, ...) at the instants (m, ...)."""
+        flat = raw.reshape(len(raw), -1)
+        return np.asarray((self.weights @ flat).reshape(-1, *raw.shape[1:]))
+
+    @cached_property
+    def seen(self) -> NDArray[np.int64]:
+        """Samples that lie in any window, in their order."""
+        return np.unique(self.weights.indices[self.weights.data > 0])
+
+    @cached_property
+    def of_seen(self) -> csr_array:
+        """Weights (m, seen) of these samples."""
+        return csr_array(self.weights[:, self.seen])
+
+    def smooth_seen(self, raw: Array) -> Array:
+        """`smooth` of these samples (seen, k)."""
+        return np.asarray(self.of_seen @ raw)
+
+
+def torque_rms(blocks: Sequence[Block]) -> Array:
+    """RMS of the torque about its mean, of each axis (n,) [N m]."""
+    values = [block.run.tau.values[block.run.tau.valid] for block in blocks]
+    return np.asarray(np.concatenate(values).std(axis=0))
+
+
+def torque_at(block: Block, window: float, delay: float) -> Array:
+    """Reported torque (m, n) [N m], read `delay` [s] later than the angles' clock says."""
+    signal = block.run.tau
+    at = block.at + block.run.shift + delay
+    weights, _ = hann_weights(at, signal.t0, signal.ts, signal.valid, window)
+    return np.asarray(weights @ signal.values)
+
+
+def torque_rate(block: Block, window: float, delay: float) -> Array:
+    """What `torque_at` changes by with its delay (m, n) [N m/s]; zero at the edge of a gap."""
+    signal, at = block.run.tau, block.at + block.run.shift + delay
+    ends = [
+        hann_weights(at + step, signal.t0, signal.ts, signal.valid, window)
+        for step in (-signal.ts, signal.ts)
+    ]
+    slope = (ends[1][0] - ends[0][0]) @ signal.values / (2 * signal.ts)
+    return np.where((ends[0][1] & ends[1][1])[:, None], slope, 0.0)
+
+
+def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED) -> list[Block]:
+    """Blocks of all runs, trajectory by trajectory.
+
+    Raises LogError when a run is too short for `least` rows at the base's own spacing.
+    """
+    made = []
+    for trajectory in dict.fromkeys(run.trajectory for run in runs):
+        passes = [run for run in runs if run.trajectory == trajectory]
+        at = _instants(base, passes, spacing, least)
+        made += [_block(base, run, at) for run in passes]
+    return made
+
+
+def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:
+    spans = [_span(base, run) for run in passes]
+    first, last = max(a for a, _ in spans), min(b for _, b in spans)
+    k = np.arange(int(np.ceil(first / spacing)), int(np.floor(last / spacing)) + 1)
+    if len(k) * spacing < least * base.spacing:
+        names = ", ".join(run.name for run in passes)
+        raise LogError(
+            f"{names}: {max(0.0, last - first):.3g} s remain after the first {base.settle:g} s"
+            f" (passes overlapping); at least {least * base.spacing:.3g} s are needed"
+        )
+    return np.asarray(k * spacing)
+
+
+def _span(base: Base, run: Run) -> tuple[float, float]:
+    """What can be used of a run, in the time that its passes share [s]."""
+    clocks = [(run.motion.t0, run.motion.ts, len(run.valid))]
+    clocks.append((run.tau.t0, run.tau.ts, len(run.tau.valid)))
+    start = max(t0 for t0, _, _ in clocks)
+    end = min(t0 + ts * (count - 1) for t0, ts, count in clocks)
+    margin = max(base.window, base.window / 2 + LATEST * base.late * run.tau.ts)
+    return start + base.settle + margin - run.shift, end - margin - run.shift
+
+
+def _block(base: Base, run: Run, at: Array) -> Block:
+    motion, tau = run.motion, run.tau
+    local = at + run.shift
+    weights, filled = hann_weights(local, motion.t0, motion.ts, run.valid, base.window)
+    _, known = hann_weights(local, tau.t0, tau.ts, tau.valid, base.window)
+    return Block(run, at, weights, base.rows(motion, weights), filled & known)
+
+
+def spacing_for(base: Base, runs: Sequence[Run]) -> float:
+    """Time between rows [s]: the base's own, or where that makes too many instants a multiple."""
+    total = 0.0
+    for run in runs:
+        a, b = _span(base, run)
+        total += max(0.0, b - a)
+    count = total / base.spacing
+    return base.spacing * (1 if count <= MOST else int(np.ceil(count / THINNED)))

@@ -1,0 +1,155 @@
+"""What does not repeat: noise of each axis, measured between the passes of a trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexhex.diagnosis.runs.blocks import Block
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+ORDER = 2
+"""Order of the model that whitens an axis."""
+ALIKE = 0.02
+"""Largest RMS difference of two passes' angles, relative to their motion."""
+INEXACT = 0.003
+"""Error of the model's forms, relative to the torque's RMS: it repeats, and is not seen between
+passes; as white noise, it keeps whitening from trusting what is quieter than the model is good."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """v_k = sum_j a_j v_(k-j) + scale e_k on each axis, at the spacing of the rows.
+
+    a (n, ORDER), scale (n,) [N m]; floor (n,): RMS of v; repeats: measured between passes, not
+    taken from the residual. slow (n, 2): standard deviations of a run's own offset and slope,
+    relative to what e_k alone makes of them: 1 or more, as torques wander from run to run.
+    """
+
+    a: Array
+    scale: Array
+    floor: Array
+    repeats: bool
+    slow: Array
+
+    @staticmethod
+    def even(n: int, scale: float) -> Noise:
+        """White noise that is assumed, of the same scale [N m] on n axes."""
+        size = np.full(n, scale)
+        return Noise(np.zeros((n, ORDER)), size, size, False, np.ones((n, 2)))
+
+    @property
+    def white(self) -> NDArray[np.bool_]:
+        """Axes (n,) whose noise counts as white."""
+        return np.asarray((self.a == 0).all(axis=1))
+
+
+def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
+    """Noise that counts as white on some axes (n,).
+
+    Where what is slow is all noise, a torque that the model lacks weighs heavily if it is fast: the
+    model follows it as far as it can, and away from what is slow.
+    """
+    scale = np.where(axes & np.isfinite(noise.floor), noise.floor, noise.scale)
+    slow = np.where(axes[:, None], 1.0, noise.slow)
+    return replace(noise, a=np.where(axes[:, None], 0.0, noise.a), scale=scale, slow=slow)
+
+
+def pairs(blocks: Sequence[Block]) -> Iterator[tuple[int, int]]:
+    """Neighbouring passes of each trajectory, as places in `blocks`."""
+    for ring in rings(blocks):
+        yield from pairwise(ring)
+
+
+def alike(a: Block, b: Block) -> bool:
+    """Whether two passes moved alike, so that products between them leave the noise out."""
+    first, second = (block.smooth(block.run.motion.theta) for block in (a, b))
+    both = a.usable & b.usable
+    apart, size = (first - second)[both], first[both] - first[both].mean(axis=0)
+    return bool((apart**2).mean() < ALIKE**2 * (size**2).mean())
+
+
+def rings(blocks: Sequence[Block]) -> list[list[int]]:
+    """Passes of each trajectory that was run more than once with the same load, as places in
+    `blocks`."""
+    names = [block.run.repeated for block in blocks]
+    groups = [[k for k, n in enumerate(names) if n == name] for name in dict.fromkeys(names)]
+    return [group for group in groups if len(group) > 1]
+
+
+def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
+    """Noise from residuals (m, n) [N m] of each block."""
+    found = list(pairs(blocks))
+    if found:
+        traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in found]
+        masks = [blocks[a].usable & blocks[b].usable for a, b in found]
+    else:
+        traces, masks = list(residual), [block.usable for block in blocks]
+    n = traces[0].shape[1]
+    torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
+    white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
+    a, scale, floor, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
+    for i in range(n):
+        own = [trace[:, i] for trace in traces]
+        a[i], scale[i] = _regressed(own, masks, float(white[i]))
+        slow[i] = _slow(own, masks, a[i], scale[i])
+        flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
+        floor[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
+    return Noise(a, scale, floor, bool(found), slow)
+
+
+def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:
+    """Coefficients (ORDER,) and scale of one axis' noise with as much white noise [N m] beside."""
+    past, now = [], []
+    for trace, mask in zip(traces, masks, strict=True):
+        good = settled(mask)
+        past.append(np.column_stack([np.roll(trace, j) for j in range(1, ORDER + 1)])[good])
+        now.append(trace[good])
+    X, y = np.concatenate(past), np.concatenate(now)
+    a = np.linalg.solve(X.T @ X + max(len(y), 1) * white**2 * np.eye(ORDER), X.T @ y)
+    left = ((y - X @ a) ** 2).mean() if len(y) else 0.0
+    return np.asarray(a), float(np.sqrt(left + white**2 * (1 + a @ a)))
+
+
+def _slow(traces: Sequence[Array], masks: Sequence[Mask], a: Array, scale: float) -> Array:
+    """Standard deviations (2,) of offset and slope of an axis' whitened traces, 1 or more."""
+    squares = []
+    for trace, mask in zip(traces, masks, strict=True):
+        rows = whiten(trace[:, None], a, max(scale, np.finfo(float).tiny))[settled(mask)]
+        squares.append((line(len(rows)).T @ rows[:, 0]) ** 2)
+    return np.asarray(np.sqrt(np.maximum(np.mean(squares, axis=0), 1.0)))
+
+
+def line(count: int) -> Array:
+    """Orthonormal base (count, 2) of a run's offset and slope."""
+    rows = np.arange(count) - (count - 1) / 2
+    unit = np.stack([np.ones(count), rows], axis=1)
+    return np.asarray(unit / np.maximum(np.linalg.norm(unit, axis=0), np.finfo(float).tiny))
+
+
+def settled(usable: Mask) -> Mask:
+    """Rows that are usable together with the ORDER rows before them."""
+    good = usable.copy()
+    for j in range(1, ORDER + 1):
+        good[j:] &= usable[:-j]
+    good[:ORDER] = False
+    return good
+
+
+def calmed(rows: Array, slow: Array) -> Array:
+    """Whitened rows (R, k) of a run, its offset and slope in units of their own noise."""
+    base = line(len(rows))
+    return np.asarray(rows - base @ ((1 - 1 / slow)[:, None] * (base.T @ rows)))
+
+
+def whiten(values: Array, a: Array, scale: float) -> Array:
+    """Rows (m, k) minus what the rows before say, in units of the noise."""
+    out = values.copy()
+    for j, factor in enumerate(a, start=1):
+        out[j:] -= factor * values[:-j]
+    return np.asarray(out / scale)

@@ -1,0 +1,93 @@
+"""Units of a log: converted where they have one meaning, refused where they have several."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from flexhex.diagnosis.logs import Options, read_log
+from flexhex.fmus.common.errors import LogError
+from tests.diagnosis.made import TS, columns, motion, write_csv
+from tests.diagnosis.logs.test_faults import finding
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("deg", np.pi / 180), ("mrad", 1e-3), ("°", np.pi / 180), ("µrad", 1e-6)]
+)
+def test_unit_with_one_meaning_is_converted_and_said(
+    unit: str, factor: float, tmp_path: Path
+) -> None:
+    names, units, values = columns(motion())
+    units = ["ms", unit, unit, "mNm", "mNm"]
+    values[:, 0] *= 1e3
+    log = read_log(write_csv(tmp_path / "a.csv", names, units, values))
+    assert log.theta == pytest.approx(values[:, 1:3] * factor, rel=1e-15)
+    assert log.tau == pytest.approx(values[:, 3:] * 1e-3, rel=1e-15)
+    assert log.ts == pytest.approx(TS)
+    assert [f.text for f in log.findings if f.kind == "units"] == [
+        f"theta converted from {unit} to rad",
+        "tau_meas converted from mNm to N m",
+    ]
+
+
+@pytest.mark.parametrize("unit", ["Nmm", "grad", "counts", "%", "1", "furlong", "Mrad", "in"])
+def test_unit_with_several_meanings_is_refused(unit: str, tmp_path: Path) -> None:
+    names, _, values = columns(motion(0.5))
+    for units in (["s", unit, unit, "N m", "N m"], ["s", "rad", "rad", unit, unit]):
+        with pytest.raises(LogError, match=rf"a\.csv: .*\[1\] is in '{unit}', wanted .*--unit"):
+            read_log(write_csv(tmp_path / "a.csv", names, units, values))
+
+
+def test_log_without_units_is_refused_with_the_way_out(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path = write_csv(tmp_path / "a.csv", names, None, values)
+    with pytest.raises(LogError, match=r"has no unit, wanted 's': give it in the file .* --unit"):
+        read_log(path)
+    told = Options(units={"time": "s", "theta": "deg", "tau_meas": "N m"})
+    assert read_log(path, told).theta == pytest.approx(values[:, 1:3] * np.pi / 180)
+
+
+def test_current_needs_a_torque_constant(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    for channel in ("tau_meas", "current"):
+        named = [name.replace("tau_meas", channel) for name in names]
+        units = ["s", "rad", "rad", "mA", "mA"]
+        path = write_csv(tmp_path / "a.csv", named, units, values)
+        with pytest.raises(LogError, match=r"no torque constant .* 3\.0 N m/A"):
+            read_log(path)
+        given = read_log(path, Options(torque_constant=(3.0, 2.0)))
+        assert given.tau == pytest.approx(values[:, 3:] * [3e-3, 2e-3])
+        meta = {"torque_constant": "3.0 N m/A"}
+        told = read_log(write_csv(tmp_path / "a.csv", named, units, values, meta))
+        assert told.tau == pytest.approx(values[:, 3:] * 3e-3)
+        assert "3 N m/A" in finding(told, "units").text
+        for bad in ("3.0", "3.0 V", "nan N m/A", "-3 N m/A", "", "x N m/A"):
+            path = write_csv(
+                tmp_path / "a.csv", named, units, values, {"torque_constant": bad or " "}
+            )
+            with pytest.raises(LogError, match="torque_constant is"):
+                read_log(path)
+
+
+def test_volts_are_relative_without_a_constant(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path = write_csv(tmp_path / "a.csv", names, ["s", "m", "m", "mV", "mV"], values)
+    log = read_log(path)
+    assert log.tau == pytest.approx(values[:, 3:] * 1e-3)
+    assert "a volt counts as 1 N, so all sizes are relative" in finding(log, "units").text
+    given = read_log(path, Options(torque_constant=35.0))
+    assert given.tau == pytest.approx(values[:, 3:] * 35e-3)
+    assert "tau_meas in V times the torque constant 35 N/V" in finding(given, "units").text
+
+
+def test_volts_and_amperes_are_not_taken_for_each_other(tmp_path: Path) -> None:
+    names, _, values = columns(motion())
+    path, units = tmp_path / "a.csv", ["s", "rad", "rad", "V", "V"]
+    told = read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/V"}))
+    assert told.tau == pytest.approx(values[:, 3:] * 3.0)
+    with pytest.raises(LogError, match=r"is in V, torque_constant is '3 N m/A'"):
+        read_log(write_csv(path, names, units, values, {"torque_constant": "3 N m/A"}))
+    with pytest.raises(LogError, match="in A on some axes, in V on others"):
+        read_log(write_csv(path, names, ["s", "rad", "rad", "V", "A"], values))
