@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import read_log
-from tests.diagnosis.made import Array, plain_csv
 from tests.diagnosis.logs.test_faults import finding
+from tests.diagnosis.made import Array, plain_csv
 
 RATE = 93.0
 """Of a controller that sends in steps of 2 ms, about every 10.75 ms."""

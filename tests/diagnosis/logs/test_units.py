@@ -9,8 +9,8 @@ import pytest
 
 from flexhex.diagnosis.logs import Options, read_log
 from flexhex.fmus.common.errors import LogError
-from tests.diagnosis.made import TS, columns, motion, write_csv
 from tests.diagnosis.logs.test_faults import finding
+from tests.diagnosis.made import TS, columns, motion, write_csv
 
 
 @pytest.mark.parametrize(
