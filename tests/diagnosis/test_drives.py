@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis import workflow
 from flexhex.diagnosis.basemodels.base import Motion
-from flexhex.diagnosis.drives.drives import drives, late
+from flexhex.diagnosis.drives import drives, late
 from flexhex.diagnosis.drives.path import PathBase, driven
 from flexhex.diagnosis.jointfit.found import Found
 from flexhex.diagnosis.runs.blocks import Run, Signal
