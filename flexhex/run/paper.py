@@ -41,14 +41,19 @@ PLOTTED = {"adaptive": ("feedback.tau", "F.tau_ff", "K.p", "K.p_std")}
 """Further signals that the report plots, by case."""
 SAVED = {
     "fit": (*MEASURED, *FAULTS),
+    "repeatability": FAULTS,
     "feedback": (*JUDGED, *MEASURED, *FAULTS),
     "fixed": (*JUDGED, *MEASURED, *FAULTS),
     "adaptive": (*JUDGED, *MEASURED, "K.p", "K.p_std", *FAULTS),
 }
 """Signals that the files of these cases hold: for identify, diagnose and compare."""
-SAVED_ACTUATORS = {"fit": ("plant.theta", "plant.tau_meas", *FAULTS), "repeatability": FAULTS}
+SAVED_ACTUATORS = {
+    "fit": ("plant.theta", "plant.tau_meas", *FAULTS),
+    **dict.fromkeys(("feedback", "fixed", "adaptive", "repeatability"), FAULTS),
+}
+"""The same of the actuators alone."""
 SAVED_ELSE = ("feedback.e", *FAULTS)
-"""The same for all other cases: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
+"""The same for the variants: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
 
 
 def paper_run(
