@@ -26,7 +26,7 @@ from flexhex.output.live import live
 
 @dataclass(frozen=True)
 class Targets:
-    """Files to be written: the robot's file or a table, an FMU, a motion that tells more."""
+    """Files to be written: the robot's file or a table, an FMU, a motion that determines more."""
 
     values: Path | None = None
     fmu: Path | None = None
