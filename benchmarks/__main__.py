@@ -51,18 +51,18 @@ def main(arguments: list[str] | None = None) -> int:
         help="only compare with a revision of git, or with the recorded one; fails on what has"
         f" become slower by more than {against.WORSE - 1:.0%}".replace("%", " %%"),
     )
-    asked = parser.parse_args(arguments)
-    if asked.rounds < 3:
-        parser.error(f"--rounds {asked.rounds}: at least 3, a median of fewer says nothing")
+    options = parser.parse_args(arguments)
+    if options.rounds < 3:
+        parser.error(f"--rounds {options.rounds}: at least 3, a median of fewer says nothing")
     try:
-        if asked.against:
-            found = versus(asked.against, asked.only)
+        if options.against:
+            found = versus(options.against, options.only)
         else:
-            found = collect(asked.only, asked.rounds, asked.long)
+            found = collect(options.only, options.rounds, options.long)
     except FlexhexError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 3
-    if asked.json:
+    if options.json:
         print(json.dumps(found, default=_plain, indent=1))
     else:
         tables.show(found, Console(width=None if sys.stdout.isatty() else 130))

@@ -25,7 +25,7 @@ def symbol(function: ca.Function, room: str, identifier: str) -> str:
     """C symbol of a function: `<identifier>_<what>_sx`, unique among all FMUs."""
     name = function.name()
     if not name.startswith(f"{room}_"):
-        raise BuildError(f"function {name!r} of room {room!r} must be called {room}_<what>")
+        raise BuildError(f"function {name!r} of fmus/{room} must be called {room}_<what>")
     return f"{identifier}_{name.removeprefix(room + '_')}_sx"
 
 

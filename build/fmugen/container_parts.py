@@ -39,9 +39,9 @@ class Part:
 
     @cached_property
     def texts(self) -> dict[str, str]:
-        """Sources of the room alone, without the adapter and the table of variables.
+        """Sources of the FMU's folder alone, without the adapter and the table of variables.
 
-        Headers wear the FMU's name, since several rooms have an effects.h.
+        Headers wear the FMU's name, since several FMUs have an effects.h.
         """
         name = self.interface.name
         shared = {p.name for p in RUNTIME.glob("*.[ch]")} | {*FMI_HEADERS, CONFIG}

@@ -24,7 +24,7 @@ enum {{
   MOST_INPUTS = {most}
 }};
 
-/* a room and where its numbers stand in the container's arrays, counted in doubles */
+/* a part and where its numbers stand in the container's arrays, counted in doubles */
 typedef struct {{
   const char *name;
   const flexhex_room *room;
@@ -58,7 +58,7 @@ static const size_t shown[N_SHOWN] = {{
 
 
 def parts_header(container: Container, sizes: Mapping[str, int]) -> str:
-    """Text of `controller_parts.h`; sizes: doubles in a room's state, by FMU name.
+    """Text of `controller_parts.h`; sizes: doubles in a part's state, by FMU name.
 
     Raises InterfaceError for an input that is fed by nothing or from nowhere.
     """

@@ -44,8 +44,8 @@ def build_fmu(
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
-    functions: the equations, or the C that was generated from them before. The room is step_c's
-    folder; its own headers are included. Object files are kept in `cache` (default
+    functions: the equations, or the C that was generated from them before. The headers in step_c's
+    folder are included. Object files are kept in `cache` (default
     `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
     platforms: for which computers, as in `flexhex.fmugen.platforms`; default: this one.
     more: further sources by file name, compiled along.

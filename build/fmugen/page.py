@@ -28,7 +28,7 @@ def page(
     base_step: float,
     readme: str,
 ) -> str:
-    """The page; readme: the room's README (Markdown), empty without one."""
+    """The page; readme: that of the FMU's folder (Markdown), empty without one."""
     name = html.escape(interface.name)
     parts = [
         f"<h1>{name}</h1><p>{html.escape(interface.description)}.</p>",
@@ -37,7 +37,7 @@ def page(
         f"<h2>Variables</h2>{_table(interface)}",
         f"<h2>Equations</h2>{_equations(operations, room)}",
         _importing(interface),
-        f"<h2>About the room</h2>{''.join(markdown(readme))}" if readme else "",
+        f"<h2>About this FMU</h2>{''.join(markdown(readme))}" if readme else "",
     ]
     return (
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'><title>{name}</title>"
@@ -108,7 +108,7 @@ def _importing(interface: Interface) -> str:
     return (
         "<h2>Faults and sources</h2><p>A value that is no number or out of range, and a call at"
         " the wrong time, is refused (fmi2Error) and changes nothing; the output <code>fault</code>"
-        " is 1 from then on until fmi2Reset. 2 and above come from the room, see below.</p>"
+        " is 1 from then on until fmi2Reset. 2 and above are this FMU's own, see below.</p>"
         f"<p>The sources build with one call:</p><pre>{build}</pre>"
         "<p>or with <code>cmake -S sources -B build &amp;&amp; cmake --build build</code>. With"
         " <code>-DFLEXHEX_STATIC</code> all functions wear the FMU's name, so that several FMUs"

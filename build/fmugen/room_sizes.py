@@ -1,4 +1,4 @@
-"""How large the states of rooms are: asked of the compiled rooms themselves."""
+"""Sizes of the states of FMUs, as their compiled step.c gives them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ size_t room_state(int k) {{
 
 
 def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> list[int]:
-    """Doubles that hold the state of each `<name>_room`; texts: the rooms' sources, by file name.
+    """Doubles that hold the state of each `<name>_room`; texts: their sources, by file name.
 
     The sizes hold where `size_t`, `int` and pointers are not larger than here; container.c
     refuses to start elsewhere. Raises BuildError when the compiler fails.
@@ -43,5 +43,5 @@ def state_sizes(rooms: Sequence[str], texts: Mapping[str, str], cache: Path) -> 
         library = ctypes.CDLL(str(link_shared(objects, work / "probe.so").resolve()))
         library.room_state.restype = ctypes.c_size_t
         bytes_ = [library.room_state(k) for k in range(len(rooms))]
-    # whole doubles, sixteen bytes at least: no room's numbers share a line with the next one's
+    # whole doubles, sixteen bytes at least: no FMU's numbers share a cache line with the next one's
     return [(size + 15) // 16 * 2 for size in bytes_]

@@ -1,4 +1,4 @@
-"""Build the FMU of a room for a machine, with other start values if wanted."""
+"""Build FMUs from their folders in `fmus/`, with other start values if wanted."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ ROOMS = (
     "reference", "pose", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator",
 )  # fmt: skip
 _OF_PLATFORM = ("pose",)
-"""Rooms that a machine without a platform does not have."""
+"""FMUs that a machine without a platform does not have."""
 
 
 def rooms(machine: Machine) -> tuple[str, ...]:
-    """The rooms of a machine."""
+    """Folders of the FMUs of a machine."""
     return tuple(room for room in ROOMS if machine.has_platform or room not in _OF_PLATFORM)
 
 
@@ -70,14 +70,14 @@ def with_starts(interface: Interface, starts: Starts) -> Interface:
 
 
 def room_interface(room: str, machine: Machine, starts: Starts | None = None) -> Interface:
-    """Interface of a room for a machine, with start values replaced."""
+    """Interface of an FMU for a machine, with start values replaced."""
     module: Any = importlib.import_module(f"flexhex.fmus.{room}.interface")
     with SYMBOLIC:
         return with_starts(module.interface(machine), starts or {})
 
 
 def step_file(room: str) -> Path:
-    """The hand-written step.c of a room."""
+    """The hand-written step.c of an FMU."""
     return Path(fmus.__path__[0]) / room / "step.c"
 
 
@@ -91,7 +91,10 @@ def machine_interface(machine: Machine, truth: Path) -> Interface:
 
 @dataclass(frozen=True)
 class Source:
-    """What an FMU is built from: a room and a machine; with a truth file, machine.fmu."""
+    """What an FMU is built from: a folder and a machine; with a truth file, machine.fmu.
+
+    room: name of the folder in `fmus/`.
+    """
 
     room: str
     machine: Machine
@@ -109,7 +112,7 @@ class Source:
         return with_starts(machine_interface(self.machine, self.truth), starts or {})
 
     def functions(self) -> Sequence[ca.Function]:
-        """The equations; CasADi needs seconds for those of some rooms."""
+        """The equations; CasADi needs seconds for some."""
         with SYMBOLIC:
             if self.truth is None:
                 module: Any = importlib.import_module(f"flexhex.fmus.{self.room}.equations")
@@ -120,7 +123,7 @@ class Source:
             return real.functions(self.machine, real.load_truth(self.truth))
 
     def headers(self) -> dict[str, str]:
-        """C headers of machine.fmu that its room's folder does not hold."""
+        """C headers of machine.fmu that the plant's folder does not hold."""
         folder = Path(fmus.__path__[0], "machine")
         listed = sorted(folder.glob("*.h")) if self.truth else []
         return {path.name: path.read_text(encoding="utf-8") for path in listed}

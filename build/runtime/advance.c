@@ -48,7 +48,7 @@ static double time_of(const flexhex_instance *m, int64_t step) {
   return m->head->start_time + (double)step * FLEXHEX_MODEL.base_step;
 }
 
-/* A fault of the room that was not there a period ago */
+/* A fault of step.c that was not there a period ago */
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
   if (fault != before && fault != 0.0) {

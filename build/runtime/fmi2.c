@@ -34,7 +34,7 @@ static size_t total(flexhex_kind from, flexhex_kind to) {
   return n;
 }
 
-/* A room's struct is as large as its variables; one without any holds a single double. */
+/* A struct of step.c is as large as its variables; one without any holds a single double. */
 static bool fits(size_t bytes, size_t n) {
   return bytes == (n ? n : 1) * sizeof(double);
 }

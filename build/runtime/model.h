@@ -1,4 +1,4 @@
-/* The generated table that drives the adapter: which variables an FMU has, and which room. */
+/* The generated table that drives the adapter: which variables an FMU has, and which step.c. */
 #ifndef FLEXHEX_MODEL_H
 #define FLEXHEX_MODEL_H
 

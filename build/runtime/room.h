@@ -28,7 +28,7 @@ typedef struct {
 } flexhex_room;
 
 /* Defines `const flexhex_room <name>_room`, the only symbol that a step.c exports. The thunks
-   turn the adapter's untyped pointers into the generated structs: calling the room's functions
+   turn the adapter's untyped pointers into the generated structs: calling step.c's functions
    through cast function pointers would be undefined. */
 #define FLEXHEX_ROOM(name, state_type, start_function, tick_function)                              \
   static bool name##_start_thunk(const void *p, void *s, void *y, char *message, size_t size) {    \

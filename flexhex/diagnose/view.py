@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console, Group
 
-from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.words import title, verdict, where
 from flexhex.diagnosis.verdict import Diagnosis, Gap, Named, rms
@@ -33,7 +33,7 @@ GAP = ("axis", "torque", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
-def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) -> None:
+def print_diagnosis(found: Diagnosis, invocation: Invocation, out: Console | None = None) -> None:
     """Verdict, effects, rivals, parameters, gap, notes, findings, what to do next."""
     out = out or Console()
     say(out, verdict(found), STYLES.get(found.verdict, "bold"))
@@ -49,17 +49,17 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
-    _print_steps(out, found, asked)
+    _print_steps(out, found, invocation)
 
 
-def print_applied(found: Diagnosis, report: Path, asked: Asked) -> None:
+def print_applied(found: Diagnosis, report: Path, invocation: Invocation) -> None:
     """What was written, after the summary was shown already."""
     out = Console()
     for text in shown_lines(found.shown):
         say(out, text)
     if found.machine:
         say(out, f"machine  {found.machine}")
-    _print_steps(out, found, asked)
+    _print_steps(out, found, invocation)
     say(out, f"report   {report}")
 
 
@@ -195,8 +195,8 @@ def _print_findings(out: Console, findings: Sequence[str]) -> None:
         say(out, f"  and {len(findings) - MOST_FINDINGS} more in the report")
 
 
-def _print_steps(out: Console, found: Diagnosis, asked: Asked) -> None:
-    steps = next_steps(found, asked)
+def _print_steps(out: Console, found: Diagnosis, invocation: Invocation) -> None:
+    steps = next_steps(found, invocation)
     if steps:
         out.print("\n[bold]What to do next[/]")
     for text, words in steps:

@@ -47,7 +47,7 @@ class Builder:
         return load_machine(self.machine_file)
 
     def check(self) -> None:
-        """Make all but the C code: MachineError names file and field of what a room refuses."""
+        """Make all but the C code: MachineError names file and field of what an FMU refuses."""
         path, truth = self.machine_file, self.truth
         makers = {room: partial(room_interface, room, self.machine) for room in rooms(self.machine)}
         for room, make in makers.items():

@@ -72,7 +72,7 @@ def test_hexapod_instance_overrules_room() -> None:
 
 def test_hexapod_missing_room_is_named() -> None:
     without = {name: room for name, room in rooms().items() if name != "filter"}
-    with pytest.raises(InterfaceError, match="W: no interface given for the room 'filter'"):
+    with pytest.raises(InterfaceError, match="W: no interface given for the FMU 'filter'"):
         hexapod(without)
 
 

@@ -1,6 +1,6 @@
 """The effects of one machine side by side: their gains, states and columns as vectors.
 
-A bank lists, entry by entry and axis by axis, what a room needs: `known` what the estimator
+A bank lists, entry by entry and axis by axis, what an FMU needs: `known` what the estimator
 adapts and the feedforward compensates, `real` all that the plant has.
 """
 
@@ -99,7 +99,7 @@ class Bank:
 
     @property
     def constants(self) -> dict[str, int]:
-        """Sizes for the C of a room; nothing without effects."""
+        """Sizes for the C of an FMU; nothing without effects."""
         if not self:
             return {}
         return {"N_EFFECT": self.n_gains, "N_EFFECT_STATE": self.n_states}
@@ -180,7 +180,7 @@ def instant(at: ca.SX, n: int) -> tuple[Signals, ...]:
 
 
 def followers(bank: Bank, room: str) -> list[ca.Function]:
-    """What a room needs that follows a motion sample by sample.
+    """What an FMU needs that follows a motion sample by sample.
 
     <room>_effect_start(theta) -> state (n_states,)
     <room>_effect_advance(before, now, state, Ts) -> state_next: instants as in `instant`
