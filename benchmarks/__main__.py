@@ -14,15 +14,15 @@ from typing import Any
 from rich.console import Console
 
 from benchmarks import adapter, against, growth, kalman, loop, mechanism, plant, tables, waits
+from benchmarks.blocks import operations
 from benchmarks.clock import Row, pin
-from benchmarks.rooms import operations
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from results.record import computer
 
 MACHINE_FILE = Path("machines") / "tflex.toml"
-ROOMS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
+BLOCKS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
 ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "N": mechanism.step_N,
     "chain": mechanism.chain_row,
@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def versus(revision: str, only: str | None) -> dict[str, Any]:
     """What has become of the speed since a revision."""
-    keys = [only] if only else [*against.ROOMS, *against.WAITS]
+    keys = [only] if only else [*against.BLOCKS, *against.WAITS]
     before = pin()
     try:
         return {"where": computer(), "rows": [], "changes": against.compare(revision, keys)}
@@ -96,7 +96,7 @@ def collect(only: str | None, rounds: int, long: bool = False) -> dict[str, Any]
         if "profile" in wanted:
             ssp = loop.system(MACHINE_FILE)
             found["profile"] = loop.where(ssp)
-            found["operations"] = {room: operations(room, machine) for room in ROOMS}
+            found["operations"] = {block: operations(block, machine) for block in BLOCKS}
         return found
     finally:
         if before:

@@ -62,7 +62,7 @@ _CONNECTIONS = (
     ("W.tau_f", "K.tau_f"),
 )
 
-INSTANCES = {instance: room for instance, (room, _) in _LAYOUT.items()}
+INSTANCES = {instance: block for instance, (block, _) in _LAYOUT.items()}
 """Component of the loop -> FMU folder it is built from."""
 TORQUE_PATH = ("reference", "N_F", "F", "feedback", "plant")
 _PATHS = (TORQUE_PATH, ("W", "N_E", "K"), ("W", "K"))
@@ -89,10 +89,10 @@ def hexapod(
         connections.append((f"{PLAYER}.payload", "plant.payload"))
         wanted = [v.name for v in player.outputs if v.name not in ("payload", "fault")]
         connections += [(f"{PLAYER}.{name}", f"reference.{name}") for name in wanted]
-    for instance, (room, box) in _LAYOUT.items():
-        interface = interfaces.get(instance) or interfaces.get(room)
+    for instance, (block, box) in _LAYOUT.items():
+        interface = interfaces.get(instance) or interfaces.get(block)
         if interface is None:
-            raise InterfaceError(f"{instance}: no interface given for the FMU {room!r}")
+            raise InterfaceError(f"{instance}: no interface given for the FMU {block!r}")
         source = (sources or {}).get(instance, "")
         components.append(Component(instance, interface, source, box))
     connected = {start for start, _ in connections}

@@ -51,16 +51,16 @@ def build_fmu(
     more: further sources by file name, compiled along.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """
-    room, identifier = step_c.parent.name, interface.name
+    block, identifier = step_c.parent.name, interface.name
     texts = {**_runtime(), **(more or {})}
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
     if isinstance(functions, Generated):
         made = functions
     else:
-        made = Generated.of(interface, functions, room)
+        made = Generated.of(interface, functions, block)
     texts[CONFIG] = sources.config(identifier)
-    texts[f"{room}.h"] = made.header
+    texts[f"{block}.h"] = made.header
     texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
     if made.source:
         texts[f"{identifier}_casadi.c"] = made.source
@@ -79,7 +79,7 @@ def build_fmu(
             files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
-    text = page(interface, made.operations, room, base_step, about)
+    text = page(interface, made.operations, block, base_step, about)
     files["documentation/index.html"] = text.encode()
     files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)

@@ -24,7 +24,7 @@ BUILD = "cc -std=c99 -O2 -ffp-contract=off -shared -fPIC sources/*.c -lm -o {nam
 def page(
     interface: Interface,
     operations: Sequence[Operations],
-    room: str,
+    block: str,
     base_step: float,
     readme: str,
 ) -> str:
@@ -35,7 +35,7 @@ def page(
         f"<p><img src='../model.png' alt='{name} with its inputs and outputs'></p>",
         _timing(interface, base_step),
         f"<h2>Variables</h2>{_table(interface)}",
-        f"<h2>Equations</h2>{_equations(operations, room)}",
+        f"<h2>Equations</h2>{_equations(operations, block)}",
         _importing(interface),
         f"<h2>About this FMU</h2>{''.join(markdown(readme))}" if readme else "",
     ]
@@ -88,17 +88,17 @@ def _row(v: Variable) -> tuple[str, ...]:
     return (name, kind, unit, shown, *limits, start, text)
 
 
-def _equations(operations: Sequence[Operations], room: str) -> str:
+def _equations(operations: Sequence[Operations], block: str) -> str:
     if not operations:
-        return f"<p>None: <code>fmus/{room}/step.c</code> does without.</p>"
+        return f"<p>None: <code>fmus/{block}/step.c</code> does without.</p>"
     rows = "".join(
         f"<tr><td><code>{html.escape(o.function)}({', '.join(o.ins)})</code></td>"
         f"<td>{', '.join(o.outs)}</td><td>{o.count}</td></tr>"
         for o in operations
     )
     return (
-        f"<p>From <code>fmus/{room}/equations.py</code> (CasADi), as straight-line C in"
-        f" <code>sources/</code>; <code>fmus/{room}/step.c</code> decides when each is used.</p>"
+        f"<p>From <code>fmus/{block}/equations.py</code> (CasADi), as straight-line C in"
+        f" <code>sources/</code>; <code>fmus/{block}/step.c</code> decides when each is used.</p>"
         f"<table><tr><th>function</th><th>gives</th><th>operations</th></tr>{rows}</table>"
     )
 

@@ -21,15 +21,15 @@ static int64_t period_of(flexhex_instance *m) {
 }
 
 bool flexhex_start(flexhex_instance *m) {
-  const flexhex_room *room = FLEXHEX_MODEL.room;
+  const flexhex_block *block = FLEXHEX_MODEL.block;
   char message[256] = "";
   m->head->period = period_of(m);
   if (m->head->period == 0) {
     return false;
   }
   memset(m->pending, 0, m->n_outputs * sizeof *m->pending);
-  memset(m->state, 0, room->state);
-  if (!room->start(m->values, m->state, m->pending, message, sizeof message)) {
+  memset(m->state, 0, block->state);
+  if (!block->start(m->values, m->state, m->pending, message, sizeof message)) {
     (void)flexhex_refuse(m, "%s", message[0] ? message : "a parameter is wrong");
     return false;
   }
@@ -67,7 +67,7 @@ static void advance(flexhex_instance *m, int64_t end) {
   for (int64_t now = head->step; now < end;) {
     const int64_t ticks = now / head->period;
     if (now > 0 && now == ticks * head->period) {
-      FLEXHEX_MODEL.room->tick(m->values, m->inputs, m->state, m->pending);
+      FLEXHEX_MODEL.block->tick(m->values, m->inputs, m->state, m->pending);
     }
     now = (ticks + 1) * head->period;
     if (now <= end) {

@@ -13,7 +13,7 @@ from flexhex.diagnosis.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import read_log
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.progress import Progress
 from flexhex.run.actuators import actuators_builder
@@ -151,7 +151,7 @@ class Runs:
     def fitted(self, seconds: float) -> tuple[Fit, Outcome]:
         """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
         machine, name = self.builder.machine, self.builder.machine.name
-        self.progress.stage(f"building the FMUs of {name}", len(ROOMS), "FMUs")
+        self.progress.stage(f"building the FMUs of {name}", len(BLOCKS), "FMUs")
         self.builder.systems()
         case = fit_case(machine, whole_moves(machine, seconds))
         self.progress.stage("simulating the data for the fit", case.duration)
