@@ -14,15 +14,15 @@ from typing import Any
 from rich.console import Console
 
 from benchmarks import adapter, against, growth, kalman, loop, mechanism, plant, tables, waits
+from benchmarks.blocks import operations
 from benchmarks.clock import Row, pin
-from benchmarks.rooms import operations
 from flexhex.fmus.common.errors import FlexhexError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from results.record import computer
 
 MACHINE_FILE = Path("machines") / "tflex.toml"
-ROOMS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
+BLOCKS = ("kinematics", "feedforward", "estimator", "plant", "filter", "reference", "feedback")
 ROWS: dict[str, Callable[[Machine, int], Row]] = {
     "N": mechanism.step_N,
     "chain": mechanism.chain_row,
@@ -51,18 +51,18 @@ def main(arguments: list[str] | None = None) -> int:
         help="only compare with a revision of git, or with the recorded one; fails on what has"
         f" become slower by more than {against.WORSE - 1:.0%}".replace("%", " %%"),
     )
-    asked = parser.parse_args(arguments)
-    if asked.rounds < 3:
-        parser.error(f"--rounds {asked.rounds}: at least 3, a median of fewer says nothing")
+    options = parser.parse_args(arguments)
+    if options.rounds < 3:
+        parser.error(f"--rounds {options.rounds}: at least 3, a median of fewer says nothing")
     try:
-        if asked.against:
-            found = versus(asked.against, asked.only)
+        if options.against:
+            found = versus(options.against, options.only)
         else:
-            found = collect(asked.only, asked.rounds, asked.long)
+            found = collect(options.only, options.rounds, options.long)
     except FlexhexError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 3
-    if asked.json:
+    if options.json:
         print(json.dumps(found, default=_plain, indent=1))
     else:
         tables.show(found, Console(width=None if sys.stdout.isatty() else 130))
@@ -72,7 +72,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def versus(revision: str, only: str | None) -> dict[str, Any]:
     """What has become of the speed since a revision."""
-    keys = [only] if only else [*against.ROOMS, *against.WAITS]
+    keys = [only] if only else [*against.BLOCKS, *against.WAITS]
     before = pin()
     try:
         return {"where": computer(), "rows": [], "changes": against.compare(revision, keys)}
@@ -96,7 +96,7 @@ def collect(only: str | None, rounds: int, long: bool = False) -> dict[str, Any]
         if "profile" in wanted:
             ssp = loop.system(MACHINE_FILE)
             found["profile"] = loop.where(ssp)
-            found["operations"] = {room: operations(room, machine) for room in ROOMS}
+            found["operations"] = {block: operations(block, machine) for block in BLOCKS}
         return found
     finally:
         if before:

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.blocks import CACHE, HERE, harness, starts
 from benchmarks.clock import Rival, Row, measure
-from benchmarks.rooms import CACHE, HERE, harness, starts
+from flexhex.fmugen.blocks import block_interface, build_block
 from flexhex.fmugen.compile import HIDDEN, LOOPS, STRICT, compile_object, link_shared
 from flexhex.fmugen.fmu import FMI
-from flexhex.fmugen.rooms import build_room, room_interface
 from flexhex.fmugen.sources import variables
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.ssp.fmu import binary_path, read_fmu
@@ -66,8 +66,8 @@ class Slave:
 
 def ours(machine: Machine) -> Slave:
     """The estimator's FMU, which waits: its t_start is never reached."""
-    interface = room_interface("estimator", machine)
-    file = build_room("estimator", machine, CACHE / "fmus", {"t_start": 1e6}, CACHE)
+    interface = block_interface("estimator", machine)
+    file = build_block("estimator", machine, CACHE / "fmus", {"t_start": 1e6}, CACHE)
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(file) as archive:
         library = ctypes.CDLL(archive.extract(binary_path("estimator"), folder))
     guid = read_fmu(file.read_bytes(), file.name).guid

@@ -26,7 +26,7 @@ TURNS = 5
 RECORDED = "recorded"
 """Stands for the revision that results/speed.json was measured at."""
 SPEED = Path("results") / "speed.json"
-ROOMS = ("N", "chain", "kalman", "plant", "adapter")
+BLOCKS = ("N", "chain", "kalman", "plant", "adapter")
 """Benchmarks in C; the old tree measures its own with its own benchmarks."""
 WAITS = ("help", "check", "warm", "quick")
 

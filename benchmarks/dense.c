@@ -114,4 +114,4 @@ static void tick(const dense_parameters *p, const dense_inputs *u, void *s, dens
   dense_step(u, y, p->Ts);
 }
 
-FLEXHEX_ROOM(dense, state, start, tick)
+FLEXHEX_BLOCK(dense, state, start, tick)

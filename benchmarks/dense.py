@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from benchmarks.rooms import HERE, Array, Instance, library
+from benchmarks.blocks import HERE, Array, Instance, library
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.constraints import constraints

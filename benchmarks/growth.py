@@ -7,9 +7,9 @@ import dataclasses
 import casadi as ca
 import numpy as np
 
+from benchmarks.blocks import Instance, library
 from benchmarks.clock import Rival, Timing, measure
-from benchmarks.rooms import Instance, library
-from flexhex.fmugen.rooms import room_interface, step_file
+from flexhex.fmugen.blocks import block_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.estimator.equations import row_width
@@ -21,7 +21,7 @@ def wider(machine: Machine, n_p: int) -> tuple[Interface, list[ca.Function]]:
     """The estimator with n_p parameters: those beyond the machine's are more actuator terms,
     each in one row alone, as those of an effect of the drives are. Its regressor costs little:
     the inputs multiplied by constants; what grows is the filter."""
-    known = room_interface("estimator", machine)
+    known = block_interface("estimator", machine)
     n, own, narrow = machine.n_arms, known.constants["N_P"], row_width(machine)
     alone = (own - narrow) // (n - 1)  # what each row has for itself; the rest is shared by all
     shared, each = narrow - alone, alone + (n_p - own) // n

@@ -9,7 +9,7 @@
 #include <time.h>
 
 #include "fmi2FunctionTypes.h"
-#include "room.h"
+#include "block.h"
 
 static double now_ns(void) {
   struct timespec t;
@@ -17,18 +17,18 @@ static double now_ns(void) {
   return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 
-/* One instance of a room; rows of inputs are taken in turn. */
+/* One instance of a block; rows of inputs are taken in turn. */
 typedef struct {
-  const flexhex_room *room;
+  const flexhex_block *block;
   const void *p;
-  const double *u; /* (rows, inputs of the room) */
+  const double *u; /* (rows, inputs of the block) */
   void *s, *y;
   long rows, at;
 } instance;
 
 static void tick(instance *i) {
-  const size_t width = i->room->inputs / sizeof(double);
-  i->room->tick(i->p, i->u + (size_t)i->at * width, i->s, i->y);
+  const size_t width = i->block->inputs / sizeof(double);
+  i->block->tick(i->p, i->u + (size_t)i->at * width, i->s, i->y);
   i->at = (i->at + 1) % i->rows;
 }
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import casadi as ca
 import numpy as np
 
+from benchmarks.blocks import Array, block
 from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.motion import estimator_rows
-from benchmarks.rooms import Array, room
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.parameters import base_parameters
@@ -70,7 +70,7 @@ def rival(
 def kalman_row(machine: Machine, rounds: int) -> Row:
     """One tick of the estimator, regressor and filter."""
     rows = estimator_rows(machine)
-    K = room("estimator", machine, rows, t_start=0.0)
+    K = block("estimator", machine, rows, t_start=0.0)
     H, y = normalised_rows(machine, rows)
     rivals = [Rival("E + K", K.ticks), *(rival(machine, H, y, u) for u in (textbook, joseph))]
     timings = [*measure(rivals, rounds), Timing("paper", 11e6, 11e6, "its own computer")]

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.blocks import block, harness
 from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.dense import dense
 from benchmarks.motion import feedforward_rows, kinematics, motion, poses
-from benchmarks.rooms import harness, room
 from flexhex.fmus.common.machine.machine import Machine
 
 
@@ -40,7 +40,7 @@ def chain(machine: Machine) -> Callable[[int], float]:
     N_F, N_E = kinematics(machine), kinematics(machine)
     N_E.ticks(500)
     seen = poses(machine, 1)
-    F = room("feedforward", machine, feedforward_rows(machine, seen))
+    F = block("feedforward", machine, feedforward_rows(machine, seen))
     parts = (N_F, N_E, F)
 
     def run(count: int) -> float:
@@ -55,7 +55,7 @@ def chain(machine: Machine) -> Callable[[int], float]:
 def chain_row(machine: Machine, rounds: int) -> Row:
     """N_F + N_E + F against MuJoCo's inverse dynamics of the opened mechanism."""
     seen = poses(machine, 100)
-    F = room("feedforward", machine, feedforward_rows(machine, seen))
+    F = block("feedforward", machine, feedforward_rows(machine, seen))
     rivals = [Rival("N_F + N_E + F", chain(machine)), Rival("F alone", F.ticks)]
     notes = []
     try:

@@ -1,11 +1,11 @@
-"""One smooth periodic motion for all benchmarks, and what the rooms see of it."""
+"""One smooth periodic motion for all benchmarks, and what the blocks see of it."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
 
-from benchmarks.rooms import Array, Instance, room
+from benchmarks.blocks import Array, Instance, block
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.parameters import base_parameters
@@ -30,7 +30,7 @@ def motion(Ts: float, rows: int = ROWS, n: int = 6) -> tuple[Array, Array, Array
 
 def kinematics(machine: Machine) -> Instance:
     """N along the motion."""
-    return room("kinematics", machine, np.hstack(motion(machine.timing.feedforward)))
+    return block("kinematics", machine, np.hstack(motion(machine.timing.feedforward)))
 
 
 def poses(machine: Machine, rows: int, every: int = 1) -> Array:
@@ -52,7 +52,7 @@ def feedforward_rows(machine: Machine, seen: Array) -> Array:
 
 def torques(machine: Machine, seen: Array) -> Array:
     """tau (rows, 6) [N m] of the poses, by F."""
-    F = room("feedforward", machine, feedforward_rows(machine, seen))
+    F = block("feedforward", machine, feedforward_rows(machine, seen))
     found = []
     for _ in seen:
         F.ticks(1)

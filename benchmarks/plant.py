@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.blocks import Array, Instance, block
 from benchmarks.clock import Rival, Row, Run, measure
 from benchmarks.motion import ROWS, poses, torques
-from benchmarks.rooms import Array, Instance, room
 from flexhex.fmus.common.machine.machine import Machine
 
 FINE = 32
@@ -28,7 +28,7 @@ def torque_rows(machine: Machine) -> Array:
 
 def plant(machine: Machine, rows: Array, scheme: str, **parameters: float) -> Instance:
     """A plant that integrates by one of SCHEMES."""
-    return room("plant", machine, rows, SCHEMES[scheme], **parameters)
+    return block("plant", machine, rows, SCHEMES[scheme], **parameters)
 
 
 def path(one: Instance, ticks: int = 2000) -> Array:

@@ -24,11 +24,11 @@ import fmpy
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
-DRAWN = (*ROOMS, "machine")
+DRAWN = (*BLOCKS, "machine")
 """FMUs of every build, with a README and a plot."""
 EXPORT = "flexhex export out/hexapod.ssp --trajectory examples/motion.csv writes it"
 COLOURS = ("#1f6fb2", "#d1731d", "#2e8b57", "#8a4fb0", "#b03a48", "#555555")

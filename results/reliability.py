@@ -17,9 +17,9 @@ KINDS = ("named", "set", "changed", "unknown", "none")
 
 def counts(cases: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, int]]:
     """Right answers and all, by verdict, of cases with repeats and several trajectories."""
-    told = [c for c in cases if not c["alone"]]
-    right = Counter(c["verdict"] for c in told if true(c))
-    of = Counter(str(c["verdict"]) for c in told if c["verdict"] in KINDS)
+    scored = [c for c in cases if not c["alone"]]
+    right = Counter(c["verdict"] for c in scored if true(c))
+    of = Counter(str(c["verdict"]) for c in scored if c["verdict"] in KINDS)
     return {verdict: {"right": right[verdict], "of": of[verdict]} for verdict in sorted(of)}
 
 

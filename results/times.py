@@ -60,8 +60,8 @@ def profile(found: Found) -> str:
 def operations(found: Found) -> str:
     """Operations of the generated functions that run at every tick."""
     rows = [
-        [room, name, str(count)]
-        for room, functions in found["operations"].items()
+        [block, name, str(count)]
+        for block, functions in found["operations"].items()
         for name, count in functions.items()
     ]
     return markdown(("FMU", "generated function", "operations"), rows)

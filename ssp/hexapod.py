@@ -8,7 +8,7 @@ from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface
 from flexhex.ssp.system import BASE_STEP, Box, Component, System
 
-# name: room, box; [SH, Fig. 3]: the reference on the left, N_F and F above, C and P in the
+# name: FMU, box; [SH, Fig. 3]: the reference on the left, N_F and F above, C and P in the
 # middle, and below, from right to left, W, N_E and K (with E).
 _LAYOUT: dict[str, tuple[str, Box]] = {
     "reference": ("reference", (0, 160, 100, 240)),
@@ -62,7 +62,7 @@ _CONNECTIONS = (
     ("W.tau_f", "K.tau_f"),
 )
 
-INSTANCES = {instance: room for instance, (room, _) in _LAYOUT.items()}
+INSTANCES = {instance: block for instance, (block, _) in _LAYOUT.items()}
 """Component of the loop -> FMU folder it is built from."""
 TORQUE_PATH = ("reference", "N_F", "F", "feedback", "plant")
 _PATHS = (TORQUE_PATH, ("W", "N_E", "K"), ("W", "K"))
@@ -78,9 +78,9 @@ def hexapod(
 ) -> System:
     """The loop of [SH, Fig. 3]; with an interface `player` the one that follows wanted poses.
 
-    interfaces: by room (`kinematics` serves N_F and N_E) or by instance name, which wins.
+    interfaces: by FMU (`kinematics` serves N_F and N_E) or by instance name, which wins.
     sources: FMU file by instance name, where it is not `<interface name>.fmu`.
-    Raises InterfaceError for a room that is missing and for what `System` refuses.
+    Raises InterfaceError for an FMU that is missing and for what `System` refuses.
     """
     components, connections = [], list(_CONNECTIONS)
     if player := interfaces.get(PLAYER):
@@ -89,10 +89,10 @@ def hexapod(
         connections.append((f"{PLAYER}.payload", "plant.payload"))
         wanted = [v.name for v in player.outputs if v.name not in ("payload", "fault")]
         connections += [(f"{PLAYER}.{name}", f"reference.{name}") for name in wanted]
-    for instance, (room, box) in _LAYOUT.items():
-        interface = interfaces.get(instance) or interfaces.get(room)
+    for instance, (block, box) in _LAYOUT.items():
+        interface = interfaces.get(instance) or interfaces.get(block)
         if interface is None:
-            raise InterfaceError(f"{instance}: no interface given for the room {room!r}")
+            raise InterfaceError(f"{instance}: no interface given for the FMU {block!r}")
         source = (sources or {}).get(instance, "")
         components.append(Component(instance, interface, source, box))
     connected = {start for start, _ in connections}

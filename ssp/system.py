@@ -42,8 +42,8 @@ class Component:
     @property
     def variables(self) -> tuple[Variable, ...]:
         """Parameters, inputs and outputs in value-reference order."""
-        room = self.interface
-        return (*room.parameters, *room.inputs, *room.outputs)
+        block = self.interface
+        return (*block.parameters, *block.inputs, *block.outputs)
 
     def find(self, name: str) -> tuple[str, ...]:
         """Scalar names behind `theta` (the whole array) or `theta[3]`.

@@ -118,10 +118,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("systems", nargs="*", type=Path, default=SYSTEMS, metavar="SSP")
     parser.add_argument("--duration", type=float, default=20.0, help="time after the hold [s]")
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    asked = parser.parse_args(arguments)
-    seconds = asked.duration
-    found = {str(ssp): figures(ssp, seconds) for ssp in asked.systems}
-    if asked.json:
+    options = parser.parse_args(arguments)
+    seconds = options.duration
+    found = {str(ssp): figures(ssp, seconds) for ssp in options.systems}
+    if options.json:
         print(json.dumps({"seconds": seconds, "systems": found}))
         return
     for ssp, rows in found.items():

@@ -1,4 +1,4 @@
-"""Fixtures that all test rooms share: the machine, the built FMUs, the system descriptions."""
+"""Fixtures that all test blocks share: the machine, the built FMUs, the system descriptions."""
 
 from __future__ import annotations
 

@@ -12,11 +12,11 @@ import pytest
 from benchmarks import __main__ as command
 from benchmarks import kalman, tables
 from benchmarks.adapter import N, ours, switching
+from benchmarks.blocks import block
 from benchmarks.clock import Rival, Row, Timing, measure
 from benchmarks.dense import dense
 from benchmarks.growth import wider
 from benchmarks.motion import ROWS, estimator_rows, kinematics, motion
-from benchmarks.rooms import room
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.fmus.estimator.interface import normalisation, process_noise
@@ -51,7 +51,7 @@ def test_rival_filters_estimate_as_the_estimator_does(
 ) -> None:
     rows = estimator_rows(machine, 20)
     rows[:, -6:] += np.random.default_rng(3).normal(0, 0.1, (20, 6))
-    K = room("estimator", machine, rows, t_start=0.0)
+    K = block("estimator", machine, rows, t_start=0.0)
     H, y = kalman.normalised_rows(machine, rows)
     scale = normalisation(machine, base_parameters(machine))
     c = machine.control

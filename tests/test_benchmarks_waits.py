@@ -95,7 +95,7 @@ def test_command_fails_on_what_has_become_slower(
 
     monkeypatch.setattr(against, "compare", compare)
     assert command.main(["--against", "HEAD"]) == status
-    assert asked == [("HEAD", [*against.ROOMS, *against.WAITS])]
+    assert asked == [("HEAD", [*against.BLOCKS, *against.WAITS])]
     assert ("yes" in capsys.readouterr().out) == (status == 1)
 
 

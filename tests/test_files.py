@@ -58,7 +58,7 @@ def test_private_places_are_seen() -> None:
     assert not any(private_places("/".join(words)) for words in harmless)
 
 
-def test_readme_of_each_room_fits_a_screen() -> None:
+def test_readme_of_each_block_fits_a_screen() -> None:
     """It holds the table equation, function, variables, test."""
     readmes = sorted((ROOT / "fmus").glob("*/README.md"))
     assert len(readmes) >= 8

@@ -91,9 +91,9 @@ def forbidden(module: str, target: str) -> bool:
     ours, theirs = level(module), level(target)
     if theirs < 0 or target == "flexhex":
         return False
-    if ours == theirs == 1:  # two FMU rooms; machine.fmu is the plant with its truth
-        rooms = (module.split(".")[2], target.split(".")[2])
-        return rooms[0] != rooms[1] and rooms != ("machine", "plant")
+    if ours == theirs == 1:  # two FMU blocks; machine.fmu is the plant with its truth
+        blocks = (module.split(".")[2], target.split(".")[2])
+        return blocks[0] != blocks[1] and blocks != ("machine", "plant")
     return theirs > ours
 
 
@@ -109,14 +109,14 @@ def circle(imports: Mapping[str, set[str]]) -> list[str]:
 def folders(imports: Mapping[str, set[str]], inside: str) -> dict[str, set[str]]:
     """Imports between the folders (and loose files) directly inside a package."""
 
-    def room(name: str) -> str:
+    def block(name: str) -> str:
         return ".".join(name.split(".")[: inside.count(".") + 2])
 
     graph: dict[str, set[str]] = {}
     for name, targets in imports.items():
         if name.startswith(f"{inside}."):
-            near = {room(t) for t in targets if t.startswith(f"{inside}.")}
-            graph.setdefault(room(name), set()).update(near - {room(name)})
+            near = {block(t) for t in targets if t.startswith(f"{inside}.")}
+            graph.setdefault(block(name), set()).update(near - {block(name)})
     return graph
 
 

@@ -1,7 +1,7 @@
 """What was built before, kept under a hash of everything that it depends on.
 
     <cache>/fmus/         whole FMUs
-    <cache>/equations/    generated C of a room's equations
+    <cache>/equations/    generated C of an FMU's equations
     <cache>/objects/      object files and small libraries
 
 The cache is $FLEXHEX_CACHE, else $XDG_CACHE_HOME/flexhex, else ~/.cache/flexhex. It may be deleted

@@ -1,4 +1,4 @@
-/* Several rooms as one FMU. Every part keeps its own sample time, counted in base steps, and what
+/* Several blocks as one FMU. Every part keeps its own sample time, counted in base steps, and what
    passes between parts passes as between FMUs: sampled at k Ts, k >= 1, shown at (k + 1) Ts,
    refused when it is NaN or out of range. The table of parts is generated. */
 #include "controller.h"
@@ -15,7 +15,7 @@ typedef struct {
   double inputs[N_INPUTS];
   double pending[N_OUTPUTS]; /* what the parts have computed */
   double bus[N_OUTPUTS];     /* what they show */
-  double rooms[N_ROOMS];     /* the states of the parts, one behind the other */
+  double blocks[N_BLOCKS];   /* the states of the parts, one behind the other */
 } state;
 
 /* Base steps in the sample time of a part; 0 when it is no whole number of them. */
@@ -25,9 +25,9 @@ static int64_t period_of(double Ts) {
 }
 
 static bool fits(const part *q) {
-  return q->room->inputs == q->n_inputs * sizeof(double) &&
-         q->room->outputs == q->n_outputs * sizeof(double) &&
-         q->room->state <= q->n_state * sizeof(double);
+  return q->block->inputs == q->n_inputs * sizeof(double) &&
+         q->block->outputs == q->n_outputs * sizeof(double) &&
+         q->block->state <= q->n_state * sizeof(double);
 }
 
 static bool start_part(const part *q, int64_t *period, const double *parameters, state *s,
@@ -45,8 +45,8 @@ static bool start_part(const part *q, int64_t *period, const double *parameters,
                    q->name);
     return false;
   }
-  if (!q->room->start(parameters, s->rooms + q->state, s->pending + q->outputs, text,
-                      sizeof text)) {
+  if (!q->block->start(parameters, s->blocks + q->state, s->pending + q->outputs, text,
+                       sizeof text)) {
     (void)snprintf(message, size, "%s: %s", q->name, text[0] ? text : "a parameter is wrong");
     return false;
   }
@@ -120,8 +120,8 @@ static void tick(const controller_parameters *p, const controller_inputs *u, voi
   for (int k = 0; k < N_PARTS; ++k) {
     const part *q = &parts[k];
     if (now % s->period[k] == 0) {
-      q->room->tick(parameters + q->parameters, s->inputs + q->inputs, s->rooms + q->state,
-                    s->pending + q->outputs);
+      q->block->tick(parameters + q->parameters, s->inputs + q->inputs, s->blocks + q->state,
+                     s->pending + q->outputs);
     }
     if ((now + 1) % s->period[k] == 0) {
       publish(q, s->refused[k], s);
@@ -130,4 +130,4 @@ static void tick(const controller_parameters *p, const controller_inputs *u, voi
   show(s, y);
 }
 
-FLEXHEX_ROOM(controller, state, start, tick)
+FLEXHEX_BLOCK(controller, state, start, tick)

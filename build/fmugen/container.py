@@ -10,10 +10,10 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from flexhex.fmugen.block_sizes import state_sizes
 from flexhex.fmugen.container_parts import NAME, Container
 from flexhex.fmugen.container_table import parts_header
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmugen.room_sizes import state_sizes
 
 STEP = Path(__file__).with_name("container.c")
 

@@ -39,9 +39,9 @@ class Part:
 
     @cached_property
     def texts(self) -> dict[str, str]:
-        """Sources of the room alone, without the adapter and the table of variables.
+        """Sources of the FMU's folder alone, without the adapter and the table of variables.
 
-        Headers wear the FMU's name, since several rooms have an effects.h.
+        Headers wear the FMU's name, since several FMUs have an effects.h.
         """
         name = self.interface.name
         shared = {p.name for p in RUNTIME.glob("*.[ch]")} | {*FMI_HEADERS, CONFIG}
@@ -67,8 +67,8 @@ class Part:
 def _renamed(text: str, name: str) -> str:
     """Sources whose symbols wear the container's name too, so that the FMU itself links beside."""
     text = re.sub(rf"\b({name}_(?:casadi_\w*|\w+_sx))", rf"{NAME}_\1", text)
-    own_room = f"#define {name}_room {NAME}_{name}_room\n"
-    return text.replace('#include "room.h"\n', f'#include "room.h"\n\n{own_room}', 1)
+    own_block = f"#define {name}_block {NAME}_{name}_block\n"
+    return text.replace('#include "block.h"\n', f'#include "block.h"\n\n{own_block}', 1)
 
 
 @dataclass(frozen=True)

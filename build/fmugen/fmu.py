@@ -44,23 +44,23 @@ def build_fmu(
 ) -> Path:
     """Generate, compile and pack an FMU; returns `out_dir/<interface.name>.fmu`.
 
-    functions: the equations, or the C that was generated from them before. The room is step_c's
-    folder; its own headers are included. Object files are kept in `cache` (default
+    functions: the equations, or the C that was generated from them before. The headers in step_c's
+    folder are included. Object files are kept in `cache` (default
     `out_dir/cache`), so an FMU that differs in start values alone compiles one table.
     platforms: for which computers, as in `flexhex.fmugen.platforms`; default: this one.
     more: further sources by file name, compiled along.
     Raises BuildError (compiler) or InterfaceError (units, names).
     """
-    room, identifier = step_c.parent.name, interface.name
+    block, identifier = step_c.parent.name, interface.name
     texts = {**_runtime(), **(more or {})}
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
     if isinstance(functions, Generated):
         made = functions
     else:
-        made = Generated.of(interface, functions, room)
+        made = Generated.of(interface, functions, block)
     texts[CONFIG] = sources.config(identifier)
-    texts[f"{room}.h"] = made.header
+    texts[f"{block}.h"] = made.header
     texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
     if made.source:
         texts[f"{identifier}_casadi.c"] = made.source
@@ -79,7 +79,7 @@ def build_fmu(
             files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
-    text = page(interface, made.operations, room, base_step, about)
+    text = page(interface, made.operations, block, base_step, about)
     files["documentation/index.html"] = text.encode()
     files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)

@@ -24,20 +24,20 @@ BUILD = "cc -std=c99 -O2 -ffp-contract=off -shared -fPIC sources/*.c -lm -o {nam
 def page(
     interface: Interface,
     operations: Sequence[Operations],
-    room: str,
+    block: str,
     base_step: float,
     readme: str,
 ) -> str:
-    """The page; readme: the room's README (Markdown), empty without one."""
+    """The page; readme: that of the FMU's folder (Markdown), empty without one."""
     name = html.escape(interface.name)
     parts = [
         f"<h1>{name}</h1><p>{html.escape(interface.description)}.</p>",
         f"<p><img src='../model.png' alt='{name} with its inputs and outputs'></p>",
         _timing(interface, base_step),
         f"<h2>Variables</h2>{_table(interface)}",
-        f"<h2>Equations</h2>{_equations(operations, room)}",
+        f"<h2>Equations</h2>{_equations(operations, block)}",
         _importing(interface),
-        f"<h2>About the room</h2>{''.join(markdown(readme))}" if readme else "",
+        f"<h2>About this FMU</h2>{''.join(markdown(readme))}" if readme else "",
     ]
     return (
         f"<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'><title>{name}</title>"
@@ -88,17 +88,17 @@ def _row(v: Variable) -> tuple[str, ...]:
     return (name, kind, unit, shown, *limits, start, text)
 
 
-def _equations(operations: Sequence[Operations], room: str) -> str:
+def _equations(operations: Sequence[Operations], block: str) -> str:
     if not operations:
-        return f"<p>None: <code>fmus/{room}/step.c</code> does without.</p>"
+        return f"<p>None: <code>fmus/{block}/step.c</code> does without.</p>"
     rows = "".join(
         f"<tr><td><code>{html.escape(o.function)}({', '.join(o.ins)})</code></td>"
         f"<td>{', '.join(o.outs)}</td><td>{o.count}</td></tr>"
         for o in operations
     )
     return (
-        f"<p>From <code>fmus/{room}/equations.py</code> (CasADi), as straight-line C in"
-        f" <code>sources/</code>; <code>fmus/{room}/step.c</code> decides when each is used.</p>"
+        f"<p>From <code>fmus/{block}/equations.py</code> (CasADi), as straight-line C in"
+        f" <code>sources/</code>; <code>fmus/{block}/step.c</code> decides when each is used.</p>"
         f"<table><tr><th>function</th><th>gives</th><th>operations</th></tr>{rows}</table>"
     )
 
@@ -108,7 +108,7 @@ def _importing(interface: Interface) -> str:
     return (
         "<h2>Faults and sources</h2><p>A value that is no number or out of range, and a call at"
         " the wrong time, is refused (fmi2Error) and changes nothing; the output <code>fault</code>"
-        " is 1 from then on until fmi2Reset. 2 and above come from the room, see below.</p>"
+        " is 1 from then on until fmi2Reset. 2 and above are this FMU's own, see below.</p>"
         f"<p>The sources build with one call:</p><pre>{build}</pre>"
         "<p>or with <code>cmake -S sources -B build &amp;&amp; cmake --build build</code>. With"
         " <code>-DFLEXHEX_STATIC</code> all functions wear the FMU's name, so that several FMUs"

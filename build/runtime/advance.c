@@ -21,15 +21,15 @@ static int64_t period_of(flexhex_instance *m) {
 }
 
 bool flexhex_start(flexhex_instance *m) {
-  const flexhex_room *room = FLEXHEX_MODEL.room;
+  const flexhex_block *block = FLEXHEX_MODEL.block;
   char message[256] = "";
   m->head->period = period_of(m);
   if (m->head->period == 0) {
     return false;
   }
   memset(m->pending, 0, m->n_outputs * sizeof *m->pending);
-  memset(m->state, 0, room->state);
-  if (!room->start(m->values, m->state, m->pending, message, sizeof message)) {
+  memset(m->state, 0, block->state);
+  if (!block->start(m->values, m->state, m->pending, message, sizeof message)) {
     (void)flexhex_refuse(m, "%s", message[0] ? message : "a parameter is wrong");
     return false;
   }
@@ -48,7 +48,7 @@ static double time_of(const flexhex_instance *m, int64_t step) {
   return m->head->start_time + (double)step * FLEXHEX_MODEL.base_step;
 }
 
-/* A fault of the room that was not there a period ago */
+/* A fault of step.c that was not there a period ago */
 static void warn_of_fault(const flexhex_instance *m, int64_t step) {
   const double fault = m->pending[m->n_outputs - 1], before = m->outputs[m->n_outputs - 1];
   if (fault != before && fault != 0.0) {
@@ -67,7 +67,7 @@ static void advance(flexhex_instance *m, int64_t end) {
   for (int64_t now = head->step; now < end;) {
     const int64_t ticks = now / head->period;
     if (now > 0 && now == ticks * head->period) {
-      FLEXHEX_MODEL.room->tick(m->values, m->inputs, m->state, m->pending);
+      FLEXHEX_MODEL.block->tick(m->values, m->inputs, m->state, m->pending);
     }
     now = (ticks + 1) * head->period;
     if (now <= end) {

@@ -34,7 +34,7 @@ static size_t total(flexhex_kind from, flexhex_kind to) {
   return n;
 }
 
-/* A room's struct is as large as its variables; one without any holds a single double. */
+/* A struct of step.c is as large as its variables; one without any holds a single double. */
 static bool fits(size_t bytes, size_t n) {
   return bytes == (n ? n : 1) * sizeof(double);
 }
@@ -42,9 +42,9 @@ static bool fits(size_t bytes, size_t n) {
 static bool is_consistent(void) {
   const flexhex_model *model = &FLEXHEX_MODEL;
   return total(FLEXHEX_FIXED, FLEXHEX_OUTPUT) == (size_t)model->n_values &&
-         fits(model->room->parameters, total(FLEXHEX_FIXED, FLEXHEX_TUNABLE)) &&
-         fits(model->room->inputs, total(FLEXHEX_INPUT, FLEXHEX_INPUT)) &&
-         fits(model->room->outputs, total(FLEXHEX_OUTPUT, FLEXHEX_OUTPUT));
+         fits(model->block->parameters, total(FLEXHEX_FIXED, FLEXHEX_TUNABLE)) &&
+         fits(model->block->inputs, total(FLEXHEX_INPUT, FLEXHEX_INPUT)) &&
+         fits(model->block->outputs, total(FLEXHEX_OUTPUT, FLEXHEX_OUTPUT));
 }
 
 /* As instantiated: start values, time zero, logging as requested there */
@@ -62,7 +62,7 @@ static flexhex_instance *allocate(const fmi2CallbackFunctions *functions, const 
   const size_t n = (size_t)model->n_values, n_outputs = total(FLEXHEX_OUTPUT, FLEXHEX_OUTPUT);
   const size_t at_block = rounded(sizeof(flexhex_instance));
   const size_t at_state = rounded(sizeof(flexhex_head) + (n + n_outputs) * sizeof(double));
-  const size_t block = at_state + rounded(model->room->state);
+  const size_t block = at_state + rounded(model->block->state);
   const size_t n_lookup = n + (size_t)model->n_variables;
   const size_t size = at_block + block + n_lookup * sizeof(int) + strlen(name) + 1;
   /* both of the importer's functions, or neither */

@@ -45,7 +45,7 @@ enum { FLEXHEX_ALL_CATEGORIES = (1 << FLEXHEX_N_CATEGORIES) - 1 };
 extern const char *const flexhex_categories[FLEXHEX_N_CATEGORIES];
 
 /* Everything about an instance that changes and that an FMU state must bring back. It is the head
-   of one contiguous block: head, values by value reference, pending outputs, state of the room. */
+   of one contiguous block: head, values by value reference, pending outputs, state of step.c. */
 typedef struct {
   int64_t step;   /* base steps done */
   int64_t period; /* base steps per Ts */

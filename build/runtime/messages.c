@@ -68,7 +68,7 @@ void flexhex_log(const flexhex_instance *m, fmi2Status status, flexhex_category 
 fmi2Status flexhex_refuse(flexhex_instance *m, const char *format, ...) {
   m->head->refused = 1;
   if (m->values[m->n_values - 1] == 0.0) {
-    m->values[m->n_values - 1] = 1.0; /* a fault of the room says more */
+    m->values[m->n_values - 1] = 1.0; /* a fault of step.c says more */
   }
   /* not subject to loggingOn: whoever ignores the status finds the reason at least here */
   va_list values;

@@ -1,8 +1,8 @@
-/* The generated table that drives the adapter: which variables an FMU has, and which room. */
+/* The generated table that drives the adapter: which variables an FMU has, and which step.c. */
 #ifndef FLEXHEX_MODEL_H
 #define FLEXHEX_MODEL_H
 
-#include "room.h"
+#include "block.h"
 
 typedef enum { FLEXHEX_FIXED, FLEXHEX_TUNABLE, FLEXHEX_INPUT, FLEXHEX_OUTPUT } flexhex_kind;
 
@@ -27,7 +27,7 @@ typedef struct {
   int n_variables;
   const double *starts; /* one per value reference */
   int n_values;
-  const flexhex_room *room;
+  const flexhex_block *block;
   const char *const *faults; /* names of the values of fault, from 0 on */
   int n_faults;
 } flexhex_model;

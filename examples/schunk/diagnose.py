@@ -21,14 +21,14 @@ def run(number: int) -> Path:
 
 
 def show(found: Diagnosis) -> None:
-    """Verdict, effects with 95 % intervals, and the gap of each axis on the locked runs."""
+    """Verdict, effects with 95 % intervals, and the residual of each axis on the held-out runs."""
     print(f"verdict: {found.verdict}")
     for effect in found.effects:
         print(f"{effect.title}, axes {effect.axes}, rivals {effect.rivals}")
         for name, value in effect.parameters.items():
             low, high = value.ci95
             print(f"  {name} = {value.value:.3g} ({low:.3g} to {high:.3g}) {value.unit}")
-    print("gap on the locked runs [N m]: before, after")
+    print("residual on the held-out runs [N m]: before, after")
     locked = found.gap.locked
     for axis, pair in enumerate(zip(locked["before"], locked["after"], strict=True), start=1):
         print(f"  axis {axis}: {pair[0]:.2f}  {pair[1]:.2f}")

@@ -30,14 +30,14 @@ def build_command(
     ] = None,
 ) -> None:
     """Build the FMUs and system descriptions of a machine."""
+    from flexhex.fmugen.blocks import BLOCKS
     from flexhex.fmugen.platforms import wanted
-    from flexhex.fmugen.rooms import ROOMS
     from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
     platforms = wanted(platform) if platform is not None else ()
     with live() as progress:
-        progress.stage("building the FMUs", len(ROOMS), "FMUs")
+        progress.stage("building the FMUs", len(BLOCKS), "FMUs")
         builder = Builder(found_machine(machine), out, progress.building, platforms)
         written = builder.systems()
     for path in written:

@@ -104,7 +104,9 @@ def _sources(subject: Subject) -> Iterator[str]:
     for name in sorted(n for n in files if n.endswith((".c", ".cpp")) and listed):
         if name not in listed and PurePosixPath(name).name not in included:
             yield f"sources/{name} is not listed in SourceFiles and included by no other"
-    for name in sorted(included & {"flexhex_config.h", "model.h", "fmi.h", "room.h", "instance.h"}):
+    for name in sorted(
+        included & {"flexhex_config.h", "model.h", "fmi.h", "block.h", "instance.h"}
+    ):
         if subject.ours and name not in files:
             yield f"sources/{name} is included but missing in the archive"
     guid = str(subject.root.get("guid")).encode()

@@ -48,7 +48,7 @@ def _ssp(path: Path) -> list[str]:
 
 
 def _toml(path: Path) -> list[str]:
-    from flexhex.fmugen.rooms import machine_interface
+    from flexhex.fmugen.blocks import machine_interface
     from flexhex.fmus.common.machine_file import is_truth, load_machine, read_toml
     from flexhex.simulation.builder import Builder
     from flexhex.simulation.machine_check import named

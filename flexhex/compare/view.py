@@ -9,10 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Console, Group
 
 from flexhex.compare.results import (
     EQUAL,
@@ -171,25 +168,17 @@ def _tracking_data(judged: Figures | None) -> dict[str, Any] | None:
     return {"from_s": judged.begin, "to_s": judged.end, **figures}
 
 
-def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    made = Table(
-        title=title,
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
-    for name in headings:
-        right, fixed = name in NUMBERS, name in (*NUMBERS, "signal", "rate", "unit")
-        shown = escape(name).replace(" \\[s]", "\n\\[s]")
-        made.add_column(shown, justify="right" if right else "left", overflow="fold", no_wrap=fixed)
-    for row in rows:
-        made.add_row(*(escape(cell) for cell in row))
-    return made
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Group:
+    fixed = (*NUMBERS, "signal", "rate", "unit")
+    columns = []
+    for k, name in enumerate(headings):
+        words, _, unit = name.partition(" [")
+        number, fold = name in NUMBERS, name not in fixed
+        columns.append(Column(str(k), words, unit.rstrip("]"), right=number, fold=fold))
+    return table(title, columns, [{str(k): c for k, c in enumerate(row)} for row in rows])
 
 
-def _fitting(out: Console, rows: Sequence[Sequence[str]]) -> Table:
+def _fitting(out: Console, rows: Sequence[Sequence[str]]) -> Group:
     """The table of the signals without the columns that the terminal has no width for."""
     for count in range(len(DISPENSABLE) + 1):
         keep = [k for k, name in enumerate(HEADINGS) if name not in DISPENSABLE[:count]]

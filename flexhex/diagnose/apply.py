@@ -17,7 +17,7 @@ def add(
     machine_file: Path,
     out: Path,
     runs: Sequence[Path],
-    locked: Sequence[Path],
+    held_out: Sequence[Path],
     logs: Options,
     say: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
@@ -25,12 +25,12 @@ def add(
 
     Raises MachineError, LogError or BuildError for what cannot be read or built.
     """
-    made = rebuild(machine_file, found, out, runs, locked, options=logs, say=say)
+    made = rebuild(machine_file, found, out, runs, held_out, options=logs, say=say)
     return with_rebuilt(found, made)
 
 
 def with_rebuilt(found: Diagnosis, made: Rebuilt) -> Diagnosis:
-    """What was found, without effects that the rebuilt model's locked runs speak against."""
+    """What was found, without effects that the rebuilt model's held-out runs speak against."""
     effects = tuple(effect for effect in found.effects if effect.id not in made.withdrawn)
     notes = (*found.notes, *made.notes, *(f"not added: {text}" for text in made.left_out))
     if set(read_toml(made.machine_file)) - FRAME:

@@ -83,13 +83,13 @@ def diagnose_command(
     options, file = base_options(base, machine, joints, tolerance, logs, effect)
     if apply and base != "hexapod":
         raise UsageError(f"--apply: --base {base} has no machine file to add anything to")
-    held = [*(held_out or []), *(locked or [])]
+    validation = [*(held_out or []), *(locked or [])]
     if apply and effect:
         raise UsageError("--apply: no machine file can hold an effect of --effect: take one out")
-    if isolability and (held or apply or effect):
-        which = "--held-out" if held else "--apply" if apply else "--effect"
+    if isolability and (validation or apply or effect):
+        which = "--held-out" if validation else "--apply" if apply else "--effect"
         raise UsageError(f"{which}: --isolability looks at planned motions, before any run")
-    once_each(runs, held)
+    once_each(runs, validation)
     page = report or out / ("isolability.html" if isolability else "diagnosis.html")
     writable("--report" if report else "--out", page)
     writable("--out", out / page.name)
@@ -97,7 +97,7 @@ def diagnose_command(
     if isolability:
         session.isolate(runs, options)
         return
-    found = session.diagnose(runs, held, options)
+    found = session.diagnose(runs, validation, options)
     if found.verdict != "none" and found.machine is None:
         raise typer.Exit(1)
 
@@ -108,38 +108,38 @@ class Session:
     def __init__(
         self, base: str, file: Path | None, out: Path, page: Path, json: bool, apply: bool
     ) -> None:
-        from flexhex.diagnose.next import Asked
+        from flexhex.diagnose.next import Invocation
         from flexhex.output.live import live
 
         self.base, self.file, self.out, self.page = base, file, out, page
         self.json, self.apply = json, apply
-        self.asked = Asked(("flexhex", *sys.argv[1:]), base, str(out / DATA))
+        self.invocation = Invocation(("flexhex", *sys.argv[1:]), base, str(out / DATA))
         self.progress = live()
-        self._told = False
+        self._printed = False
 
-    def diagnose(self, runs: list[Path], locked: list[Path], options: Options) -> Diagnosis:
+    def diagnose(self, runs: list[Path], held_out: list[Path], options: Options) -> Diagnosis:
         """Run the workflow, add what is wanted, write the page, print the answer."""
         from rich.console import Console
 
         from flexhex.diagnosis.workflow import diagnose
 
         with self.progress:
-            found = diagnose(runs, locked, self.file, options, self.progress.steps)
-            found = self.planned(found, [*runs, *locked], options.log)
+            found = diagnose(runs, held_out, self.file, options, self.progress.steps)
+            found = self.planned(found, [*runs, *held_out], options.log)
             if self.file is not None and self.agree(found):
-                found = self.added(found, self.file, runs, locked, options.log)
+                found = self.added(found, self.file, runs, held_out, options.log)
         from flexhex.diagnose.page import write_diagnosis
         from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 
-        written = write_diagnosis(found, self.asked, [*runs, *locked], self.page)
+        written = write_diagnosis(found, self.invocation, [*runs, *held_out], self.page)
         data = diagnosis_json(found, written)
         (self.out / DATA).write_text(data + "\n", encoding="utf-8")
         if self.json:
             print(data)
-        elif self._told:
-            print_applied(found, written, self.asked)
+        elif self._printed:
+            print_applied(found, written, self.invocation)
         else:
-            print_diagnosis(found, self.asked)
+            print_diagnosis(found, self.invocation)
             say(Console(), f"report   {written}")
         return found
 
@@ -161,7 +161,7 @@ class Session:
         return with_experiments(found, limits, self.out, ts)
 
     def agree(self, found: Diagnosis) -> bool:
-        """Whether what was found is to be added: as told by --apply, else by the user."""
+        """Whether what was found is to be added: as --apply says, else the user."""
         from flexhex.diagnose.next import applicable
         from flexhex.diagnose.numbers import listed
         from flexhex.diagnose.view import best_of, print_diagnosis
@@ -175,8 +175,8 @@ class Session:
         what += [f"the new value of {change.parameter}" for change in lasting]
         text = f"\nAdd {listed(what)} to a copy of the machine file and build it?"
         with self.progress.paused():
-            print_diagnosis(found, self.asked)
-            self._told = True
+            print_diagnosis(found, self.invocation)
+            self._printed = True
             return bool(typer.confirm(text, default=False, err=True))
 
     def added(
@@ -184,7 +184,7 @@ class Session:
         found: Diagnosis,
         file: Path,
         runs: list[Path],
-        locked: list[Path],
+        held_out: list[Path],
         logs: LogOptions,
     ) -> Diagnosis:
         """With what was found in a machine file of its own, built, replayed and run."""
@@ -193,7 +193,7 @@ class Session:
         def say(text: str) -> None:
             self.progress.steps(text, 0, 0)
 
-        return add(found, file, self.out, runs, locked, logs, say)
+        return add(found, file, self.out, runs, held_out, logs, say)
 
     def isolate(self, trajectories: list[Path], options: Options) -> None:
         """Which effects the trajectories could show and tell apart."""

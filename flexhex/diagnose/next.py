@@ -19,7 +19,7 @@ APPLICABLE = ("named", "set", "changed")
 
 
 @dataclass(frozen=True)
-class Asked:
+class Invocation:
     """The command as it was typed, word by word, for the suggestion of the next one; data: the file
     that keeps what was found."""
 
@@ -50,26 +50,26 @@ def applicable(found: Diagnosis) -> bool:
     return found.verdict in APPLICABLE and bool(kept) and not foreign
 
 
-def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
+def next_steps(found: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
     """What to do next: a sentence and the command for it, "" where there is none."""
-    steps = [step for e in found.effects for step in _separate(e, asked)]
+    steps = [step for e in found.effects for step in _separate(e, invocation)]
     something = bool(found.effects or found.changed)
     if found.machine:
         steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
-    elif applicable(found) and asked.base == "hexapod":
+    elif applicable(found) and invocation.base == "hexapod":
         what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
-        steps.append((f"{what} to a copy of the machine file:", asked.again("--apply")))
+        steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
     elif applicable(found) and found.effects:
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
-        steps.append((text, asked.identify()))
+        steps.append((text, invocation.identify()))
     if any(change.runs for change in found.changed):
         steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
     if something and not found.locked:
         text = "Validate it on held-out runs of another trajectory:"
-        steps.append((text, asked.again("--held-out", "OTHER_RUN")))
+        steps.append((text, invocation.again("--held-out", "OTHER_RUN")))
     if found.verdict == "unknown" and ONE_TRAJECTORY in found.findings:
         text = "Record another trajectory, at least twice: one alone names nothing. Then:"
-        steps.append((text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
+        steps.append((text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
     elif found.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
         steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
@@ -82,7 +82,7 @@ def next_steps(found: Diagnosis, asked: Asked) -> list[tuple[str, str]]:
     return steps
 
 
-def _separate(effect: Named, asked: Asked) -> list[tuple[str, str]]:
+def _separate(effect: Named, invocation: Invocation) -> list[tuple[str, str]]:
     if not effect.rivals:
         return []
     names = listed([title(name) for name in (effect.id, *effect.rivals)])
@@ -90,4 +90,4 @@ def _separate(effect: Named, asked: Asked) -> list[tuple[str, str]]:
     if not (effect.experiment or "").endswith(".csv"):
         return [(f"To tell {names} apart, measure: {plan}.", "")]
     text = f"To tell {names} apart, run {effect.experiment} twice ({plan}), then:"
-    return [(text, asked.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]
+    return [(text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2")))]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.plots import (
     candidate_bars,
     gap_bars,
@@ -45,7 +45,9 @@ FREQUENCY = "frequency"
 """What a map is over that is a spectrum."""
 
 
-def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path: Path) -> Path:
+def write_diagnosis(
+    found: Diagnosis, invocation: Invocation, files: Sequence[Path], path: Path
+) -> Path:
     """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
         *_strips(found),
@@ -53,12 +55,12 @@ def write_diagnosis(found: Diagnosis, asked: Asked, files: Sequence[Path], path:
         *_effects(found),
         *_gap(found),
         *_tracking(found.shown),
-        *_next(found, asked),
+        *_next(found, invocation),
         *_candidates(found),
         *_maps(found.maps),
         *_remarks(found, files),
     ]
-    command = shlex.join(asked.words)
+    command = shlex.join(invocation.words)
     return write_page(path, "What the model lacks", command, parts)
 
 
@@ -134,8 +136,8 @@ def _tracking(shown: Mapping[str, Any]) -> list[Part]:
     return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []
 
 
-def _next(found: Diagnosis, asked: Asked) -> list[Part]:
-    steps = next_steps(found, asked)
+def _next(found: Diagnosis, invocation: Invocation) -> list[Part]:
+    steps = next_steps(found, invocation)
     return [Part("What to do next", "", ("", "command"), steps, words=True)] if steps else []
 
 

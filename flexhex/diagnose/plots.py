@@ -27,7 +27,7 @@ MARGIN = {"l": 60, "r": 15, "t": 75, "b": 50}
 """The legend stands above the plot, so that a narrow screen has room beside it."""
 SMALL = 8
 """Columns of a heat table up to which they have names and all cells figures; else numbers."""
-TOLD = 0.5
+WRITTEN = 0.5
 """Cells from here on hold figures in a large table."""
 MARKED = 60
 """Bins of a map up to which each has a mark."""
@@ -188,7 +188,7 @@ def heat(name: str, rows: Sequence[str], columns: Sequence[str], values: Array) 
                 "layer": "below",
             }
         )
-        if small or (value >= TOLD and i != j):
+        if small or (value >= WRITTEN and i != j):
             shown = f"{100 * value:.0f}"
             colour = "white" if value > 0.55 else "#222"
             font = {"size": 12 if small else 9, "color": colour}

@@ -1,4 +1,4 @@
-"""The model with what a diagnosis found: FMUs built anew, locked runs replayed, the loop closed.
+"""The model with what a diagnosis found: FMUs built anew, held-out runs replayed, the loop closed.
 
 OUT/machine.toml          the extended machine file
 OUT/fmus, OUT/hexapod.ssp what it builds
@@ -31,12 +31,12 @@ from flexhex.simulation.builder import Builder
 Array = NDArray[np.float64]
 Say = Callable[[str], None]
 WORSE = 1.02
-"""Ratio of gaps on a locked run above which a change makes it worse."""
+"""Ratio of residuals on a held-out run above which a change makes it worse."""
 
 
 @dataclass(frozen=True)
-class Gaps:
-    """Simulation gap of one run (n,) [N m]: the model as it was, and extended."""
+class Residuals:
+    """Residual of one simulated run (n,) [N m]: the model as it was, and extended."""
 
     before: Array
     after: Array
@@ -47,7 +47,7 @@ class Rebuilt:
     """What was built, and how it does beside the model as it was.
 
     machine_file: the extended one; left_out: what it cannot hold; withdrawn: ids of effects that
-    made a locked run worse; gaps by locked run; loops by `model` (on the extended plant: a
+    made a held-out run worse; residuals by held-out run; loops by `model` (on the extended plant: a
     prediction) and `machine` (on machine.fmu), each as (before, after); notes for the reader.
     """
 
@@ -55,7 +55,7 @@ class Rebuilt:
     machine_file: Path
     left_out: tuple[str, ...]
     withdrawn: tuple[str, ...]
-    gaps: Mapping[str, Gaps]
+    residuals: Mapping[str, Residuals]
     loops: Mapping[str, tuple[Tracking, Tracking]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -67,7 +67,7 @@ class Rebuilt:
             "withdrawn": list(self.withdrawn),
             "simulation_gap": {
                 name: {"unit": "N m", "before": list(g.before), "after": list(g.after)}
-                for name, g in self.gaps.items()
+                for name, g in self.residuals.items()
             },
             "closed_loop": {
                 name: {"before": asdict(before), "after": asdict(after), "unit": "urad, N m"}
@@ -82,20 +82,20 @@ def rebuild(
     diagnosis: Diagnosis,
     out: Path,
     runs: Sequence[Path] = (),
-    locked: Sequence[Path] = (),
+    held_out: Sequence[Path] = (),
     *,
     options: Options | None = None,
     seconds: float = 20.0,
     loops: bool = True,
     say: Say = lambda text: None,
 ) -> Rebuilt:
-    """Extend, build, replay the locked runs, withdraw what makes one worse, close the loop.
+    """Extend, build, replay the held-out runs, withdraw what makes one worse, close the loop.
 
     runs: what p is fitted to, for both models; seconds: judged time of the closed loops. Raises
     MachineError, LogError or BuildError for what cannot be read or built.
     """
     ours = [read_log(path, options) for path in runs]
-    theirs = [read_log(path, options) for path in locked]
+    theirs = [read_log(path, options) for path in held_out]
     notes: list[str] = []
     say("building the model as it was")
     before = _side(machine_file, out / "before", ours, notes, say)
@@ -105,16 +105,16 @@ def rebuild(
         say("building the extended model")
         after = _side(target, out, ours, notes, say)
         say("simulating the held-out runs")
-        gaps = {log.name: _gaps(log, *_alike(before, after)) for log in theirs}
-        worst = _culprit(machine_file, diagnosis, gaps, theirs, ours, out, say)
+        residuals = {log.name: _residuals(log, *_alike(before, after)) for log in theirs}
+        worst = _culprit(machine_file, diagnosis, residuals, theirs, ours, out, say)
         if worst is None:
             break
         withdrawn.append(worst.id)
-        notes.append(f"{worst.id} was withdrawn: it makes the simulation of a locked run worse")
+        notes.append(f"{worst.id} was withdrawn: it makes the simulation of a held-out run worse")
         kept = tuple(effect for effect in diagnosis.effects if effect is not worst)
         diagnosis = replace(diagnosis, effects=kept)
     found = closed_loops(*_alike(before, after), seconds, say) if loops else {}
-    lists = made.left_out, tuple(withdrawn), gaps, found, tuple(dict.fromkeys(notes))
+    lists = made.left_out, tuple(withdrawn), residuals, found, tuple(dict.fromkeys(notes))
     return Rebuilt(after.builder, target, *lists)
 
 
@@ -150,10 +150,10 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
     return found
 
 
-def _gaps(log: Log, before: Model, after: Model) -> Gaps:
+def _residuals(log: Log, before: Model, after: Model) -> Residuals:
     with ThreadPoolExecutor(2) as pool:
         jobs = [pool.submit(_gap, log, side) for side in (before, after)]
-        return Gaps(*(job.result() for job in jobs))
+        return Residuals(*(job.result() for job in jobs))
 
 
 def _gap(log: Log, side: Model) -> Array:
@@ -164,17 +164,17 @@ def _gap(log: Log, side: Model) -> Array:
 def _culprit(
     machine_file: Path,
     diagnosis: Diagnosis,
-    gaps: Mapping[str, Gaps],
+    residuals: Mapping[str, Residuals],
     theirs: Sequence[Log],
     ours: Sequence[Log],
     out: Path,
     say: Say,
 ) -> Named | None:
-    """The effect without which a locked run that became worse on its axes is best."""
+    """The effect without which a held-out run that became worse on its axes is best."""
     suspects = [
         effect
         for effect in diagnosis.effects
-        if any(_worse(gap.before, gap.after, effect) for gap in gaps.values())
+        if any(_worse(one.before, one.after, effect) for one in residuals.values())
     ]
     if len(suspects) < 2:
         return suspects[0] if suspects else None

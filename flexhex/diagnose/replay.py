@@ -84,10 +84,10 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
     given = np.vstack([np.repeat(tau[:1], len(rise), axis=0), tau])
     values = {**IDEAL, "f_current": 1e5, **plant_values(machine, p)}
     with_feedback = _Follower(machine)
-    held, left = with_feedback.run(plant, values, wanted, given, payload_of(log))
+    corrections, left = with_feedback.run(plant, values, wanted, given, payload_of(log))
     window = hann(2 * round(WINDOW / base / 2) + 1)
     half = len(window) // 2
-    gap = smooth(np.pad(held[len(rise) :], ((half, half), (0, 0))), window)
+    gap = smooth(np.pad(corrections[len(rise) :], ((half, half), (0, 0))), window)
     bad = np.interp(time, angle.time, (~(angle.valid & known)).astype(float)) > 0
     judged = (time - start > SETTLE) & (smooth(np.pad(bad.astype(float), half), window) < 1e-9)
     judged[-half:] = False
@@ -135,7 +135,7 @@ class _Follower:
     ) -> tuple[Array, Array]:
         """Torque of the feedback and remaining angle (samples, n)."""
         g, Ts = self.gains, self.Ts
-        held, left = np.zeros_like(wanted), np.zeros_like(wanted)
+        corrections, left = np.zeros_like(wanted), np.zeros_like(wanted)
         e_I = e_D = np.zeros(self.n)
         last = wanted[0].copy()
         with _Plant(plant, values, payload) as machine:
@@ -144,10 +144,10 @@ class _Follower:
                 e = wanted[k] - theta
                 e_I = feedback.integrated(e_I, last, e, Ts)
                 e_D = feedback.differentiated(e_D, last, e, g.t_f, Ts)
-                held[k] = feedback.torque(e, e_I, e_D, g.kp, g.t_i, g.t_d)
+                corrections[k] = feedback.torque(e, e_I, e_D, g.kp, g.t_i, g.t_d)
                 left[k], last = e, e
-                machine.step(given[k] + held[k], k * Ts, Ts)
-        return held, left
+                machine.step(given[k] + corrections[k], k * Ts, Ts)
+        return corrections, left
 
 
 LOADING = Lock()

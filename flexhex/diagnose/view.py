@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Console, Group
 
-from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.words import title, verdict, where
 from flexhex.diagnosis.result.verdict import Diagnosis, Gap, Named, rms
+from flexhex.output import tables
+from flexhex.output.tables import Column
 
 STYLES = {"none": "green", "cannot tell": "yellow", "unknown": "red"}
 SIDES = ("before", "after")
@@ -34,7 +33,7 @@ GAP = ("axis", "torque", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
-def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) -> None:
+def print_diagnosis(found: Diagnosis, invocation: Invocation, out: Console | None = None) -> None:
     """Verdict, effects, rivals, parameters, gap, notes, findings, what to do next."""
     out = out or Console()
     say(out, verdict(found), STYLES.get(found.verdict, "bold"))
@@ -50,17 +49,17 @@ def print_diagnosis(found: Diagnosis, asked: Asked, out: Console | None = None) 
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
-    _print_steps(out, found, asked)
+    _print_steps(out, found, invocation)
 
 
-def print_applied(found: Diagnosis, report: Path, asked: Asked) -> None:
+def print_applied(found: Diagnosis, report: Path, invocation: Invocation) -> None:
     """What was written, after the summary was shown already."""
     out = Console()
     for text in shown_lines(found.shown):
         say(out, text)
     if found.machine:
         say(out, f"machine  {found.machine}")
-    _print_steps(out, found, asked)
+    _print_steps(out, found, invocation)
     say(out, f"report   {report}")
 
 
@@ -196,8 +195,8 @@ def _print_findings(out: Console, findings: Sequence[str]) -> None:
         say(out, f"  and {len(findings) - MOST_FINDINGS} more in the report")
 
 
-def _print_steps(out: Console, found: Diagnosis, asked: Asked) -> None:
-    steps = next_steps(found, asked)
+def _print_steps(out: Console, found: Diagnosis, invocation: Invocation) -> None:
+    steps = next_steps(found, invocation)
     if steps:
         out.print("\n[bold]What to do next[/]")
     for text, words in steps:
@@ -208,17 +207,11 @@ def _print_steps(out: Console, found: Diagnosis, asked: Asked) -> None:
 
 def table(
     heading: str, names: Sequence[str], rows: Sequence[Sequence[str]], total: bool = False
-) -> Table:
+) -> Group:
     """A table of texts; columns of words stand left. total: a line before the last row."""
-    made = Table(title=escape(heading), box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     words = ("effect", "where", "parameter", "unit", "axis", "indistinguishable from")
-    for name in names:
-        left = name in words
-        made.add_column(name, justify="left" if left else "right", overflow="fold")
-    for k, row in enumerate(rows):
-        last = total and len(rows) > 1 and k == len(rows) - 2
-        made.add_row(*(escape(cell) for cell in row), end_section=last)
-    return made
+    columns = [Column(name, name, right=name not in words, fold=True) for name in names]
+    return tables.table(heading, columns, [dict(zip(names, r, strict=True)) for r in rows], total)
 
 
 def diagnosis_json(found: Diagnosis, report: Path) -> str:

@@ -208,8 +208,8 @@ def _running(command: list[str]) -> Iterator[None]:
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, bufsize=1
     )
     try:
-        told = emulator.stdout
-        if told is None or '"ready"' not in told.readline():
+        output = emulator.stdout
+        if output is None or '"ready"' not in output.readline():
             emulator.kill()
             said = emulator.communicate(timeout=READY_S)[1].strip()
             raise RunError(f"flexhex-gateway emulate: {said[-500:] or 'ended without a word'}")

@@ -23,7 +23,7 @@ def drive_command(
     from flexhex.drive.cable import check_means
     from flexhex.drive.runs import drives
     from flexhex.drive.view import data, show
-    from flexhex.fmugen.rooms import ROOMS
+    from flexhex.fmugen.blocks import BLOCKS
     from flexhex.output.live import live
     from flexhex.simulation.builder import Builder
 
@@ -31,7 +31,7 @@ def drive_command(
     # so that being ended removes cable and processes as Ctrl-C does
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     with live() as progress:
-        progress.stage("building the FMUs", len(ROOMS), "FMUs")
+        progress.stage("building the FMUs", len(BLOCKS), "FMUs")
         builder = Builder(found_machine(machine), out, progress.building)
         ssp = builder.systems()[-1]
         result = drives(builder.machine_file, ssp, seconds, out / "drive", progress.stage)

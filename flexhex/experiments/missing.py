@@ -31,6 +31,7 @@ from flexhex.simulation.builder import Builder
 from flexhex.simulation.cases import Case, table_cases, whole_moves
 from flexhex.simulation.runs import side_by_side
 from flexhex.ssp.executor import run as execute
+from flexhex.ssp.formats.hdf5 import stored
 from flexhex.ssp.results import Result
 
 FITTED, HELD_OUT, PASSES = ("a", "b", "c"), ("z",), (1, 2)
@@ -134,11 +135,9 @@ def write_log(result: Result, path: Path, trajectory: str, number: int) -> Path:
     """A pass of a trajectory as the diagnosis reads it (HDF5); whole when it is there."""
     partial = path.with_name("." + path.name)
     with h5py.File(partial, "w") as file:
-        file["time"] = result.time("plant.theta")
-        file["time"].attrs["unit"] = "s"
+        stored(file, "time", result.time("plant.theta")).attrs["unit"] = "s"
         for name, (signal, unit) in CHANNELS.items():
-            file[name] = result[signal]
-            file[name].attrs["unit"] = unit
+            stored(file, name, result[signal]).attrs["unit"] = unit
         file.attrs.update({"run": path.stem, "trajectory": trajectory, "pass": str(number)})
     return partial.rename(path)
 

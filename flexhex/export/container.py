@@ -115,16 +115,16 @@ def _inside(
 
 def system_around(package: Package, container: Container) -> System:
     """Reference, container, plant."""
-    rooms = {
+    blocks = {
         i.name: Part(i.name, package.fmus[i.source]).interface
         for i in package.instances
         if i.name in _BOXES
     }
     sources = {i.name: Path(i.source).name for i in package.instances}
     components = tuple(
-        Component(name, rooms.get(name, container.interface), sources.get(name, ""), box)
+        Component(name, blocks.get(name, container.interface), sources.get(name, ""), box)
         for name, box in _BOXES.items()
-        if name in (*rooms, NAME)
+        if name in (*blocks, NAME)
     )
     inside = {p.name for p in container.parts}
     pairs: dict[tuple[str, str], None] = {}

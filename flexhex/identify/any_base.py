@@ -26,7 +26,7 @@ from flexhex.output.live import live
 
 @dataclass(frozen=True)
 class Targets:
-    """Files to be written: the robot's file or a table, an FMU, a motion that tells more."""
+    """Files to be written: the robot's file or a table, an FMU, a motion that determines more."""
 
     values: Path | None = None
     fmu: Path | None = None
@@ -71,15 +71,15 @@ def identify_other(
     if write.fmu is not None:
         found = replace(found, notes=(*found.notes, *left_out(found.estimated.extras)))
     written = write.write(found)
-    asked = None
+    planned = None
     if write.motion is not None:
-        asked = excitation(found)
-        written.append(write_trajectory(asked.motion, write.motion))
+        planned = excitation(found)
+        written.append(write_trajectory(planned.motion, write.motion))
     if as_json:
-        print(identified_json(found, [str(path) for path in written], asked))
+        print(identified_json(found, [str(path) for path in written], planned))
     else:
         print_identified(found, every)
-        if asked is not None:
-            print_excitation(asked)
+        if planned is not None:
+            print_excitation(planned)
         for path in written:
             say(Console(), f"written  {path}")

@@ -78,7 +78,7 @@ def identify_command(
         typer.Option(
             "--next",
             metavar="FILE.csv",
-            help="write a motion that would tell more, within what the logs have shown",
+            help="write a motion that would determine more, within what the logs have shown",
         ),
     ] = None,
     torque_constant: TorqueConstant = None,

@@ -7,9 +7,9 @@ from pathlib import Path
 from flexhex.diagnosis.estimation.inverse import inverse_model
 from flexhex.diagnosis.estimation.records import Identified
 from flexhex.fmugen import cache as store
+from flexhex.fmugen.blocks import step_file
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmugen.rooms import step_file
 from flexhex.fmus.inverse import equations, interface
 
 BASE_STEP = 5e-5

@@ -4,20 +4,32 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from flexhex.diagnosis.estimation.excitation import Excitation
 from flexhex.diagnosis.estimation.records import Errors, Identified, Parameter, summed
-from flexhex.identify.view import signed, with_deviation
+from flexhex.identify.view import with_deviation
+from flexhex.output.tables import Column, Value, console, table
 
 NARROWED = 10
 """Sums that are shown of what a motion would narrow."""
 WIDE = 34
 """Characters of a sum that the terminal shows, so that its numbers stand beside it."""
+COLUMNS = (
+    Column("name", ""),
+    Column("value", "estimate ± 95 %", right=True),
+    Column("unit", "unit"),
+    Column("file", "file", "", ".4g"),
+    Column("shift", "difference / tolerance", "", "+.1f"),
+)
+NARROWER = (
+    Column("name", ""),
+    Column("now", "± 95 % now", "", ".2g"),
+    Column("then", "then", "", ".2g"),
+    Column("unit", "unit"),
+)
 
 
 def identified_json(
@@ -32,25 +44,21 @@ def identified_json(
 
 def print_excitation(more: Excitation) -> None:
     """What one more run is expected to narrow, the most of it."""
-    out = Console()
-    table = Table(title="One more run, along the motion written", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("", no_wrap=True)
-    table.add_column("± 95 % now", justify="right", no_wrap=True)
-    table.add_column("then", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
+    rows: list[Mapping[str, Value]] = []
     for one, share in more.narrowed[:NARROWED]:
         low, high = one.estimate.ci95
         wide = max(high - one.estimate.value, (high - low) / 2)
-        name = short(one.terms).replace("[", r"\[")
-        table.add_row(name, f"{wide:.2g}", f"{share * wide:.2g}", one.estimate.unit)
-    out.print(table)
+        rows.append({"name": short(one.terms), "now": wide, "then": share * wide,
+                     "unit": one.estimate.unit})  # fmt: skip
+    out = console()
+    out.print(table("One more run, along the motion written", NARROWER, rows))
     say(out, "It stays within the positions, rates and accelerations of the logs. Collisions are"
         " not checked.")  # fmt: skip
 
 
 def print_identified(found: Identified, every: bool = False) -> None:
     """Parameters, sums that the runs determine, errors. every: what they do not determine too."""
-    out = Console()
+    out = console()
     _print(out, "Parameters", found.parameters, every)
     single = {one.name for one in found.parameters}
     sums = [one for one in found.combinations if one.name not in single]
@@ -83,28 +91,26 @@ def say(out: Console, text: str) -> None:
 
 
 def _print(out: Console, title: str, listed: Sequence[Parameter], every: bool) -> None:
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("", no_wrap=True)
-    table.add_column("estimate ± 95 %", justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    table.add_column("file", justify="right", no_wrap=True)
-    table.add_column("diff. / tol.", justify="right")
     shown = [one for one in listed if every or one.determined]
-    for one in shown:
-        name = (one.name if every else short(one.terms)).replace("[", r"\[")
-        wide = (one.estimate.ci95[1] - one.estimate.ci95[0]) / 2
-        open_end = max(one.estimate.ci95[1] - one.estimate.value, wide)
-        file = "" if math.isinf(one.tolerance) and one.file == 0 else f"{one.file:.4g}"
-        value = with_deviation(one.estimate.value, open_end)
-        if not math.isfinite(open_end):
-            value = "any"
-        cells = (name + ("" if one.determined else " *"), value, one.estimate.unit, file)
-        shift = signed(one.shift) if math.isfinite(one.shift) else ""
-        table.add_row(*cells, shift, style=None if one.determined else "yellow")
     if shown:
-        out.print(table)
+        out.print(table(title, COLUMNS, [_row(one, every) for one in shown]))
     if any(not one.determined for one in shown):
         say(out, "* not determined by these motions by itself")
+
+
+def _row(one: Parameter, every: bool) -> Mapping[str, Value]:
+    wide = (one.estimate.ci95[1] - one.estimate.ci95[0]) / 2
+    open_end = max(one.estimate.ci95[1] - one.estimate.value, wide)
+    value = with_deviation(one.estimate.value, open_end)
+    unknown = math.isinf(one.tolerance) and one.file == 0
+    return {
+        "name": (one.name if every else short(one.terms)) + ("" if one.determined else " *"),
+        "value": value if math.isfinite(open_end) else "any",
+        "unit": one.estimate.unit,
+        "file": "" if unknown else one.file,
+        "shift": one.shift if math.isfinite(one.shift) else "",
+        "class": "" if one.determined else "yellow",
+    }
 
 
 def short(terms: Sequence[tuple[str, float]]) -> str:
@@ -114,19 +120,20 @@ def short(terms: Sequence[tuple[str, float]]) -> str:
 
 
 def _print_errors(out: Console, found: Identified) -> None:
-    table = Table(title="Share of the torque that is left (RMS)", box=SIMPLE_HEAD, pad_edge=False)
     both: list[tuple[str, Errors]] = [("runs", found.errors)]
     if found.held_out is not None:
         both.append(("held out", found.held_out))
-    table.add_column("axis")
-    table.add_column("torque RMS", justify="right", no_wrap=True)
+    columns = [Column("axis", "axis"), Column("torque", "torque RMS", right=True)]
     for name, _ in both:
-        table.add_column(f"{name}: file", justify="right", no_wrap=True)
-        table.add_column("identified", justify="right", no_wrap=True)
+        columns.append(Column(f"{name}: file", f"{name}: file", "%", ".3g"))
+        columns.append(Column(f"{name}: identified", "identified", "%", ".3g"))
+    rows: list[Mapping[str, Value]] = []
     for i, unit in enumerate(found.units):
-        cells = [f"{100 * v:.3g} %" for _, e in both for v in (e.file[i], e.fitted[i])]
-        table.add_row(str(i + 1), f"{found.errors.torque[i]:.3g} {unit}", *cells)
-    out.print(table)
+        left = {f"{name}: file": 100 * float(e.file[i]) for name, e in both}
+        left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
+        torque = f"{found.errors.torque[i]:.3g} {unit}"
+        rows.append({"axis": str(i + 1), "torque": torque, **left})
+    out.print(table("Share of the torque that is left (RMS)", columns, rows))
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import Parameter, base_parameters, parameters, term
+from flexhex.output.tables import GROUP, Column, Value, console, table
 
 HOPELESS = 0.5
 """Share of undetermined parameters beyond which a fit is warned of."""
@@ -21,6 +21,13 @@ COGGING = ("a", "b")
 wanted."""
 Row = tuple[Parameter, float, float, float, float]
 """Parameter, estimate, standard deviation, machine file's value, difference in deviations."""
+COLUMNS = (
+    Column("parameter", "parameter"),
+    Column("estimate", "estimate ± std", right=True),
+    Column("file", "machine file", "", ".4g"),
+    Column("apart", "difference / std", "", "+.1f"),
+    Column("unit", "unit"),
+)
 
 
 def print_fit(machine: Machine, fit: Fit, every: bool = False) -> None:
@@ -28,24 +35,17 @@ def print_fit(machine: Machine, fit: Fit, every: bool = False) -> None:
 
     every: the cogging amplitudes as well, which otherwise are one line for each actuator.
     """
-    table = Table(title="Least-squares estimate", box=SIMPLE_HEAD, pad_edge=False)
-    table.add_column("parameter", no_wrap=True)
-    table.add_column("estimate ± std", justify="right", no_wrap=True)
-    table.add_column("machine file", justify="right")
-    table.add_column("diff. / std", justify="right")
-    table.add_column("unit", no_wrap=True)
+    listed: list[Mapping[str, Value]] = []
     rows = compared(machine, fit)
     for body in dict.fromkeys(group(par) for par, *_ in rows):
         mine = [row for row in rows if group(row[0]) == body]
         hidden = [] if every else [row for row in mine if term(row[0].name) in COGGING]
-        table.add_row(f"[bold]{body}[/]")
-        for row in (row for row in mine if row not in hidden):
-            _add(table, row, fit)
+        listed.append({GROUP: body})
+        listed += [_row(row, fit) for row in mine if row not in hidden]
         if hidden:
-            table.add_row(*_summary(hidden, fit))
-        table.add_section()
-    out = Console()
-    out.print(table)
+            listed.append(_summary(hidden, fit))
+    out = console()
+    out.print(table("Least-squares estimate", COLUMNS, listed))
     _print_quality(out, fit)
     warn_of(out, fit)
 
@@ -65,21 +65,30 @@ def compared(machine: Machine, fit: Fit) -> list[Row]:
     return rows
 
 
-def _add(table: Table, row: Row, fit: Fit) -> None:
+def _row(row: Row, fit: Fit) -> Mapping[str, Value]:
     par, value, std, file, apart = row
     loose = par.name in fit.undetermined
-    name = par.name.replace("[", r"\[") + (" *" if loose else "")
-    cells = (name, with_deviation(value, std), f"{file:.4g}", signed(apart), par.unit)
-    table.add_row(*cells, style="yellow" if loose else None)
+    return {
+        "parameter": par.name + (" *" if loose else ""),
+        "estimate": with_deviation(value, std),
+        "file": file,
+        "apart": apart,
+        "unit": par.unit,
+        "class": "yellow" if loose else "",
+    }
 
 
-def _summary(hidden: list[Row], fit: Fit) -> tuple[str, ...]:
+def _summary(hidden: list[Row], fit: Fit) -> Mapping[str, Value]:
     """One line for the cogging amplitudes of an actuator."""
     farthest = max(hidden, key=lambda row: abs(row[4]) if math.isfinite(row[4]) else -1.0)
     loose = sum(row[0].name in fit.undetermined for row in hidden)
-    text = f"cogging, {len(hidden)} in all" + (f", {loose} *" if loose else "")
-    name = farthest[0].name.replace("[", r"\[")
-    return text, f"most: {name}", "", signed(farthest[4]), hidden[0][0].unit
+    return {
+        "parameter": f"cogging, {len(hidden)} in all" + (f", {loose} *" if loose else ""),
+        "estimate": f"most: {farthest[0].name}",
+        "file": "",
+        "apart": farthest[4],
+        "unit": hidden[0][0].unit,
+    }
 
 
 def with_deviation(value: float, std: float) -> str:
@@ -90,11 +99,6 @@ def with_deviation(value: float, std: float) -> str:
     if place > 6:
         return f"{value:.5g} ± {std:.1g}"
     return f"{value:.{max(place, 0)}f} ± {std:.{max(place, 0)}f}"
-
-
-def signed(apart: float) -> str:
-    """A difference with its sign; a dash where there is none to be had."""
-    return f"{apart:+.1f}" if math.isfinite(apart) else "–"
 
 
 def _print_quality(out: Console, fit: Fit) -> None:

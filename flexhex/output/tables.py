@@ -1,4 +1,7 @@
-"""Tables of the terminal: each column has a heading, a unit and a number format."""
+"""Tables of the terminal: each column has a heading, a unit and a number format.
+
+Every table that a command prints is made here.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,25 @@ NONE = "–"
 """What stands in the place of a value that does not exist."""
 WIDE = 10_000
 """Width that no table reaches: a terminal wraps long lines itself, a pipe keeps them whole."""
+GROUP = "group"
+"""Key of a row that is the heading of those below it."""
 Value = str | float | None
 Row = Mapping[str, Value]
 
 
 @dataclass(frozen=True)
 class Column:
-    """key: of the value in a row. number: its format (".1f"); text without one, to the left."""
+    """key: of the value in a row. number: its format (".1f"); text without one, to the left.
+
+    right: text to the right, too. fold: in a narrow terminal text goes on in a further line.
+    """
 
     key: str
     heading: str
     unit: str = ""
     number: str = ""
+    right: bool = False
+    fold: bool = False
 
     def text(self, row: Row) -> str:
         """The value of a row in print. TypeError for what is neither text nor a number."""
@@ -45,20 +55,29 @@ class Column:
         return f"{self.heading} [{self.unit}]" if self.unit else self.heading
 
 
-def table(title: str, columns: Sequence[Column], rows: Sequence[Row]) -> Group:
-    """Rows under their title, units below the headings. A row whose `class` is `dim` is grey."""
-    drawn = Table(
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
+def table(title: str, columns: Sequence[Column], rows: Sequence[Row], total: bool = False) -> Group:
+    """Rows under their title, units below the headings. `class` of a row is its colour (`dim`).
+
+    total: a line before the last one of several rows.
+    """
+    drawn = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
     with_units = any(column.unit for column in columns)
     for column in columns:
         unit = f"\n[dim]{escape(column.unit)}[/]" if with_units else ""
-        justify = "right" if column.number else "left"
-        drawn.add_column(escape(column.heading) + unit, justify=justify, no_wrap=True)  # type: ignore[arg-type]
-    for row in rows:
-        drawn.add_row(*(escape(c.text(row)) for c in columns), style=str(row.get("class", "")))
+        drawn.add_column(
+            escape(column.heading) + unit,
+            justify="right" if column.number or column.right else "left",
+            overflow="fold",
+            no_wrap=not column.fold,
+        )
+    for k, row in enumerate(rows):
+        if GROUP in row:
+            drawn.add_section()
+            drawn.add_row(f"[bold]{escape(str(row[GROUP]))}[/]")
+            continue
+        last = total and k == len(rows) - 2
+        cells = (escape(c.text(row)) for c in columns)
+        drawn.add_row(*cells, style=str(row.get("class", "")), end_section=last)
     return Group(f"[bold]{escape(title)}[/]", drawn)
 
 

@@ -1,9 +1,9 @@
 "use strict";
 // The moving pictures: one page in a frame, filled with the data of the clip that a button chooses.
 {
-  const told = JSON.parse(document.getElementById("clips").textContent);
+  const data = JSON.parse(document.getElementById("clips").textContent);
   const place = document.querySelector(".clips"), frame = place.querySelector("iframe");
-  const buttons = told.clips.map((clip, k) => {
+  const buttons = data.clips.map((clip, k) => {
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: clip.title });
     button.addEventListener("click", () => show(k));
     place.querySelector(".tools").append(button);
@@ -11,9 +11,9 @@
   });
   function show(chosen) {
     buttons.forEach((button, k) => button.setAttribute("aria-pressed", k === chosen));
-    frame.title = `the machine in 3D: ${told.clips[chosen].title}`;
-    frame.srcdoc = told.page.replace(told.place, () => told.clips[chosen].data);
-    place.querySelector("p").textContent = told.clips[chosen].text;
+    frame.title = `the machine in 3D: ${data.clips[chosen].title}`;
+    frame.srcdoc = data.page.replace(data.place, () => data.clips[chosen].data);
+    place.querySelector("p").textContent = data.clips[chosen].text;
   }
   show(0);
   // print shows the machine as it stands

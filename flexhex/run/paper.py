@@ -13,7 +13,7 @@ from flexhex.diagnosis.estimation.identify import TOLERANCE, Fit, fit
 from flexhex.diagnosis.logs import read_log
 from flexhex.experiments import EXPERIMENTS, experiment
 from flexhex.experiments.repeatability import evaluate
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.output.progress import Progress
 from flexhex.run.actuators import actuators_builder
@@ -41,14 +41,19 @@ PLOTTED = {"adaptive": ("feedback.tau", "F.tau_ff", "K.p", "K.p_std")}
 """Further signals that the report plots, by case."""
 SAVED = {
     "fit": (*MEASURED, *FAULTS),
+    "repeatability": FAULTS,
     "feedback": (*JUDGED, *MEASURED, *FAULTS),
     "fixed": (*JUDGED, *MEASURED, *FAULTS),
     "adaptive": (*JUDGED, *MEASURED, "K.p", "K.p_std", *FAULTS),
 }
 """Signals that the files of these cases hold: for identify, diagnose and compare."""
-SAVED_ACTUATORS = {"fit": ("plant.theta", "plant.tau_meas", *FAULTS), "repeatability": FAULTS}
+SAVED_ACTUATORS = {
+    "fit": ("plant.theta", "plant.tau_meas", *FAULTS),
+    **dict.fromkeys(("feedback", "fixed", "adaptive", "repeatability"), FAULTS),
+}
+"""The same of the actuators alone."""
 SAVED_ELSE = ("feedback.e", *FAULTS)
-"""The same for all other cases: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
+"""The same for the variants: 50 s of one joint vector take 7 MB, of all signals 80 MB."""
 
 
 def paper_run(
@@ -146,7 +151,7 @@ class Runs:
     def fitted(self, seconds: float) -> tuple[Fit, Outcome]:
         """FMUs built, another trajectory simulated on the cold machine, p fitted to its log."""
         machine, name = self.builder.machine, self.builder.machine.name
-        self.progress.stage(f"building the FMUs of {name}", len(ROOMS), "FMUs")
+        self.progress.stage(f"building the FMUs of {name}", len(BLOCKS), "FMUs")
         self.builder.systems()
         case = fit_case(machine, whole_moves(machine, seconds))
         self.progress.stage("simulating the data for the fit", case.duration)

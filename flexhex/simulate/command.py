@@ -35,7 +35,7 @@ def simulate_command(
     result: Annotated[
         Path,
         typer.Option(
-            "--result", "-r", help="file of the signals: .h5 (HDF5), .csv, .mat or .parquet"
+            "--result", "-r", help="file of the signals: .h5 (HDF5), .csv, .mat, .parquet or .mcap"
         ),
     ] = Path("result.h5"),
     also: Annotated[

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 
-from flexhex.fmugen.rooms import Source, Starts, room_interface, rooms, with_starts
+from flexhex.fmugen.blocks import Source, Starts, block_interface, blocks, with_starts
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
@@ -47,15 +47,17 @@ class Builder:
         return load_machine(self.machine_file)
 
     def check(self) -> None:
-        """Make all but the C code: MachineError names file and field of what a room refuses."""
+        """Make all but the C code: MachineError names file and field of what an FMU refuses."""
         path, truth = self.machine_file, self.truth
-        makers = {room: partial(room_interface, room, self.machine) for room in rooms(self.machine)}
-        for room, make in makers.items():
-            named(path, make, room)
+        makers = {
+            block: partial(block_interface, block, self.machine) for block in blocks(self.machine)
+        }
+        for block, make in makers.items():
+            named(path, make, block)
         named(path, partial(check_settle, self.machine))
         named(path, lambda: self.schedule, "feedback")
-        for room, make in makers.items():
-            named(path, partial(make, starts=self._starts_of(room)), room)
+        for block, make in makers.items():
+            named(path, partial(make, starts=self._starts_of(block)), block)
         if truth.exists():
             named(truth, self._machine.interface, "machine")
 
@@ -83,11 +85,11 @@ class Builder:
         self.check()
         folder, truth = self.out / "fmus", self.truth
         # the largest first; compilers run side by side
-        largest_first = sorted(rooms(self.machine), key=("plant", "estimator").count, reverse=True)
+        largest_first = sorted(blocks(self.machine), key=("plant", "estimator").count, reverse=True)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             jobs = [
-                pool.submit(self._room, room, folder, self._starts_of(room))
-                for room in largest_first
+                pool.submit(self._block, block, folder, self._starts_of(block))
+                for block in largest_first
             ]
             if truth.exists():
                 jobs.insert(0, pool.submit(self._built, self._machine, folder, {}))
@@ -126,32 +128,32 @@ class Builder:
     def _write(self, case: Case, path: Path, plant: Builder | None = None) -> Path:
         folder = path.parent / "fmus" if path.parent != self.out else self.out / "variants"
         interfaces: dict[str, Interface] = {}
-        for instance, room in INSTANCES.items():
-            name = case.plant if instance == "plant" else room
+        for instance, block in INSTANCES.items():
+            name = case.plant if instance == "plant" else block
             starts = {**self.schedule.get(instance, {}), **case.starts.get(instance, {})}
             owner = plant if plant and instance == "plant" else self
-            interfaces[instance] = owner.interface_of(room, name, starts)
-            owner.place(room, name, starts, folder)
+            interfaces[instance] = owner.interface_of(block, name, starts)
+            owner.place(block, name, starts, folder)
         system = hexapod(
             interfaces, base=self.machine.timing.base, sources={"plant": f"{case.plant}.fmu"}
         )
         return write_ssp(system, folder, path, stop=case.duration)
 
-    def place(self, room: str, name: str, starts: Starts, folder: Path) -> None:
+    def place(self, block: str, name: str, starts: Starts, folder: Path) -> None:
         """Build a variant into `folder`, or copy the FMU that needs none."""
         if starts and name == "machine":
             self._built(self._machine, folder, starts)
             return
         if starts:
-            self._room(room, folder, starts)
+            self._block(block, folder, starts)
             return
         source = self.out / "fmus" / f"{name}.fmu"
         folder.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, folder / source.name)
 
-    def _room(self, room: str, folder: Path, starts: Starts) -> Path:
-        self.say(room)
-        return self._built(Source(room, self.machine), folder, starts)
+    def _block(self, block: str, folder: Path, starts: Starts) -> Path:
+        self.say(block)
+        return self._built(Source(block, self.machine), folder, starts)
 
     def _built(self, source: Source, folder: Path, starts: Starts) -> Path:
         return source.build_kept(folder, starts, self.out / "cache", self.platforms)
@@ -160,16 +162,18 @@ class Builder:
     def _machine(self) -> Source:
         return Source("plant", self.real, self.truth)
 
-    def _starts_of(self, room: str) -> Starts:
-        found: Iterable[str] = (i for i, r in INSTANCES.items() if r == room)
+    def _starts_of(self, block: str) -> Starts:
+        found: Iterable[str] = (i for i, r in INSTANCES.items() if r == block)
         return next((self.schedule[i] for i in found if i in self.schedule), {})
 
-    def interface_of(self, room: str, name: str, starts: Starts) -> Interface:
+    def interface_of(self, block: str, name: str, starts: Starts) -> Interface:
         """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""
         if name == "machine":
-            return room_interface(room, self.real)
-        return with_starts(room_interface(room, self.machine), starts)
+            return block_interface(block, self.real)
+        return with_starts(block_interface(block, self.machine), starts)
 
     def _system(self, starts: Mapping[str, Starts]) -> System:
-        interfaces = {room: room_interface(room, self.machine) for room in set(INSTANCES.values())}
+        interfaces = {
+            block: block_interface(block, self.machine) for block in set(INSTANCES.values())
+        }
         return hexapod(interfaces, base=self.machine.timing.base)

@@ -49,21 +49,22 @@ _TERM = re.compile(rf"\b{ACTUATOR}\[(\d+)\]\.([okdcab])(?:\[(\d+)\])?$")
 _PART = re.compile(rf"\b({'|'.join((*BODIES, 'flexure'))})(?:\[\d+\])?\.(\w+)(?:\[\d+\])?$")
 
 
-def refused(machine: Machine, error: StartValueError, room: str) -> str:
+def refused(machine: Machine, error: StartValueError, block: str) -> str:
     """`bodies.lower.m = 2200 kg: must be -100 to 100 kg (...)`: keys, values, range and remedy."""
-    keys = keys_of(error, room)
+    keys = keys_of(error, block)
     low, high = (f"{limit:.9g}" for limit in error.limits)
     unit = f" {error.unit}".removesuffix(" 1")
     made = "" if len(keys) == 1 else f"{error.name} is {error.value:.9g}{unit}, "
     remedy = "the value, was it meant in another unit?" if len(keys) == 1 else "one of them"
     return (
         f"{', '.join(shown(machine, key) for key in keys) or 'machine'}: {made}"
-        f"must be {low} to {high}{unit} (range{'' if made else f' of {error.name}'} in {room}.fmu):"
+        f"must be {low} to {high}{unit}"
+        f" (range{'' if made else f' of {error.name}'} in {block}.fmu):"
         f" correct {remedy}"
     )
 
 
-def keys_of(error: StartValueError, room: str) -> tuple[str, ...]:
+def keys_of(error: StartValueError, block: str) -> tuple[str, ...]:
     """Keys of the machine file that a start value is computed from; none where none is known.
 
     An entry of a list is `actuator.o[2]`, counted from 1.
@@ -71,7 +72,7 @@ def keys_of(error: StartValueError, room: str) -> tuple[str, ...]:
     variable = array_of(error.name)
     if variable == "Ts":
         base = dict.fromkeys(("plant", "feedback", "reference", "pose"), "base")
-        return (f"timing.{(base | {'estimator': 'adaptation'}).get(room, 'feedforward')}",)
+        return (f"timing.{(base | {'estimator': 'adaptation'}).get(block, 'feedforward')}",)
     if variable in KEYS:
         return KEYS[variable]
     if term := _TERM.search(error.name):

@@ -1,6 +1,6 @@
 """Whether the FMUs of a machine can be made: everything but the compiling is done once.
 
-A machine file that reads well can still ask for what a room refuses: a start value beyond its
+A machine file that reads well can still ask for what an FMU refuses: a start value beyond its
 range, a feedback that no lead filter gives, sample times that do not meet. `Builder.check` makes
 all interfaces with the feedback's design and the schedule; here its complaints get their field.
 """

@@ -155,7 +155,7 @@ class Limits:
 
 
 def _compiled(function: ca.Function) -> RowFunction:
-    """A function of a room, compiled for rows."""
+    """A function of an FMU's equations, compiled for rows."""
     inputs = function.sx_in()
     names = function.name_in(), function.name_out()
     name = f"native_{function.name()}"

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flexhex.fmugen import cache as store
+from flexhex.fmugen.blocks import Source, block_interface, step_file, with_starts
 from flexhex.fmugen.codegen import SYMBOLIC
 from flexhex.fmugen.container_parts import Part
 from flexhex.fmugen.fmu import build_fmu
-from flexhex.fmugen.rooms import Source, room_interface, step_file, with_starts
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.fmus.common.interface import Interface
 from flexhex.fmus.common.machine.machine import Machine
@@ -113,7 +113,7 @@ def _check(
             raise InterfaceError(f"{package.path}: has no component {name!r}: is it a hexapod.ssp?")
     # the neutral pose of all bodies, and the stroke
     for part, name in (("F", "x"), ("N_F", "theta")):
-        if _input(parts[part], name) == _input(room_interface(INSTANCES[part], machine), name):
+        if _input(parts[part], name) == _input(block_interface(INSTANCES[part], machine), name):
             continue
         raise InterfaceError(
             f"{package.path}: its mechanism is not that of {machine_file}: name the machine file"

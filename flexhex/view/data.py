@@ -16,7 +16,7 @@ from flexhex.ssp.result import Array, Group, Result
 from flexhex.tracking import SETTLE
 from flexhex.view.shapes import Shape, of_machine
 from flexhex.view.sources import ERROR, PAYLOAD, RESIDUAL, THETA, TORQUE, WANTED, find
-from flexhex.view.thin import held, instants, line, rows
+from flexhex.view.thin import instants, line, rows, zero_order_hold
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _other(result: Result, name: str, shape: Shape) -> str:
 
 
 def _at(result: Result, name: str, times: Array) -> Array:
-    return held(result.group(name), result[name], times)
+    return zero_order_hold(result.group(name), result[name], times)
 
 
 def signals(result: Result, span: Span, values: int) -> list[dict[str, Any]]:

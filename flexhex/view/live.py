@@ -90,7 +90,7 @@ def server(live: Live, port: int) -> ThreadingHTTPServer:
                 text = view_html(live.path.name, live.newest()["data"], live=True)
                 self._answer(200, "text/html", text)
             elif path == "/run.json":
-                self._answer(200, "application/json", _told(live, have))
+                self._answer(200, "application/json", _newest(live, have))
             else:
                 self._answer(404, "text/plain", "there are / and /run.json\n")
 
@@ -112,7 +112,7 @@ def server(live: Live, port: int) -> ThreadingHTTPServer:
         raise UsageError(f"--port {port}: {error.strerror or error}: give another port") from None
 
 
-def _told(live: Live, have: str) -> str:
+def _newest(live: Live, have: str) -> str:
     """The newest data, without those that the page has."""
     try:
         newest = live.newest()

@@ -64,7 +64,7 @@ def rows(group: Group, begin: float, end: float) -> tuple[int, int]:
     return max(0, first), last + 1
 
 
-def held(group: Group, samples: Array, times: Array) -> Array:
+def zero_order_hold(group: Group, samples: Array, times: Array) -> Array:
     """What others see at those times [s]: the latest sample (rows, ...) of each."""
     places = np.floor(times / group.Ts + 1e-6).astype(int)
     return np.asarray(samples[np.clip(places, 0, len(samples) - 1)])

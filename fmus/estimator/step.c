@@ -199,4 +199,4 @@ static void tick(const estimator_parameters *p, const estimator_inputs *u, void 
   y->fault = 0.0;
 }
 
-FLEXHEX_ROOM(estimator, state, start, tick)
+FLEXHEX_BLOCK(estimator, state, start, tick)

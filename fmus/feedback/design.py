@@ -6,7 +6,7 @@ The loop that is designed is the sampled one, with everything that delays it:
 
 P(z): zero-order hold, current loop a / (s + a), inertia 1 / (J s^2); the one step is the
 feedback's own computation: what a tick computes is seen from the next one on.
-tests/rooms/test_feedback.py checks the result with python-control.
+tests/blocks/test_feedback.py checks the result with python-control.
 """
 
 from __future__ import annotations

@@ -115,4 +115,4 @@ static void tick(const feedback_parameters *p, const feedback_inputs *u, void *m
   y->fault = lost ? FAULT_FOLLOWING : saturated ? FAULT_SATURATED : 0.0;
 }
 
-FLEXHEX_ROOM(feedback, state, start, tick)
+FLEXHEX_BLOCK(feedback, state, start, tick)

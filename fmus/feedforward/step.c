@@ -47,4 +47,4 @@ static void tick(const feedforward_parameters *p, const feedforward_inputs *u, v
   y->fault = 0.0;
 }
 
-FLEXHEX_ROOM(feedforward, state, start, tick)
+FLEXHEX_BLOCK(feedforward, state, start, tick)

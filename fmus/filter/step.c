@@ -162,4 +162,4 @@ static void tick(const filter_parameters *p, const filter_inputs *u, void *memor
   s->started = 1.0;
 }
 
-FLEXHEX_ROOM(filter, state, start, tick)
+FLEXHEX_BLOCK(filter, state, start, tick)

@@ -56,4 +56,4 @@ static void tick(const inverse_parameters *p, const inverse_inputs *u, void *mem
   y->fault = 0.0;
 }
 
-FLEXHEX_ROOM(inverse, state, start, tick)
+FLEXHEX_BLOCK(inverse, state, start, tick)

@@ -104,4 +104,4 @@ static void tick(const kinematics_parameters *p, const kinematics_inputs *u, voi
   y->fault = 0.0;
 }
 
-FLEXHEX_ROOM(kinematics, state, start, tick)
+FLEXHEX_BLOCK(kinematics, state, start, tick)

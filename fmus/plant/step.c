@@ -223,4 +223,4 @@ static void tick(const plant_parameters *p, const plant_inputs *u, void *memory,
   read_sensors(p, s, y);
 }
 
-FLEXHEX_ROOM(plant, state, start, tick)
+FLEXHEX_BLOCK(plant, state, start, tick)

@@ -63,4 +63,4 @@ static void tick(const player_parameters *p, const player_inputs *u, void *memor
   at_tick(p, s->ticks + 1.0, y);
 }
 
-FLEXHEX_ROOM(player, state, start, tick)
+FLEXHEX_BLOCK(player, state, start, tick)

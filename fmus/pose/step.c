@@ -46,4 +46,4 @@ static void tick(const pose_parameters *p, const pose_inputs *u, void *memory, p
   y->fault = 0.0;
 }
 
-FLEXHEX_ROOM(pose, state, start, tick)
+FLEXHEX_BLOCK(pose, state, start, tick)

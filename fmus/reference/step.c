@@ -200,4 +200,4 @@ static void tick(const reference_parameters *p, const reference_inputs *u, void 
   at_tick(p, s, s->ticks + 1.0, y);
 }
 
-FLEXHEX_ROOM(reference, state, start, tick)
+FLEXHEX_BLOCK(reference, state, start, tick)

@@ -148,12 +148,12 @@ def _result(head: dict[str, str], names: list[str], lines: list[str]) -> Result:
         else:
             meta[key] = _value(text)
     groups, first = {}, 0
-    for rate, told in about["rate"].items():
+    for rate, entry in about["rate"].items():
         signals = {k: s for k, s in about["signal"].items() if s["rate"] == rate}
         width = 1 + sum(s["columns"] or 1 for s in signals.values())
-        values = _numbers(lines, range(first, first + width), told["rows"])
+        values = _numbers(lines, range(first, first + width), entry["rows"])
         columns = names[first : first + width]
-        groups[rate] = _group(told["period"], base, signals, values, columns)
+        groups[rate] = _group(entry["period"], base, signals, values, columns)
         first += width
     times = {name: FmuTime(**spent) for name, spent in about["fmu"].items()}
     result = Result(groups, times, float(head["duration_s"]), float(head["wall_s"]), meta)
@@ -174,14 +174,14 @@ def _group(
     period: int, base: float, about: dict[str, dict[str, Any]], values: Array, names: list[str]
 ) -> Group:
     signals, elements, first = {}, {}, 1
-    for name, told in about.items():
-        size = told["columns"]
+    for name, entry in about.items():
+        size = entry["columns"]
         block = values[:, first : first + (size or 1)]
         signals[name] = block[:, 0] if size is None else block
         each = tuple(n.removeprefix(name) for n in names[first : first + (size or 1)])
         if size is not None and each != indices(size):
             elements[name] = each
         first += size or 1
-    units = {name: told["unit"] for name, told in about.items()}
-    descriptions = {name: told["description"] for name, told in about.items()}
+    units = {name: entry["unit"] for name, entry in about.items()}
+    descriptions = {name: entry["description"] for name, entry in about.items()}
     return Group(period, base, signals, units, descriptions, elements)

@@ -34,12 +34,12 @@ def write(path: Path, result: Result, meta: Meta) -> None:
         for name, group in result.groups.items():
             target = rates.create_group(name)
             target.attrs.update({"period": group.period, "base_step": group.base})
-            _describe(_stored(target, TIME, group.time), ["s"], "time")
+            _describe(stored(target, TIME, group.time), ["s"], "time")
             for signal, values in group.signals.items():
                 units = group.column_units(signal)
                 units = units[:1] if len(set(units)) == 1 else units
                 text = group.descriptions.get(signal, "")
-                data = _stored(target, signal, values)
+                data = stored(target, signal, values)
                 _describe(data, units, text)
                 if signal in group.elements:
                     data.attrs["elements"] = np.array(group.elements[signal], h5py.string_dtype())
@@ -54,37 +54,53 @@ def _describe(data: h5py.Dataset, units: list[str], description: str) -> None:
     data.attrs["description"] = description
 
 
-def _stored(group: h5py.Group, name: str, values: Array) -> h5py.Dataset:
+def stored(group: h5py.Group, name: str, values: Array) -> h5py.Dataset:
     """A new data set; a large one in compressed chunks, each of one column.
 
     The filters are those that every program has which reads HDF5 (shuffle, gzip); compressed
-    here, since HDF5 knows no deflate by runs alone, which takes half the time.
+    here, since HDF5 knows no deflate by runs alone, which takes half the time. Which of two ways is
+    the smaller one is tried in the middle of each column: at its begin a machine may rest.
     """
     if values.nbytes < SMALL:
         return group.create_dataset(name, data=values)
     table, rows = values.reshape(len(values), -1), min(len(values), CHUNK)
+    middle = slice((len(table) - rows) // 2, (len(table) + rows) // 2)
+    tried = [np.ascontiguousarray(column[middle]) for column in table.T]
+    sizes = [sum(len(deflated(chunk)) for chunk in tried) for deflated in (_shuffled, _as_it_is)]
+    shuffle = sizes[0] <= sizes[1]
     data = group.create_dataset(
         name,
         values.shape,
         values.dtype,
         chunks=(rows, *[1] * (values.ndim - 1)),
-        shuffle=True,
+        shuffle=shuffle,
         compression="gzip",
     )
+    deflated = _shuffled if shuffle else _as_it_is
     for column in range(table.shape[1]):
         for first in range(0, len(table), rows):
             chunk = np.zeros(rows)
             chunk[: len(table) - first] = table[first : first + rows, column]
             place = (first, column)[: values.ndim]
-            data.id.write_direct_chunk(place, _deflated(chunk))
+            data.id.write_direct_chunk(place, deflated(chunk))
     return data
 
 
-def _deflated(chunk: Array) -> bytes:
-    """Bytes of the samples, all first ones first, then all second ones ..., deflated by runs."""
+def _shuffled(chunk: Array) -> bytes:
+    """Bytes of the samples, all first ones first, then all second ones ..., deflated by runs: for
+    samples that change little from one to the next."""
     sorted_bytes = chunk.view(np.uint8).reshape(-1, chunk.itemsize).T
-    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, zlib.DEF_MEM_LEVEL, zlib.Z_RLE)
-    return packer.compress(sorted_bytes.tobytes()) + packer.flush()
+    return _deflated(sorted_bytes.tobytes(), zlib.Z_RLE)
+
+
+def _as_it_is(chunk: Array) -> bytes:
+    """The samples, deflated: for those of few different values, as a drive's current steps."""
+    return _deflated(chunk.tobytes(), zlib.Z_DEFAULT_STRATEGY)
+
+
+def _deflated(data: bytes, strategy: int) -> bytes:
+    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, zlib.DEF_MEM_LEVEL, strategy)
+    return packer.compress(data) + packer.flush()
 
 
 def read(path: Path) -> Result:

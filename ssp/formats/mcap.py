@@ -193,7 +193,7 @@ def read(path: Path) -> Result:
         try:
             for _, channel, message in reader.iter_messages(log_time_order=False):
                 rows.setdefault(channel.topic, []).append(json.loads(message.data))
-            groups = {rate: _group(told, rows) for rate, told in about["groups"].items()}
+            groups = {rate: _group(entry, rows) for rate, entry in about["groups"].items()}
             times = {name: FmuTime(**spent) for name, spent in about["times"].items()}
             return Result(groups, times, about["duration_s"], about["wall_s"], about["meta"])
         except Exception as error:  # mcap's own classes
@@ -216,10 +216,10 @@ def _found(path: Path, file: Any) -> dict[str, Any] | None:
     return about if about.get("format") == FORMAT else None
 
 
-def _group(told: dict[str, Any], rows: dict[str, list[Any]]) -> Group:
+def _group(entry: dict[str, Any], rows: dict[str, list[Any]]) -> Group:
     """A group out of the messages of its topics."""
     signals: dict[str, Array] = {}
-    for name, one in told["signals"].items():
+    for name, one in entry["signals"].items():
         parts = [message[one["field"]] for message in rows.get(one["topic"], [])]
         if one["elements"]:
             parts = [list(part.values()) for part in parts]
@@ -227,8 +227,10 @@ def _group(told: dict[str, Any], rows: dict[str, list[Any]]) -> Group:
         values = np.array(parts, dtype=np.float64)
         signals[name] = values if parts else values.reshape(one["shape"])
     each: dict[str, dict[str, Any]] = {
-        key: {name: one[key] for name, one in told["signals"].items()}
+        key: {name: one[key] for name, one in entry["signals"].items()}
         for key in ("unit", "description", "elements")
     }
     elements = {name: tuple(parts) for name, parts in each["elements"].items() if parts}
-    return Group(told["period"], told["base"], signals, each["unit"], each["description"], elements)
+    return Group(
+        entry["period"], entry["base"], signals, each["unit"], each["description"], elements
+    )

@@ -154,7 +154,7 @@ def test_functions_that_call_others_are_refused(tmp_path: Path) -> None:
         build_fmu(toys.interface(), [function], toys.STEP_C, tmp_path)
 
 
-def test_function_of_another_room_is_refused(tmp_path: Path) -> None:
+def test_function_of_another_block_is_refused(tmp_path: Path) -> None:
     x = ca.SX.sym("x")
     function = ca.Function("other_scale", [x], [x])
     with pytest.raises(BuildError, match="must be called toy_<what>"):
@@ -184,17 +184,17 @@ def test_failing_compiler_is_quoted(tmp_path: Path) -> None:
     assert not list((tmp_path / "out").glob("*.fmu"))
 
 
-def test_room_that_does_not_fit_its_table_is_refused(tmp_path: Path) -> None:
+def test_block_that_does_not_fit_its_table_is_refused(tmp_path: Path) -> None:
     """A step.c compiled against other variables than the table lists."""
     folder = tmp_path / "toy"
     folder.mkdir()
-    text = toys.STEP_C.read_text().replace("FLEXHEX_ROOM(toy,", "FLEXHEX_ROOM(wrong,")
+    text = toys.STEP_C.read_text().replace("FLEXHEX_BLOCK(toy,", "FLEXHEX_BLOCK(wrong,")
     text = text.replace(
-        "FLEXHEX_ROOM(wrong,",
+        "FLEXHEX_BLOCK(wrong,",
         "typedef toy_parameters wrong_parameters;\ntypedef toy_outputs wrong_outputs;\n"
-        "typedef struct { double u[9]; } wrong_inputs;\n#define wrong_room toy_room\n"
+        "typedef struct { double u[9]; } wrong_inputs;\n#define wrong_block toy_block\n"
         "static void bad(const wrong_parameters *p, const wrong_inputs *u, void *s,"
-        " wrong_outputs *y) { (void)u, tick(p, NULL, s, y); }\nFLEXHEX_ROOM(wrong,",
+        " wrong_outputs *y) { (void)u, tick(p, NULL, s, y); }\nFLEXHEX_BLOCK(wrong,",
     ).replace("start, tick)", "start, bad)")
     (folder / "step.c").write_text(text)
     path = build_fmu(toys.interface(), toys.functions(), folder / "step.c", tmp_path / "out")
@@ -203,7 +203,7 @@ def test_room_that_does_not_fit_its_table_is_refused(tmp_path: Path) -> None:
     assert "the table of variables does not fit step.c" in slave.said
 
 
-def test_rooms_without_inputs_or_equations_build(tmp_path: Path) -> None:
+def test_blocks_without_inputs_or_equations_build(tmp_path: Path) -> None:
     folder = tmp_path / "still"
     folder.mkdir()
     (folder / "step.c").write_text(
@@ -212,7 +212,7 @@ def test_rooms_without_inputs_or_equations_build(tmp_path: Path) -> None:
         " size_t n) {\n  (void)p, (void)s, (void)m, (void)n;\n  y->one = 1.0;\n  return true;\n}\n"
         "static void tick(const still_parameters *p, const still_inputs *u, void *s,"
         " still_outputs *y) {\n  (void)p, (void)u, (void)s;\n  y->one += 1.0;\n}\n"
-        "FLEXHEX_ROOM(still, state, start, tick)\n"
+        "FLEXHEX_BLOCK(still, state, start, tick)\n"
     )
     one = (Variable("one", "output", "1", "counts"),)
     interface = Interface("still", "no input, no equation", toys.BASE, one)

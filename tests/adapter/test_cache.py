@@ -13,15 +13,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from flexhex.fmugen import cache, compile, fmu, rooms, sources
-from flexhex.fmugen.rooms import Source
+from flexhex.fmugen import blocks, cache, compile, fmu, sources
+from flexhex.fmugen.blocks import Source
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.numeric import library
 from flexhex.numeric.library import loaded
 from flexhex.numeric.rows import RowFunction, native
 from tests.conftest import MACHINE_FILE, ROOT
 
-ROOM = "feedback"
+BLOCK = "feedback"
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def work(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What was done: `equations` derived, C files compiled, an `fmu` packed."""
     done: list[str] = []
-    functions, build, run = Source.functions, rooms.build_fmu, compile._run
+    functions, build, run = Source.functions, blocks.build_fmu, compile._run
 
     def watched_run(command: list[str], folder: Path | None = None) -> str:
         done.extend(word for word in command if word.endswith(".c"))
@@ -51,64 +51,64 @@ def work(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
     monkeypatch.setattr(compile, "_run", watched_run)
     monkeypatch.setattr(Source, "functions", watched_functions)
-    monkeypatch.setattr(rooms, "build_fmu", watched_build)
+    monkeypatch.setattr(blocks, "build_fmu", watched_build)
     return done
 
 
 def test_same_machine_is_built_once_and_equals_a_fresh_build(
     folder: Path, work: list[str], machine: Machine, tmp_path: Path
 ) -> None:
-    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
-    assert {"equations", "fmu", f"{ROOM}_step.c"} <= set(work)
+    first = Source(BLOCK, machine).build_kept(tmp_path / "a").read_bytes()
+    assert {"equations", "fmu", f"{BLOCK}_step.c"} <= set(work)
     work.clear()
-    assert Source(ROOM, machine).build_kept(tmp_path / "b").read_bytes() == first
+    assert Source(BLOCK, machine).build_kept(tmp_path / "b").read_bytes() == first
     assert work == []
-    assert Source(ROOM, machine).build(tmp_path / "c").read_bytes() == first
+    assert Source(BLOCK, machine).build(tmp_path / "c").read_bytes() == first
 
 
 def test_other_start_values_compile_one_table(
     folder: Path, work: list[str], machine: Machine, tmp_path: Path
 ) -> None:
-    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
+    first = Source(BLOCK, machine).build_kept(tmp_path / "a").read_bytes()
     work.clear()
     starts = {"reference_delay": 7.0}
-    other = Source(ROOM, machine).build_kept(tmp_path / "b", starts).read_bytes()
-    assert work == ["fmu", f"{ROOM}_fmu.c"]
+    other = Source(BLOCK, machine).build_kept(tmp_path / "b", starts).read_bytes()
+    assert work == ["fmu", f"{BLOCK}_fmu.c"]
     assert other != first
-    assert Source(ROOM, machine).build(tmp_path / "c", starts).read_bytes() == other
+    assert Source(BLOCK, machine).build(tmp_path / "c", starts).read_bytes() == other
 
 
 def test_whatever_determines_an_fmu_makes_another_key(
     folder: Path, machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    keys = [Source(ROOM, machine)._key()]
+    keys = [Source(BLOCK, machine)._key()]
     heavier = machine.model_copy(update={"name": "other"})
-    keys.append(Source(ROOM, heavier)._key())
+    keys.append(Source(BLOCK, heavier)._key())
     keys.append(Source("filter", machine)._key())
     truth = MACHINE_FILE.with_name("tflex-truth.toml")
-    keys.append(Source(ROOM, machine, truth)._key())
+    keys.append(Source(BLOCK, machine, truth)._key())
     changed = tmp_path / "x-truth.toml"
     changed.write_text(truth.read_text(encoding="utf-8").replace("seed = ", "seed = 1"))
-    keys.append(Source(ROOM, machine, changed)._key())
-    monkeypatch.setattr(rooms, "versions", lambda: (("casadi", "0"),))
-    keys.append(Source(ROOM, machine)._key())
+    keys.append(Source(BLOCK, machine, changed)._key())
+    monkeypatch.setattr(blocks, "versions", lambda: (("casadi", "0"),))
+    keys.append(Source(BLOCK, machine)._key())
     monkeypatch.setattr(cache, "sources", lambda: "other sources")
-    keys.append(Source(ROOM, machine)._key())
+    keys.append(Source(BLOCK, machine)._key())
     assert len(set(keys)) == len(keys)
 
 
 def test_compiler_and_its_flags_make_another_fmu(
     folder: Path, work: list[str], machine: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Source(ROOM, machine).build_kept(tmp_path / "a")
-    own = rooms.tool(rooms.host())
+    Source(BLOCK, machine).build_kept(tmp_path / "a")
+    own = blocks.tool(blocks.host())
     for other in (
         dataclasses.replace(own, version="gcc 99"),
         dataclasses.replace(own, flags=(*own.flags, "-g0")),
     ):
         work.clear()
-        monkeypatch.setattr(rooms, "tool", lambda name, other=other: other)
-        Source(ROOM, machine).build_kept(tmp_path / "b")
+        monkeypatch.setattr(blocks, "tool", lambda name, other=other: other)
+        Source(BLOCK, machine).build_kept(tmp_path / "b")
         assert "fmu" in work
         assert "equations" not in work, "the C is the same"
 
@@ -131,17 +131,17 @@ def test_sources_are_hashed_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_damaged_files_are_made_anew(folder: Path, machine: Machine, tmp_path: Path) -> None:
-    first = Source(ROOM, machine).build_kept(tmp_path / "a").read_bytes()
+    first = Source(BLOCK, machine).build_kept(tmp_path / "a").read_bytes()
     for kind in ("fmus", "equations"):
         for path in (folder / kind).iterdir():
             data = path.read_bytes()
             path.write_bytes(data[:-10] + b"0123456789")
     for path in (folder / "objects").iterdir():
         path.write_bytes(path.read_bytes()[:40])
-    assert Source(ROOM, machine).build_kept(tmp_path / "b").read_bytes() == first
+    assert Source(BLOCK, machine).build_kept(tmp_path / "b").read_bytes() == first
     (whole,) = (folder / "fmus").iterdir()
     whole.write_bytes(b"")
-    assert Source(ROOM, machine).build_kept(tmp_path / "c").read_bytes() == first
+    assert Source(BLOCK, machine).build_kept(tmp_path / "c").read_bytes() == first
 
 
 def test_a_cache_that_cannot_be_written_is_not_used(
@@ -149,15 +149,15 @@ def test_a_cache_that_cannot_be_written_is_not_used(
 ) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path / "file" / "cache"))
-    assert Source(ROOM, machine).build_kept(tmp_path / "a").is_file()
+    assert Source(BLOCK, machine).build_kept(tmp_path / "a").is_file()
     assert (tmp_path / "a" / "cache").is_dir(), "objects are beside the FMU"
 
 
 BUILD = """
 from pathlib import Path
-from flexhex.fmugen.rooms import Source
+from flexhex.fmugen.blocks import Source
 from flexhex.fmus.common.machine_file import load_machine
-Source({room!r}, load_machine({machine!r})).build_kept(Path({out!r}))
+Source({block!r}, load_machine({machine!r})).build_kept(Path({out!r}))
 """
 
 
@@ -165,11 +165,11 @@ def test_two_processes_build_side_by_side(folder: Path, machine: Machine, tmp_pa
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = []
     for name in ("one", "two"):
-        code = BUILD.format(room=ROOM, machine=str(MACHINE_FILE), out=str(tmp_path / name))
+        code = BUILD.format(block=BLOCK, machine=str(MACHINE_FILE), out=str(tmp_path / name))
         running.append(subprocess.Popen([sys.executable, "-c", code], env=environment))
     assert [process.wait() for process in running] == [0, 0]
-    made = [(tmp_path / name / f"{ROOM}.fmu").read_bytes() for name in ("one", "two")]
-    assert made[0] == made[1] == Source(ROOM, machine).build(tmp_path / "c").read_bytes()
+    made = [(tmp_path / name / f"{BLOCK}.fmu").read_bytes() for name in ("one", "two")]
+    assert made[0] == made[1] == Source(BLOCK, machine).build(tmp_path / "c").read_bytes()
     kept = [path for path in folder.rglob("*") if path.is_file()]
     assert [path for path in kept if path.name.startswith(".")] == [], "nothing half-written"
 
@@ -204,8 +204,8 @@ def test_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_generated_c_survives_its_file(machine: Machine) -> None:
-    source = Source(ROOM, machine)
-    made = sources.Generated.of(source.interface(), source.functions(), ROOM)
+    source = Source(BLOCK, machine)
+    made = sources.Generated.of(source.interface(), source.functions(), BLOCK)
     assert sources.Generated.loaded(made.dumped()) == made
     assert made.source
     assert fmu.RUNTIME.is_dir()
@@ -237,9 +237,9 @@ def test_c_of_a_function_is_written_once_and_anew_for_another(
 ) -> None:
     write = library.casadi_source
 
-    def watched(functions: list[ca.Function], room: str, identifier: str) -> str:
+    def watched(functions: list[ca.Function], block: str, identifier: str) -> str:
         work.append("written")
-        return write(functions, room, identifier)
+        return write(functions, block, identifier)
 
     monkeypatch.setattr(library, "casadi_source", watched)
     for factor in (3.0, 3.0, 4.0):

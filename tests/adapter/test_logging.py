@@ -20,7 +20,7 @@ def switch(slave: Slave, on: bool, *categories: str) -> int:
 
 
 def cause_fault(slave: Slave) -> None:
-    """A fault of the room, and back."""
+    """A fault of the block, and back."""
     for u in (0.95, 0.0):
         slave.set([VR["u"]], [u])
         slave.advance(4)

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.fmugen.blocks import BLOCKS, Source
 from flexhex.fmugen.codegen import casadi_source, straight_line
 from flexhex.fmugen.compile import SMALL, compile_object, link_shared
 from flexhex.fmugen.graph import CALLS, INFIX, PATTERNS, Graph
 from flexhex.fmugen.lanes import Lanes
-from flexhex.fmugen.rooms import ROOMS, Source
 from flexhex.fmugen.straight import Body, body
 from flexhex.fmus.common.errors import BuildError
 from flexhex.fmus.common.machine_file import load_machine
@@ -28,25 +28,25 @@ from tests.effects.machines import everything
 Array = NDArray[np.float64]
 FORMS = {"vectors": (), "none": ("-DFLEXHEX_NO_VECTORS",)}
 CASES = [
-    *(("tflex.toml", room) for room in ROOMS),
-    *(("effects", room) for room in ("plant", "feedforward", "filter", "estimator")),
+    *(("tflex.toml", block) for block in BLOCKS),
+    *(("effects", block) for block in ("plant", "feedforward", "filter", "estimator")),
     ("tflex-actuators.toml", "plant"),
     ("truth", "plant"),
 ]
 
 
-def equations(kind: str, room: str) -> Sequence[ca.Function]:
-    """Functions of a room: of a machine file, with all effects, of the simulated real machine."""
+def equations(kind: str, block: str) -> Sequence[ca.Function]:
+    """Functions of a block: of a machine file, with all effects, of the simulated real machine."""
     if kind == "truth":
         truth = MACHINE_FILE.with_name("tflex-truth.toml")
-        return Source(room, load_machine(MACHINE_FILE), truth).functions()
+        return Source(block, load_machine(MACHINE_FILE), truth).functions()
     machine = everything() if kind == "effects" else load_machine(MACHINE_FILE.with_name(kind))
-    module: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
+    module: Any = importlib.import_module(f"flexhex.fmus.{block}.equations")
     made: Sequence[ca.Function] = module.functions(machine)
     return made
 
 
-def casadi_text(functions: Sequence[ca.Function], room: str) -> str:
+def casadi_text(functions: Sequence[ca.Function], block: str) -> str:
     """C by CasADi's own generator, which knows of no pairs."""
     generator = ca.CodeGenerator("theirs.c", {"casadi_int": "int"})
     for function in functions:
@@ -78,14 +78,14 @@ def call(library: ctypes.CDLL, function: ca.Function, values: Sequence[Array]) -
 
 def differing(
     functions: Sequence[ca.Function],
-    room: str,
+    block: str,
     flags: Sequence[str],
     draw: Callable[[int], Array],
     times: int = 20,
 ) -> list[str]:
     """Functions whose results differ from CasADi's in a bit; a NaN equals a NaN."""
-    ours = compiled(casadi_source(functions, room, room), flags)
-    theirs, found = compiled(casadi_text(functions, room)), []
+    ours = compiled(casadi_source(functions, block, block), flags)
+    theirs, found = compiled(casadi_text(functions, block)), []
     for function in functions:
         for _ in range(times):
             values = [draw(function.numel_in(k)) for k in range(function.n_in())]
@@ -105,12 +105,12 @@ def draw() -> Callable[[int], Array]:
 
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize(("kind", "room"), CASES)
-def test_rooms_have_the_bits_of_casadis_own_c(
-    kind: str, room: str, form: str, draw: Callable[[int], Array]
+@pytest.mark.parametrize(("kind", "block"), CASES)
+def test_blocks_have_the_bits_of_casadis_own_c(
+    kind: str, block: str, form: str, draw: Callable[[int], Array]
 ) -> None:
-    functions = equations(kind, room)
-    assert differing(functions, room, FORMS[form], draw) == []
+    functions = equations(kind, block)
+    assert differing(functions, block, FORMS[form], draw) == []
 
 
 def test_comparison_sees_a_changed_bit(draw: Callable[[int], Array]) -> None:
@@ -173,12 +173,12 @@ def written(function: ca.Function) -> Body:
 
 
 @pytest.mark.parametrize(
-    ("room", "name"),
+    ("block", "name"),
     [("kinematics", "correct"), ("kinematics", "rates"), ("feedforward", "torque")],
 )
-def test_arms_are_computed_in_pairs(room: str, name: str) -> None:
+def test_arms_are_computed_in_pairs(block: str, name: str) -> None:
     """What is alone: the platform's chain, and what a pair of arms does not share."""
-    found = next(f for f in equations("tflex.toml", room) if f.name() == f"{room}_{name}")
+    found = next(f for f in equations("tflex.toml", block) if f.name() == f"{block}_{name}")
     made = written(found)
     assert 2 * made.pairs > 10 * made.singles
     assert len(made.lines) < 0.65 * found.n_instructions()

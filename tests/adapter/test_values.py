@@ -60,11 +60,11 @@ def test_fault_stays_until_reset(running: Slave) -> None:
     assert fault(running) == 0
 
 
-def test_fault_of_the_room_shows_after_a_refused_call(running: Slave) -> None:
+def test_fault_of_the_block_shows_after_a_refused_call(running: Slave) -> None:
     running.set([VR["u"]], [2.0])
     running.set([VR["u"]], [0.95])
     running.advance(4)
-    assert fault(running) == 2, "the room's own fault is not hidden by the 1"
+    assert fault(running) == 2, "the block's own fault is not hidden by the 1"
     assert running.try_get([99])[0] == ERROR
     assert fault(running) == 2, "nor by the next refused call"
     running.set([VR["u"]], [0.1])
@@ -85,7 +85,7 @@ def test_refused_value_leaves_the_course_as_it_was(make) -> None:
         assert undisturbed.get(QUIET) == disturbed.get(QUIET)
 
 
-def test_fault_of_the_room_comes_and_goes(running: Slave) -> None:
+def test_fault_of_the_block_comes_and_goes(running: Slave) -> None:
     running.set([VR["u"]], [0.95])
     running.advance(4)
     assert fault(running) == 2
@@ -145,11 +145,11 @@ def test_initial_outputs_follow_the_parameters(fresh: Slave) -> None:
     assert fresh.get([VR["y"]]) == [3.0]
 
 
-def test_parameter_that_the_room_refuses(fresh: Slave) -> None:
+def test_parameter_that_the_block_refuses(fresh: Slave) -> None:
     fresh.set([VR["offset"]], [7.0])
     fresh.call("fmi2EnterInitializationMode")
     assert fresh.try_get([VR["y"]])[0] == ERROR
-    assert fresh.get([VR["offset"]]) == [7.0], "only outputs need the room"
+    assert fresh.get([VR["offset"]]) == [7.0], "only outputs need the block"
     assert fresh.call("fmi2ExitInitializationMode") == ERROR
     assert fresh.said == "offset = 7, must not be seven (instance one)"
     fresh.set([VR["offset"]], [6.0])

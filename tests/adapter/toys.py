@@ -1,4 +1,4 @@
-"""The test room in Python: interface, equations, and what the timing rule makes of it."""
+"""The test block in Python: interface, equations, and what the timing rule makes of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ N = 3
 
 
 def interface(name: str = "toy", period: int = 2, offset: float = 0.5) -> Interface:
-    """The test room with a sample time of `period` base steps."""
+    """The test block with a sample time of `period` base steps."""
     variables = (
         Variable("offset", "parameter", "rad", "added to y", start=offset, min=-10, max=10),
         Variable("begin", "parameter", "N m", "first integral", size=N, start=(0.1, 0.2, 0.3)),
@@ -30,7 +30,7 @@ def interface(name: str = "toy", period: int = 2, offset: float = 0.5) -> Interf
         Variable("integral", "output", "N m", "of a over time", N, initial_from=("begin",)),
         Variable("ticks", "output", "1", "number of ticks", min=0),
     )
-    text, faults = "room for tests of the adapter", (Item("wide", "input u is large"),)
+    text, faults = "block for tests of the adapter", (Item("wide", "input u is large"),)
     return Interface(name, text, period * BASE, variables, {"N": N}, faults)
 
 

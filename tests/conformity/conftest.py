@@ -1,4 +1,4 @@
-"""The test room's FMU, built once for all tests of this folder."""
+"""The test block's FMU, built once for all tests of this folder."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ static int values(subject *s, bool set, fmi2Status *status) {
                 : get(s, t, null ? NULL : vr, n, value, whole);
   const bool legal = set ? s->phase != T : s->phase != I;
   if (!set && s->phase == M && good) {
-    return -1; /* first outputs of parameters that the room may refuse */
+    return -1; /* first outputs of parameters that the block may refuse */
   }
   if (!set && *status == fmi2OK) {
     for (unsigned k = 0; k < n; ++k) {

@@ -1,6 +1,6 @@
 """Mistakes that an FMU can have: how each is made, what must be said.
 
-The FMU is the test room of tests/adapter (a gain and an integrator).
+The FMU is the test block of tests/adapter (a gain and an integrator).
 """
 
 from __future__ import annotations

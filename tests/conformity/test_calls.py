@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from tests.adapter.slave import DISCARD, ERROR, OK, Binary, Slave
 from tests.adapter.test_calls import STATES, TABLE, arguments, bring
 
 
-@pytest.mark.parametrize("name", [*ROOMS, "machine"])
+@pytest.mark.parametrize("name", [*BLOCKS, "machine"])
 def test_every_function_in_every_state(fmu_dir: Path, tmp_path: Path, name: str) -> None:
     binary = Binary(fmu_dir / f"{name}.fmu", tmp_path)
     wrong = []

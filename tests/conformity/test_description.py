@@ -12,13 +12,13 @@ from lxml import etree
 
 import flexhex
 from flexhex.fmugen import VERSION
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmus.common.interface import STRUCTURED, array_of
 from tests.adapter.slave import ERROR, OK, Binary, Slave
 from tests.conformity.archives import XML, members
 from tests.conftest import ROOT
 
-NAMES = (*ROOMS, "machine")
+NAMES = (*BLOCKS, "machine")
 
 
 def test_version_is_that_of_the_package() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from tests.conformity.archives import members, text, write
 from tests.conformity.fuzz import fuzz, has_sanitizers
 
@@ -38,7 +38,7 @@ def test_random_calls_find_nothing(fmu_dir: Path, name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*ROOMS, "machine"])
+@pytest.mark.parametrize("name", [*BLOCKS, "machine"])
 def test_a_million_random_calls_find_nothing(fmu_dir: Path, name: str) -> None:
     done = fuzz(fmu_dir / f"{name}.fmu", 1_000_000, seed=3)
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]

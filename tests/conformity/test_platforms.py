@@ -17,8 +17,8 @@ import pytest
 from lxml import etree
 
 from flexhex.check.fmu import check_fmu
+from flexhex.fmugen.blocks import build_block
 from flexhex.fmugen.platforms import MINGW, PLATFORMS, host, tool, wanted
-from flexhex.fmugen.rooms import build_room
 from flexhex.fmus.common.errors import BuildError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from tests.adapter import toys
@@ -97,7 +97,7 @@ def test_other_computers_answer_alike(
     machine: Machine, tmp_path: Path, name: str, platform: str
 ) -> None:
     able(platform)
-    fmu = build_room(name, machine, tmp_path, cache=OBJECTS, platforms=(host(), platform))
+    fmu = build_block(name, machine, tmp_path, cache=OBJECTS, platforms=(host(), platform))
     folder = tmp_path / "unpacked"
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)

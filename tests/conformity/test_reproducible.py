@@ -9,18 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from tests.conftest import MACHINE_FILE, ROOT
 
 CODE = """
 import os, sys
 from pathlib import Path
 os.umask({umask:#o})
-from flexhex.fmugen.rooms import build_machine, build_room
+from flexhex.fmugen.blocks import build_machine, build_block
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 machine = load_machine(Path({machine!r}))
-for room in {rooms!r}:
-    build_room(room, machine, Path("fmus"), cache=Path("cache"))
+for block in {blocks!r}:
+    build_block(block, machine, Path("fmus"), cache=Path("cache"))
 if {truth!r}:
     file = Path({machine!r})
     real = load_machine(real_file(file))
@@ -28,10 +28,10 @@ if {truth!r}:
 """
 
 
-def build(folder: Path, rooms: tuple[str, ...], umask: int, language: str, seed: str) -> Path:
+def build(folder: Path, blocks: tuple[str, ...], umask: int, language: str, seed: str) -> Path:
     """FMUs built from nothing in a process of its own, whose folder is `folder`."""
     folder.mkdir(parents=True)
-    code = CODE.format(umask=umask, machine=str(MACHINE_FILE), rooms=rooms, truth=len(rooms) > 2)
+    code = CODE.format(umask=umask, machine=str(MACHINE_FILE), blocks=blocks, truth=len(blocks) > 2)
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "build")]),
@@ -49,20 +49,20 @@ def build(folder: Path, rooms: tuple[str, ...], umask: int, language: str, seed:
 
 
 @pytest.mark.parametrize(
-    "rooms",
+    "blocks",
     [
         ("feedback",),
         pytest.param(
-            ROOMS,
+            BLOCKS,
             marks=pytest.mark.slow,
         ),
     ],
 )
-def test_archives_are_equal_byte_for_byte(tmp_path: Path, rooms: tuple[str, ...]) -> None:
-    first = build(tmp_path / "one", rooms, 0o022, "C", "1")
-    second = build(tmp_path / "some where" / "élse", rooms, 0o077, "C.UTF-8", "2")
+def test_archives_are_equal_byte_for_byte(tmp_path: Path, blocks: tuple[str, ...]) -> None:
+    first = build(tmp_path / "one", blocks, 0o022, "C", "1")
+    second = build(tmp_path / "some where" / "élse", blocks, 0o077, "C.UTF-8", "2")
     made = sorted(p.name for p in first.iterdir())
     assert made == sorted(p.name for p in second.iterdir())
-    assert len(made) == len(rooms) + (len(rooms) > 2)
+    assert len(made) == len(blocks) + (len(blocks) > 2)
     for name in made:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from flexhex.check.results import check_results
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmugen.recorded import IN, OUT
-from flexhex.fmugen.rooms import ROOMS
 from flexhex.fmus.common.errors import InterfaceError
 from tests.conformity.archives import members, rebuilt, text, without, write
 from tests.golden.golden import read
 
-NAMES = (*ROOMS, "machine")
+NAMES = (*BLOCKS, "machine")
 
 
 def flexhex(*words: object) -> subprocess.CompletedProcess[str]:

@@ -17,14 +17,14 @@ import pytest
 from flexhex.check.binary import make_plan
 from flexhex.check.slave import Instance
 from flexhex.check.subject import Subject
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmugen.compile import HIDDEN, SMALL, compile_object, compiler
 from flexhex.fmugen.page import BUILD
-from flexhex.fmugen.rooms import ROOMS
 from tests.conformity.archives import members
 from tests.conftest import OBJECTS
 
 HERE = Path(__file__).parent
-NAMES = (*ROOMS, "machine")
+NAMES = (*BLOCKS, "machine")
 STATIC = ("-DFLEXHEX_STATIC",)
 STRICT = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 STEPS, BASE = 1000, 0.00025

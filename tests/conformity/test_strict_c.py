@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from flexhex.fmugen.blocks import BLOCKS, build_block
 from flexhex.fmugen.compile import compiler
-from flexhex.fmugen.rooms import ROOMS, build_room
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from tests.conformity.test_sources import HERE, run, unpack
@@ -27,7 +27,7 @@ GENERATED = ("-Wno-unused-parameter", "-Wno-unused-function")
 """CasADi's functions all have one signature, and its helpers stand in every file."""
 MACHINES = {"nominal": "tflex.toml", "axes": "tflex-actuators.toml"}
 CASES = [
-    *(("nominal", name) for name in (*ROOMS, "machine")),
+    *(("nominal", name) for name in (*BLOCKS, "machine")),
     *(("effects", name) for name in ("plant", "feedforward", "filter", "estimator")),
     ("axes", "plant"),
 ]
@@ -44,7 +44,7 @@ def sources(kind: str, name: str, fmu_dir: Path, folder: Path) -> Path:
     """Folder with the C files of an FMU and the program that steps it."""
     fmu = fmu_dir / f"{name}.fmu"
     if kind != "nominal":
-        fmu = build_room(name, machine_of(kind), folder, cache=OBJECTS)
+        fmu = build_block(name, machine_of(kind), folder, cache=OBJECTS)
     unpacked = unpack(fmu, folder) / "sources"
     for source in (HERE / "all.c", HERE.parent / "adapter" / "arena.h"):
         shutil.copyfile(source, unpacked / source.name)

@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 
 pytestmark = pytest.mark.slow
-NAMES = (*ROOMS, "machine")
+NAMES = (*BLOCKS, "machine")
 REPOSITORY = Path.home() / ".m2" / "repository"
 VERSION = "1.1.3"
 

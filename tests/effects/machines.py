@@ -13,8 +13,8 @@ from flexhex.fmus.common.effects import Effect, library
 from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.effect_bank import Bank
+from tests.blocks.loaded import machine
 from tests.conftest import MACHINE_FILE
-from tests.rooms.loaded import machine
 
 Array = NDArray[np.float64]
 BIG = {

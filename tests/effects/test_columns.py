@@ -11,11 +11,11 @@ from flexhex.fmus.common.model.effect_bank import columns_function, followers
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.fmus.feedforward.equations import functions as feedforward_functions
 from flexhex.fmus.filter.equations import hann
+from tests.blocks.loaded import load, machine
+from tests.blocks.test_filter import TS, swings
 from tests.compare import assert_close
 from tests.effects.machines import Array, everything
-from tests.effects.test_rooms import along, known
-from tests.rooms.loaded import load, machine
-from tests.rooms.test_filter import TS, swings
+from tests.effects.test_blocks import along, known
 
 
 def called(function: ca.Function, *arguments: object) -> Array:
@@ -45,11 +45,11 @@ def columns_along(theta: Array, tau: Array) -> Array:
 def test_filter_windows_the_columns_of_raw_samples(alignment: int, basis: int) -> None:
     """Both forms of the filter take the columns at the raw angle; all of one instant with tau_f."""
     theta, tau = swings(320, seed=38)
-    room = load("filter", everything())
-    room.start(alignment=alignment, basis=basis)
+    block = load("filter", everything())
+    block.start(alignment=alignment, basis=basis)
     actual, tau_f = [], []
     for angle, torque in zip(theta, tau, strict=True):
-        y = room.tick(theta=angle, tau_meas=torque)
+        y = block.tick(theta=angle, tau_meas=torque)
         actual.append(y["chi_f"][114:])
         tau_f.append(y["tau_f"])
     raw, taps = columns_along(theta, tau), hann(101)
@@ -71,16 +71,16 @@ def test_filter_windows_the_columns_of_raw_samples(alignment: int, basis: int) -
 
 
 def test_filter_first_columns_are_those_of_rest() -> None:
-    room = load("filter", everything())
-    y = room.start()
-    declared = next(v for v in room.interface.outputs if v.name == "chi_f").starts
+    block = load("filter", everything())
+    y = block.start()
+    declared = next(v for v in block.interface.outputs if v.name == "chi_f").starts
     assert_close(y["chi_f"], declared, atol=1e-15, what="chi_f")
 
 
 def test_feedforward_advances_the_states_along_the_wanted_motion() -> None:
     torque, whole, start, advance, _ = feedforward_functions(everything())
-    room = load("feedforward", everything())
-    room.start()
+    block = load("feedforward", everything())
+    block.start()
     p = np.concatenate([base_parameters(machine()), known().values])
     bases: list[Array] = []
     state, last = np.zeros(0), np.zeros(31)
@@ -98,7 +98,7 @@ def test_feedforward_advances_the_states_along_the_wanted_motion() -> None:
         last = now.copy()
         last[18:24] = expected
         bases.append(base)
-        actual = room.tick(x=at.x, xd=at.xd, xdd=at.xdd, z=at.z, p=p)["tau_ff"]
+        actual = block.tick(x=at.x, xd=at.xd, xdd=at.xdd, z=at.z, p=p)["tau_ff"]
         # rounding of the torque over two sample times, times the lag: 1e-14 / 1e-3 * 1e-3
         assert_close(actual, expected, atol=1e-12, what=f"tau_ff, tick {k}")
     assert np.abs(state).max() > 1e-3

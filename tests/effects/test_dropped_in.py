@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import flexhex.fmus.common.effects as package
-from flexhex.fmugen.rooms import build_room
+from flexhex.fmugen.blocks import build_block
 from flexhex.fmus.common.effects import Effect, Experiment, Gain, check, library
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.common.machine_file import load_machine
@@ -70,8 +70,8 @@ def test_user_adds_an_effect_by_one_file(dropped_in: Path, tmp_path: Path) -> No
     (tmp_path / "bumpy.toml").write_text(text, encoding="utf-8")
     bumpy = load_machine(tmp_path / "bumpy.toml")
     assert [p.name for p in parameters(bumpy)[162:]] == ["torque_bump.B[2]", "torque_bump.B[5]"]
-    for room in ("filter", "feedforward"):
-        assert not validate_fmu(str(build_room(room, bumpy, tmp_path, cache=OBJECTS)))
+    for block in ("filter", "feedforward"):
+        assert not validate_fmu(str(build_block(block, bumpy, tmp_path, cache=OBJECTS)))
 
 
 @pytest.mark.parametrize(

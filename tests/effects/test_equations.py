@@ -18,11 +18,11 @@ from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from flexhex.fmus.estimator.equations import functions as estimator_functions
 from flexhex.fmus.feedforward.equations import functions as feedforward_functions
 from flexhex.fmus.plant.equations import functions as plant_functions
+from tests.blocks.loaded import machine
+from tests.blocks.motions import Instant, random_instants
 from tests.compare import assert_close
 from tests.conftest import MACHINE_FILE
 from tests.effects.machines import Array, axis_of, everything, on_axes, only, use, with_effects
-from tests.rooms.loaded import machine
-from tests.rooms.motions import Instant, random_instants
 
 COMPENSATED = [id for id in on_axes() if compensated(library()[id])]
 LOSING = [id for id in COMPENSATED if library()[id].acts_on == "drive"] + ["cross_coupling"]

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from flexhex.fmugen.rooms import room_interface
+from flexhex.fmugen.blocks import block_interface
 from flexhex.fmugen.units import unit
 from flexhex.fmus.common.effects import Effect, Signals, library
+from tests.blocks.loaded import machine
 from tests.compare import assert_close
 from tests.effects.machines import Array, use, values
-from tests.rooms.loaded import machine
 
 IDS = """
     coulomb_friction stribeck_friction load_friction quadratic_drag cogging_harmonic torque_ripple
@@ -67,7 +67,10 @@ def test_effect_declares_units_and_bounds(effect: Effect) -> None:
 
 @each
 def test_effect_names_an_experiment_that_the_reference_can_run(effect: Effect) -> None:
-    spec, known = effect.spec, {v.name: v for v in room_interface("reference", machine()).variables}
+    spec, known = (
+        effect.spec,
+        {v.name: v for v in block_interface("reference", machine()).variables},
+    )
     assert spec.kind in KINDS
     for name, value in spec.parameters.items():
         assert known[name].min <= value <= known[name].max, name

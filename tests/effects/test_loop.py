@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from flexhex.diagnosis.estimation.identify import regression
 from flexhex.diagnosis.estimation.motion import MotionModel
 from flexhex.diagnosis.logs import Log
-from flexhex.fmugen.rooms import build_room
+from flexhex.fmugen.blocks import build_block
 from flexhex.fmus.common.effects import library
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.effect_bank import Bank, compensated
@@ -124,6 +124,6 @@ def test_fmus_with_all_effects_are_valid(builder: Builder) -> None:
 @pytest.mark.parametrize("id", list(library()))
 def test_fmus_with_one_effect_are_valid(id: str, tmp_path: Path) -> None:
     subject = load_machine(machine_file(tmp_path, use(id)))
-    for room in ("plant", "filter", "feedforward", "estimator"):
-        fmu = build_room(room, subject, tmp_path, cache=OBJECTS)
-        assert not validate_fmu(str(fmu)), room
+    for block in ("plant", "filter", "feedforward", "estimator"):
+        fmu = build_block(block, subject, tmp_path, cache=OBJECTS)
+        assert not validate_fmu(str(fmu)), block

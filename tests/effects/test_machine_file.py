@@ -13,8 +13,8 @@ from flexhex.fmus.common.machine.effect_use import EffectUse
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
+from tests.blocks.loaded import machine
 from tests.effects.machines import axis_of, machine_file, on_axes, use
-from tests.rooms.loaded import machine
 
 ENTRY = """
 [[effects]]

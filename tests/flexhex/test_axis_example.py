@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexhex.diagnose.next import Asked
+from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.page import matters, write_diagnosis
 from flexhex.diagnosis.logs import read_log
 from flexhex.diagnosis.logs.log import Options as LogOptions
@@ -76,7 +76,9 @@ def test_torque_over_time_is_that_of_the_held_out_run(found: Diagnosis) -> None:
 
 
 def test_page_begins_with_the_torque_over_time(found: Diagnosis, tmp_path: Path) -> None:
-    path = write_diagnosis(found, Asked(("flexhex",), "axis"), [*RUNS, HELD_OUT], tmp_path / "p")
+    path = write_diagnosis(
+        found, Invocation(("flexhex",), "axis"), [*RUNS, HELD_OUT], tmp_path / "p"
+    )
     text = path.read_text(encoding="utf-8")
     titles = re.findall(r"<h2>(.*?)</h2>", text)
     assert titles[:2] == ["Torque over time", "Verdict"]

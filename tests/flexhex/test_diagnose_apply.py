@@ -11,7 +11,7 @@ import pytest
 
 from flexhex.diagnose.apply import add, with_rebuilt
 from flexhex.diagnose.loops import Tracking
-from flexhex.diagnose.rebuild import Gaps, Rebuilt
+from flexhex.diagnose.rebuild import Rebuilt, Residuals
 from flexhex.diagnosis.logs import Options
 from flexhex.simulation.builder import Builder
 from tests.conftest import MACHINE_FILE
@@ -30,11 +30,11 @@ def path(tmp_path: Path) -> Path:
 
 def rebuilt(path: Path, withdrawn: tuple[str, ...] = (), left_out: tuple[str, ...] = ()) -> Rebuilt:
     """A model that follows one locked run better, in a loop that is better too."""
-    gaps = {"c.csv": Gaps(np.full(6, 0.05), np.full(6, 0.01))}
+    residuals = {"c.csv": Residuals(np.full(6, 0.05), np.full(6, 0.01))}
     loops = {"model": (Tracking(26.4, 0.02), Tracking(8.5, 0.01))}
     notes = tuple(f"{name} was withdrawn" for name in withdrawn)
     builder = Builder(MACHINE_FILE, Path("o"))
-    return Rebuilt(builder, path, left_out, withdrawn, gaps, loops, notes)
+    return Rebuilt(builder, path, left_out, withdrawn, residuals, loops, notes)
 
 
 def test_rebuilt_model_is_the_answers_machine(path: Path) -> None:

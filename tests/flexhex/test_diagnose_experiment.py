@@ -1,4 +1,4 @@
-"""The next experiment: the reference room's motion, within limits, as a file that reads back."""
+"""The next experiment: the reference block's motion, within limits, as a file that reads back."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from flexhex.diagnosis.planning.trajectory import Trajectory, read_trajectory, w
 from flexhex.fmus.common.effects import Experiment, library
 from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
+from tests.blocks.test_reference import CHIRP, MULTISINE, RANDOM, TRIANGLE, TS, one_pass
 from tests.compare import assert_close
 from tests.flexhex.diagnoses import BASIC, SET
-from tests.rooms.test_reference import CHIRP, MULTISINE, RANDOM, TRIANGLE, TS, one_pass
 
 SLOW = 2e-3
 """Sample time [s] of tests for which the exact one does not matter."""
@@ -52,7 +52,7 @@ def rates(r: Array, ts: float) -> tuple[Array, Array]:
         ("chirp", CHIRP, {"duration": 3.0, "f0": 0.5, "f1": 6.0}),
     ],
 )
-def test_motion_is_that_of_the_reference_room(
+def test_motion_is_that_of_the_reference_block(
     kind: str, number: int, parameters: dict[str, float], machine: Machine
 ) -> None:
     """Angles are rounded to 1e-10 rad, hence half of that and the last bits of a sine."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexhex.diagnose.next import Asked, next_steps
+from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.page import write_diagnosis
 from flexhex.diagnose.plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
 from flexhex.diagnose.words import verdict
@@ -27,13 +27,15 @@ from tests.flexhex.diagnoses import (
     SET,
 )
 
-ASKED = Asked(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
 
 
 def page(found: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
     """The page and its figures."""
     (folder / "run1.csv").write_text("x", encoding="utf-8")
-    path = write_diagnosis(found, ASKED, [folder / "run1.csv", Path("gone.csv")], folder / "p.html")
+    path = write_diagnosis(
+        found, INVOCATION, [folder / "run1.csv", Path("gone.csv")], folder / "p.html"
+    )
     text = path.read_text(encoding="utf-8")
     drawn = re.search(r"^const figures = (.*);$", text, re.M)
     assert drawn
@@ -110,7 +112,7 @@ def test_candidates_of_one_name_are_one_bar() -> None:
 
 
 def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
-    single = replace(ASKED, base="axis")
+    single = replace(INVOCATION, base="axis")
     assert all("--apply" not in words for _, words in next_steps(CHANGED, single))
 
 
@@ -122,4 +124,4 @@ def test_page_says_how_large_a_candidate_is_and_what_its_nats_are(tmp_path: Path
 
 
 def test_payload_of_some_runs_goes_into_their_heads_not_into_a_machine_file() -> None:
-    assert [words for _, words in next_steps(CARRIED, ASKED)] == [""]
+    assert [words for _, words in next_steps(CARRIED, INVOCATION)] == [""]

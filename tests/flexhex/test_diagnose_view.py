@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from flexhex.diagnose.next import Asked
+from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.view import closed, diagnosis_json, effect_rows, gap_rows, print_diagnosis
 from flexhex.diagnose.words import verdict
@@ -27,13 +27,13 @@ from tests.flexhex.diagnoses import (
     gap,
 )
 
-ASKED = Asked(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
 
 
 def shown(found: Diagnosis, width: int = 80) -> str:
     """What the terminal shows."""
     out = Console(file=io.StringIO(), width=width)
-    print_diagnosis(found, ASKED, out)
+    print_diagnosis(found, INVOCATION, out)
     text = out.file.getvalue()  # type: ignore[attr-defined]
     assert isinstance(text, str)
     return text

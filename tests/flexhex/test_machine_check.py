@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from flexhex.check.files import check_file
 from flexhex.cli import app
-from flexhex.fmugen.rooms import ROOMS, room_interface
+from flexhex.fmugen.blocks import BLOCKS, block_interface
 from flexhex.fmus.common.errors import MachineError, StartValueError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.run.actuators import actuators_builder
@@ -127,7 +127,7 @@ def written(folder: Path, edit: Edit) -> Path:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_check_refuses_what_no_room_takes(case: str, tmp_path: Path) -> None:
+def test_check_refuses_what_no_block_takes(case: str, tmp_path: Path) -> None:
     edit, message = CASES[case]
     path = written(tmp_path, edit)
     complaints = check_file(path)
@@ -143,11 +143,11 @@ def test_check_refuses_what_no_room_takes(case: str, tmp_path: Path) -> None:
 def test_every_start_value_of_a_machine_has_its_keys(machine: Machine) -> None:
     """All parameters but those that no machine file sets; each of the keys is in the file."""
     without = set()
-    for room in ROOMS:
-        for variable in room_interface(room, machine).parameters:
+    for block in BLOCKS:
+        for variable in block_interface(block, machine).parameters:
             for name in variable.scalar_names:
                 error = StartValueError(name, 0.0, (1.0, 2.0), variable.unit)
-                keys = keys_of(error, room)
+                keys = keys_of(error, block)
                 assert all(" = " in shown(machine, key) for key in keys)
                 if not keys:
                     without.add(variable.name)

@@ -87,7 +87,7 @@ def rebuilt(log: Path) -> Rebuilt:
     found = diagnosis(stiffness(K_3), tilt(0.02))
     bare = OUT / "rebuild" / "bare.toml"
     with one_at_a_time(OUT):
-        return rebuild(bare, found, folder, locked=[log], seconds=3.0)
+        return rebuild(bare, found, folder, held_out=[log], seconds=3.0)
 
 
 def gap(builder: Builder, log: Log) -> Array:
@@ -142,7 +142,7 @@ def test_rebuild_withdraws_what_makes_a_locked_run_worse(rebuilt: Rebuilt) -> No
     assert rebuilt.withdrawn == ("gravity_tilt",)
     uses = load_machine(rebuilt.machine_file).effects
     assert [use.id for use in uses] == ["cubic_stiffness"]
-    (gaps,) = rebuilt.gaps.values()
+    (gaps,) = rebuilt.residuals.values()
     assert gaps.after[AXIS - 1] < 0.1 * gaps.before[AXIS - 1]
 
 
@@ -164,7 +164,7 @@ def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
     with one_at_a_time(OUT):
         made = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)
         plain = rebuild(bare, diagnosis(stiffness(K_3)), folder, [], [log], loops=False)
-    (gaps,), (expected,) = made.gaps.values(), plain.gaps.values()
+    (gaps,), (expected,) = made.residuals.values(), plain.residuals.values()
     assert np.array_equal(gaps.before, expected.before)
     assert np.array_equal(gaps.after, expected.after)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,18 @@ from flexhex.fmus.common.errors import UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.model.parameters import base_parameters
 from flexhex.output.progress import Progress
-from flexhex.run.paper import JUDGED, SAVED, chosen, stage_count, variants
+from flexhex.run.paper import (
+    JUDGED,
+    SAVED,
+    SAVED_ACTUATORS,
+    SAVED_ELSE,
+    all_rows,
+    chosen,
+    stage_count,
+    variants,
+)
 from flexhex.simulation.builder import Builder
-from flexhex.simulation.cases import fit_case, table_cases
+from flexhex.simulation.cases import Case, fit_case, table_cases
 from flexhex.simulation.runs import reduced
 from flexhex.ssp.results import Group, Result, load, save
 from tests.conftest import MACHINE_FILE
@@ -87,3 +97,34 @@ def test_saved_signals_are_enough_for_identify_and_compare(
     assert all(
         {*JUDGED, *names} <= set(SAVED[c.name]) for c in table_cases(machine, np.ones(162), 8.0)
     )
+
+
+STORED = {
+    "plant.tau_meas": 0.19,
+    "reference.r": 0.43,
+    "feedback.e": 0.66,
+    "plant.theta": 0.70,
+    "feedback.tau_fb": 0.83,
+}
+"""Share of its 8 bytes that a stored sample takes, as measured on files of a full run."""
+ELSE = 135.0
+"""What a full run leaves beside these files [MB]: experiments, logs for the diagnosis, FMUs."""
+
+
+def megabytes(case: Case, saved: Sequence[str]) -> float:
+    """Size of the file of a case, from the joint vectors that it holds and its time."""
+    vectors = {name for name in saved if not name.endswith(".fault") and not name.startswith("K.")}
+    samples = case.duration * 4000
+    return 8e-6 * samples * (0.3 + sum(6 * STORED[name] for name in vectors))
+
+
+def test_full_run_leaves_at_most_300_mb(builder: Builder, machine: Machine, nominal: Fit) -> None:
+    """`--keep all` would leave ten times as much."""
+    seconds = machine.reference.duration
+    fit_run = fit_case(machine, seconds)
+    cases = [fit_run, *all_rows(machine, nominal, seconds)]
+    cases += variants(builder, machine, nominal, seconds)
+    size = sum(megabytes(case, SAVED.get(case.name, SAVED_ELSE)) for case in cases)
+    alone = [fit_run, *all_rows(machine, nominal, seconds)]
+    size += sum(megabytes(case, SAVED_ACTUATORS.get(case.name, SAVED_ELSE)) for case in alone)
+    assert 100 < size + ELSE <= 300

@@ -74,7 +74,7 @@ class Fallen:
         summary = self.ran.one("summary")
         rule, stop, cycles = "none", "–", None
         if summary["landing_trip"]:
-            rule = "told at the end"
+            rule = "reported at the end"
         for trip in (e for e in self.ran.events if e["event"] == "trip"):
             rule, stop = trip["reason"], trip["reaction"]
             cycles = self._index(trip["cycle"]) - since if step is None else trip["cycle"] - step

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmugen.described import interface_of
 from flexhex.fmugen.description import model_description
-from flexhex.fmugen.rooms import ROOMS
 from flexhex.fmus.common.errors import InterfaceError
 from flexhex.ssp.system import BASE_STEP
 
@@ -21,12 +21,12 @@ def description_of(path: Path) -> bytes:
         return archive.read("modelDescription.xml")
 
 
-@pytest.mark.parametrize("room", [*ROOMS, "machine"])
-def test_interface_read_back_writes_the_same_description(fmu_dir: Path, room: str) -> None:
-    text = description_of(fmu_dir / f"{room}.fmu")
+@pytest.mark.parametrize("block", [*BLOCKS, "machine"])
+def test_interface_read_back_writes_the_same_description(fmu_dir: Path, block: str) -> None:
+    text = description_of(fmu_dir / f"{block}.fmu")
     root = etree.fromstring(text)
     sources = [str(f.get("name")) for f in root.iterfind(".//SourceFiles/File")]
-    again = model_description(interface_of(text, room), BASE_STEP, str(root.get("guid")), sources)
+    again = model_description(interface_of(text, block), BASE_STEP, str(root.get("guid")), sources)
     assert again == text
 
 

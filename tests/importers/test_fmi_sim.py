@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmugen.recorded import IN, OUT
-from flexhex.fmugen.rooms import ROOMS
 
 Array = NDArray[np.float64]
-NAMES = (*ROOMS, "machine")
+NAMES = (*BLOCKS, "machine")
 EARLY = 1e-6
 """fmi-sim 0.7.0 takes a row of inputs from the step after its time on; rows come this early [s]."""
 
@@ -53,9 +53,9 @@ def early(text: str) -> str:
     )
 
 
-@pytest.mark.parametrize("room", NAMES)
-def test_fmi_sim_gives_the_shipped_results(room: str, fmu_dir: Path, tmp_path: Path) -> None:
-    fmu = fmu_dir / f"{room}.fmu"
+@pytest.mark.parametrize("block", NAMES)
+def test_fmi_sim_gives_the_shipped_results(block: str, fmu_dir: Path, tmp_path: Path) -> None:
+    fmu = fmu_dir / f"{block}.fmu"
     with zipfile.ZipFile(fmu) as archive:
         shipped = archive.read(OUT).decode()
         inputs = early(archive.read(IN).decode()) if IN in archive.namelist() else ""

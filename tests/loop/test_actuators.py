@@ -1,4 +1,4 @@
-"""The actuators alone: the same rooms, smaller arrays; both feedback-only rows of Table I."""
+"""The actuators alone: the same blocks, smaller arrays; both feedback-only rows of Table I."""
 
 from __future__ import annotations
 

@@ -126,4 +126,12 @@ SPECIFICATIONS: dict[str, dict[str, str]] = {
         "6 ×": "size of the platform's system",
         "0.25 ms": BASE,
     },
+    "flexhex/view/README.md": {
+        "0.25 rad": "largest motion of a joint that the magnified error adds",
+        "20 s": "stretch that --live shows",
+        "33 Hz": "instants of the bodies over ten minutes",
+        "4 kHz": "rate of a component",
+        "3 s": "bound of a test on the opening of a page",
+        "127.0": "this computer's address",
+    },
 }

@@ -17,7 +17,8 @@ from tests.results.specifications import SPECIFICATIONS
 TEXTS = render.texts()
 WRITTEN = ("docs/machine-file.md",)
 """Pages that hold the machine file's values, written by a program and compared with it."""
-TYPED = [path for path in TEXTS if path.relative_to(ROOT).as_posix() not in WRITTEN]
+READMES = sorted((ROOT / "flexhex").glob("**/README.md"))
+TYPED = [path for path in TEXTS if path.relative_to(ROOT).as_posix() not in WRITTEN] + READMES
 FILES = sorted(FOLDER.glob("*.json"))
 UNITS = "µrad|mrad|rad|mN m|N m|nm|µm|um|mm|m|kg|A|mA|ns|µs|us|ms|s|min|h|Hz|kHz|MB|GB|%|×|cases"
 FIGURE = re.compile(

@@ -14,7 +14,7 @@ from flexhex.fmus.common.interface import Interface
 from flexhex.ssp.delays import alignment, path_delay, reference_delay
 from flexhex.ssp.executor import run
 from flexhex.ssp.hexapod import TORQUE_PATH, hexapod
-from tests.ssp.test_system import rooms
+from tests.ssp.test_system import blocks
 from tests.ssp.toys import chain, pack
 
 DRIVE = SimpleNamespace(f_current=1000.0, t_command=0.0, t_measurement=0.0)
@@ -68,7 +68,7 @@ def test_stamps_through_fmus_have_the_declared_age(
 
 
 def test_reference_delay_is_the_papers_z6_plus_the_drive() -> None:
-    system = hexapod(rooms())
+    system = hexapod(blocks())
     delay = path_delay(system, TORQUE_PATH)
     assert (delay.shortest, delay.longest, delay.mean) == (5, 6, 6.0)
     fast = SimpleNamespace(f_current=math.inf, t_command=0.0, t_measurement=0.0)
@@ -80,23 +80,23 @@ def test_reference_delay_is_the_papers_z6_plus_the_drive() -> None:
 
 
 def test_alignment_is_the_one_sample_that_kinematics_adds() -> None:
-    system = hexapod(rooms())
+    system = hexapod(blocks())
     assert path_delay(system, ("W", "N_E", "K")).sampled == 2
     assert path_delay(system, ("W", "K")).sampled == 0
     assert alignment(system) == 1
 
 
 def test_delays_follow_the_sample_times() -> None:
-    slow = rooms()
-    for room in ("kinematics", "feedforward"):
-        slow[room] = _with_Ts(slow[room], 0.001)
+    slow = blocks()
+    for block in ("kinematics", "feedforward"):
+        slow[block] = _with_Ts(slow[block], 0.001)
     system = hexapod(slow)
     assert path_delay(system, TORQUE_PATH).mean == 4 + 4 + 1 + 4 / 2
     assert alignment(system) == 2
 
 
 def test_alignment_that_differs_from_tick_to_tick_is_refused() -> None:
-    odd = rooms()
+    odd = blocks()
     odd["estimator"] = _with_Ts(odd["estimator"], 121 * 0.00025)
     with pytest.raises(InterfaceError, match="divide one another"):
         alignment(hexapod(odd))

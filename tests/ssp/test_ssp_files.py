@@ -18,7 +18,7 @@ from flexhex.ssp.write import write_ssp
 from flexhex.ssp.xml import NAMESPACES
 from tests.ssp import toys
 from tests.ssp.archives import edited, members
-from tests.ssp.test_system import rooms
+from tests.ssp.test_system import blocks
 
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 
@@ -26,10 +26,10 @@ SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 @pytest.fixture(scope="session")
 def toy_hexapod(work: Path) -> tuple[System, Path]:
     """The full wiring of the hexapod with FMUs that do nothing."""
-    small = hexapod(rooms((3, 4, 5)))
+    small = hexapod(blocks((3, 4, 5)))
     folder = work / "hexapod"
     for interface in {c.interface.name: c.interface for c in small.components}.values():
-        step = folder / "rooms" / interface.name / "step.c"
+        step = folder / "blocks" / interface.name / "step.c"
         step.parent.mkdir(parents=True, exist_ok=True)
         step.write_text(toys.NOTHING_C.replace("NAME", interface.name))
         build_fmu(interface, [], step, folder)

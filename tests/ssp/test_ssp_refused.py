@@ -90,9 +90,9 @@ def test_fmu_with_another_unit_is_not_packed(work: Path, tmp_path: Path) -> None
     system = toys.ring()
     b = system.component("b")
     heavy = dataclasses.replace(b.interface.variables[0], unit="kg")
-    changed_room = dataclasses.replace(b.interface, variables=(heavy, *b.interface.variables[1:]))
+    changed_block = dataclasses.replace(b.interface, variables=(heavy, *b.interface.variables[1:]))
     components = tuple(
-        dataclasses.replace(c, interface=changed_room) if c.name == "b" else c
+        dataclasses.replace(c, interface=changed_block) if c.name == "b" else c
         for c in system.components
     )
     wrong = dataclasses.replace(system, components=components)

@@ -14,11 +14,11 @@ from flexhex.ssp.system import Component, System
 from tests.ssp.toys import ring, source
 
 
-def rooms(sizes: tuple[int, int, int] = (37, 162, 114)) -> dict[str, Interface]:
+def blocks(sizes: tuple[int, int, int] = (37, 162, 114)) -> dict[str, Interface]:
     """Interfaces with the hexapod's connectors; sizes: x, p, chi_f."""
     n_x, n_p, n_chi = sizes
 
-    def room(name: str, Ts: float, inputs: str, outputs: str) -> Interface:
+    def block(name: str, Ts: float, inputs: str, outputs: str) -> Interface:
         known: dict[str, tuple[str, int | None]] = {
             "payload": ("kg", None), "x": ("1", n_x), "xd": ("1/s", n_x), "xdd": ("1/s2", n_x),
             "p": ("1", n_p), "p_std": ("1", n_p), "chi_f": ("1", n_chi), "z": ("1", 6),
@@ -38,20 +38,20 @@ def rooms(sizes: tuple[int, int, int] = (37, 162, 114)) -> dict[str, Interface]:
         return Interface(name, name, Ts, tuple(variables))
 
     return {
-        "reference": room("reference", 0.00025, "", "r rd rdd payload"),
-        "plant": room("plant", 0.00025, "tau payload", "theta tau_meas"),
-        "feedback": room("feedback", 0.00025, "r theta tau_ff", "tau tau_fb e"),
-        "filter": room(
+        "reference": block("reference", 0.00025, "", "r rd rdd payload"),
+        "plant": block("plant", 0.00025, "tau payload", "theta tau_meas"),
+        "feedback": block("feedback", 0.00025, "r theta tau_ff", "tau tau_fb e"),
+        "filter": block(
             "filter", 0.0005, "theta tau_meas", "theta_f theta_fd theta_fdd tau_f chi_f"
         ),
-        "kinematics": room("kinematics", 0.0005, "theta thetad thetadd", "x xd xdd z"),
-        "feedforward": room("feedforward", 0.0005, "x xd xdd z p", "tau_ff"),
-        "estimator": room("estimator", 0.03, "x xd xdd chi_f tau_f", "p p_std innovation"),
+        "kinematics": block("kinematics", 0.0005, "theta thetad thetadd", "x xd xdd z"),
+        "feedforward": block("feedforward", 0.0005, "x xd xdd z p", "tau_ff"),
+        "estimator": block("estimator", 0.03, "x xd xdd chi_f tau_f", "p p_std innovation"),
     }
 
 
 def test_hexapod_is_the_papers_loop() -> None:
-    system = hexapod(rooms())
+    system = hexapod(blocks())
     assert [c.name for c in system.components] == [
         "reference", "N_F", "F", "feedback", "plant", "W", "N_E", "K",
     ]  # fmt: skip
@@ -63,16 +63,16 @@ def test_hexapod_is_the_papers_loop() -> None:
     assert "K.p_std" not in system.plots
 
 
-def test_hexapod_instance_overrules_room() -> None:
-    other = dataclasses.replace(rooms()["kinematics"], name="other")
-    system = hexapod({**rooms(), "N_E": other})
+def test_hexapod_instance_overrules_block() -> None:
+    other = dataclasses.replace(blocks()["kinematics"], name="other")
+    system = hexapod({**blocks(), "N_E": other})
     assert system.component("N_E").source == "other.fmu"
     assert system.component("N_F").source == "kinematics.fmu"
 
 
-def test_hexapod_missing_room_is_named() -> None:
-    without = {name: room for name, room in rooms().items() if name != "filter"}
-    with pytest.raises(InterfaceError, match="W: no interface given for the room 'filter'"):
+def test_hexapod_missing_block_is_named() -> None:
+    without = {name: block for name, block in blocks().items() if name != "filter"}
+    with pytest.raises(InterfaceError, match="W: no interface given for the FMU 'filter'"):
         hexapod(without)
 
 
@@ -104,7 +104,7 @@ def test_wiring_mistake_is_refused(what: str, change: dict[str, Any], text: str)
 
 
 def test_unequal_units_are_refused() -> None:
-    interfaces = rooms()
+    interfaces = blocks()
     plant = interfaces["plant"]
     wrong = tuple(
         dataclasses.replace(v, unit="m") if v.name == "theta" else v for v in plant.variables
@@ -117,7 +117,7 @@ def test_unequal_units_are_refused() -> None:
 
 
 def test_units_of_single_elements_are_compared() -> None:
-    interfaces = rooms()
+    interfaces = blocks()
     mixed = ("1",) * 161 + ("N m",)
     K = interfaces["estimator"]
     variables = tuple(

@@ -1,4 +1,4 @@
-"""Toy rooms that show how time passes: a source that stamps its origin and a relay.
+"""Toy blocks that show how time passes: a source that stamps its origin and a relay.
 
 The source's r[1] is the base step at which it becomes visible, r[2] a wave. The relay hands
 the stamp on (y[1] = u[1]) and mixes the wave with its own past and a second input (y[2]),
@@ -47,7 +47,7 @@ static void tick(const source_parameters *p, const source_inputs *u, void *s, so
   y->fault = fabs(y->r[1]) > 100.0 ? 2.0 : 0.0;
 }
 
-FLEXHEX_ROOM(source, state, start, tick)
+FLEXHEX_BLOCK(source, state, start, tick)
 """
 
 RELAY_C = """#include <math.h>
@@ -77,7 +77,7 @@ static void tick(const relay_parameters *p, const relay_inputs *u, void *s, rela
   y->y[1] = mine->mixed;
 }
 
-FLEXHEX_ROOM(relay, state, start, tick)
+FLEXHEX_BLOCK(relay, state, start, tick)
 """
 
 NOTHING_C = """#include <math.h>
@@ -98,7 +98,7 @@ static void tick(const NAME_parameters *p, const NAME_inputs *u, void *s, NAME_o
   (void)p, (void)u, (void)s, (void)y;
 }
 
-FLEXHEX_ROOM(NAME, state, start, tick)
+FLEXHEX_BLOCK(NAME, state, start, tick)
 """
 
 KEEP, GAIN = 0.7, 1.3
@@ -127,10 +127,10 @@ def relay(steps: int, limit: float = 1e6, name: str = "") -> Interface:
 
 def build(interface: Interface, folder: Path) -> Path:
     """The toy's FMU in folder."""
-    room = "source" if interface.name.startswith("source") else "relay"
-    step = folder / "rooms" / room / "step.c"
+    block = "source" if interface.name.startswith("source") else "relay"
+    step = folder / "blocks" / block / "step.c"
     step.parent.mkdir(parents=True, exist_ok=True)
-    step.write_text(SOURCE_C if room == "source" else RELAY_C)
+    step.write_text(SOURCE_C if block == "source" else RELAY_C)
     return build_fmu(interface, [], step, folder, cache=OBJECTS)
 
 

@@ -12,12 +12,12 @@ function say(text, still) {
 }
 
 async function follow() {
-  let told = null;
-  try { told = await (await fetch(`run.json?have=${count}`)).json(); } catch { /* nobody answers */ }
-  if (!told) { say("the view has ended: start it again", true); return; }
-  say(told.said || "live", told.said);
-  count = told.count;
-  if (told.data.runs) { renew(told.data); }
+  let reply = null;
+  try { reply = await (await fetch(`run.json?have=${count}`)).json(); } catch { /* nobody answers */ }
+  if (!reply) { say("the view has ended: start it again", true); return; }
+  say(reply.said || "live", reply.said);
+  count = reply.count;
+  if (reply.data.runs) { renew(reply.data); }
   setTimeout(follow, ASK);
 }
 

@@ -97,9 +97,9 @@ class Signals:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run of the reference room that shows an effect.
+    """A run of the reference FMU that shows an effect.
 
-    kind: random, triangle, multisine or chirp; parameters: others of that room, by name;
+    kind: random, triangle, multisine or chirp; parameters: others of that FMU, by name;
     payload: (time [s], mass [kg]) schedule.
     """
 

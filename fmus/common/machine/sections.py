@@ -124,7 +124,7 @@ class Actuator(Section):
 
 class Tolerance(Section):
     """How well the file's values are known: one standard deviation each, relative, by which a
-    machine may differ without being worth a word of the diagnosis.
+    machine may differ without the diagnosis reporting it.
 
     mass, inertia: of bodies; centre: of centres of mass, relative to the longer of L and l;
     stiffness: of the flexures; actuator: of its terms; sigma: of the hysteresis' width; geometry:

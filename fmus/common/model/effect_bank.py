@@ -1,6 +1,6 @@
 """The effects of one machine side by side: their gains, states and columns as vectors.
 
-A bank lists, entry by entry and axis by axis, what a room needs: `known` what the estimator
+A bank lists, entry by entry and axis by axis, what an FMU needs: `known` what the estimator
 adapts and the feedforward compensates, `real` all that the plant has.
 """
 
@@ -99,7 +99,7 @@ class Bank:
 
     @property
     def constants(self) -> dict[str, int]:
-        """Sizes for the C of a room; nothing without effects."""
+        """Sizes for the C of an FMU; nothing without effects."""
         if not self:
             return {}
         return {"N_EFFECT": self.n_gains, "N_EFFECT_STATE": self.n_states}
@@ -179,11 +179,11 @@ def instant(at: ca.SX, n: int) -> tuple[Signals, ...]:
     return tuple(replace(axis, others=axes) for axis in axes)
 
 
-def followers(bank: Bank, room: str) -> list[ca.Function]:
-    """What a room needs that follows a motion sample by sample.
+def followers(bank: Bank, block: str) -> list[ca.Function]:
+    """What an FMU needs that follows a motion sample by sample.
 
-    <room>_effect_start(theta) -> state (n_states,)
-    <room>_effect_advance(before, now, state, Ts) -> state_next: instants as in `instant`
+    <block>_effect_start(theta) -> state (n_states,)
+    <block>_effect_advance(before, now, state, Ts) -> state_next: instants as in `instant`
     """
     n = bank.n
     theta, Ts = ca.SX.sym("theta", n), ca.SX.sym("Ts")
@@ -191,9 +191,9 @@ def followers(bank: Bank, room: str) -> list[ca.Function]:
     state = ca.SX.sym("state", bank.n_states)
     state_next = bank.advance(instant(before, n), instant(now, n), state, Ts)
     return [
-        ca.Function(f"{room}_effect_start", [theta], [bank.start(theta)], ["theta"], ["state"]),
+        ca.Function(f"{block}_effect_start", [theta], [bank.start(theta)], ["theta"], ["state"]),
         ca.Function(
-            f"{room}_effect_advance",
+            f"{block}_effect_advance",
             [before, now, state, Ts],
             [ca.cse(state_next)],
             ["before", "now", "state", "Ts"],

@@ -95,7 +95,7 @@ def coordinates(machine: Machine, rate: str = "") -> Each:
 
 
 def coordinate_inputs(machine: Machine, title: str) -> tuple[Variable, ...]:
-    """Inputs x, xd, xdd of a room; title: what x~ is there."""
+    """Inputs x, xd, xdd of an FMU; title: what x~ is there."""
     x0 = Frames.of(machine).x0
     at, rate, rate2 = (coordinates(machine, unit) for unit in ("", "/s", "/s2"))
     size = len(x0)

@@ -1,6 +1,6 @@
-"""The symbolic model of one machine, ready for the rooms: closure, (24), (25), (26).
+"""The symbolic model of one machine, ready for the FMUs: closure, (24), (25), (26).
 
-Every method takes and returns casadi.SX; a room wraps what it needs in functions.
+Every method takes and returns casadi.SX; an FMU wraps what it needs in functions.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-/* The test room: a delayed gain, an integrator, a count of ticks, a fault on demand. */
+/* The test block: a delayed gain, an integrator, a count of ticks, a fault on demand. */
 #include "toy.h"
 
 #include <string.h>
@@ -40,4 +40,4 @@ static void tick(const toy_parameters *p, const toy_inputs *u, void *memory, toy
   y->fault = u->u > EDGE ? FAULT_EDGE : 0.0;
 }
 
-FLEXHEX_ROOM(toy, state, start, tick)
+FLEXHEX_BLOCK(toy, state, start, tick)

@@ -1,4 +1,4 @@
-"""Motions with all their coordinates for the tests of the rooms behind the kinematics."""
+"""Motions with all their coordinates for the tests of the blocks behind the kinematics."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.rooms.loaded import load
+from tests.blocks.loaded import load
 
 Array = NDArray[np.float64]
 
@@ -24,11 +24,11 @@ class Instant(NamedTuple):
 
 def random_instants(count: int, seed: int, brisk: float = 1.0) -> Iterator[Instant]:
     """Poses within +-0.2 rad, up to 2 rad/s and 40 rad/s2 times `brisk`, unrelated in time."""
-    rng, room = np.random.default_rng(seed), load("kinematics")
-    room.start(corrections=2)
+    rng, block = np.random.default_rng(seed), load("kinematics")
+    block.start(corrections=2)
     for _ in range(count):
         theta = rng.uniform(-0.2, 0.2, 6)
         thetad, thetadd = brisk * rng.uniform(-2, 2, 6), brisk * rng.uniform(-40, 40, 6)
-        y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
+        y = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)
         if y["converged"] == 1.0:
             yield Instant(y["x"], y["xd"], y["xdd"], rng.uniform(-1, 1, 6))

@@ -1,6 +1,6 @@
 /* Interface from an FMU's step.c to the FMI adapter: sizes, a start and a tick; no FMI in it. */
-#ifndef FLEXHEX_ROOM_H
-#define FLEXHEX_ROOM_H
+#ifndef FLEXHEX_BLOCK_H
+#define FLEXHEX_BLOCK_H
 
 #include <float.h>
 #include <stdbool.h>
@@ -25,20 +25,20 @@ typedef struct {
   /* One sample time: read u, write y, which holds the previous outputs on entry. Never fails;
      trouble goes to y->fault (2 and up) and flags. Allocates, locks and prints nothing. */
   void (*tick)(const void *p, const void *u, void *s, void *y);
-} flexhex_room;
+} flexhex_block;
 
-/* Defines `const flexhex_room <name>_room`, the only symbol that a step.c exports. The thunks
-   turn the adapter's untyped pointers into the generated structs: calling the room's functions
+/* Defines `const flexhex_block <name>_block`, the only symbol that a step.c exports. The thunks
+   turn the adapter's untyped pointers into the generated structs: calling step.c's functions
    through cast function pointers would be undefined. */
-#define FLEXHEX_ROOM(name, state_type, start_function, tick_function)                              \
+#define FLEXHEX_BLOCK(name, state_type, start_function, tick_function)                             \
   static bool name##_start_thunk(const void *p, void *s, void *y, char *message, size_t size) {    \
     return start_function((const name##_parameters *)p, s, (name##_outputs *)y, message, size);    \
   }                                                                                                \
   static void name##_tick_thunk(const void *p, const void *u, void *s, void *y) {                  \
     tick_function((const name##_parameters *)p, (const name##_inputs *)u, s, (name##_outputs *)y); \
   }                                                                                                \
-  extern const flexhex_room name##_room;                                                           \
-  const flexhex_room name##_room = {                                                               \
+  extern const flexhex_block name##_block;                                                         \
+  const flexhex_block name##_block = {                                                             \
       sizeof(name##_parameters), sizeof(name##_inputs), sizeof(name##_outputs),                    \
       sizeof(state_type),        name##_start_thunk,    name##_tick_thunk,                         \
   };

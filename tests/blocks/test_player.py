@@ -17,9 +17,9 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.player.table import Kind, Table
 from flexhex.trajectory.variant import build_player
 from results.plots import plot
+from tests.blocks.test_alone import assert_same_picture
 from tests.compare import assert_close
 from tests.conftest import ROOT
-from tests.rooms.test_alone import assert_same_picture
 from tests.test_documents import blocks
 
 Array = NDArray[np.float64]

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu
 
-from flexhex.fmugen.rooms import ROOMS
+from flexhex.fmugen.blocks import BLOCKS
 from flexhex.fmus.common.interface import array_of
 from results.plots import DRAWN, plot
 from tests.conftest import ROOT
 from tests.test_documents import blocks
 
 
-@pytest.mark.parametrize("name", [*ROOMS, "machine"])
+@pytest.mark.parametrize("name", [*BLOCKS, "machine"])
 def test_lines_of_the_readme_print_what_they_say(fmu_dir: Path, name: str) -> None:
     text = (ROOT / "fmus" / name / "README.md").read_text(encoding="utf-8")
     (code,), (wanted,) = blocks(text, "python"), blocks(text, "text")

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.blocks import reference_twin as twin
+from tests.blocks.loaded import Loaded, StartError, load
 from tests.compare import assert_close
-from tests.rooms import reference_twin as twin
-from tests.rooms.loaded import Loaded, StartError, load
 
 Array = twin.Array
 TS = 0.00025
@@ -17,16 +17,16 @@ RANDOM, TRIANGLE, MULTISINE, CHIRP, HOLD = range(5)
 
 
 def started(**parameters: Any) -> Loaded:
-    room = load("reference")
-    room.start(**parameters)
-    return room
+    block = load("reference")
+    block.start(**parameters)
+    return block
 
 
-def run(room: Loaded, ticks: int) -> dict[str, Array]:
+def run(block: Loaded, ticks: int) -> dict[str, Array]:
     """Outputs as shown at times 2 Ts, 3 Ts, ... of the ticks at Ts, 2 Ts, ..."""
     rows: dict[str, list[Any]] = {name: [] for name in ("r", "rd", "rdd", "payload")}
     for _ in range(ticks):
-        y = room.tick()
+        y = block.tick()
         for name, values in rows.items():
             values.append(y[name])
     return {name: np.array(values) for name, values in rows.items()}
@@ -34,8 +34,8 @@ def run(room: Loaded, ticks: int) -> dict[str, Array]:
 
 def one_pass(duration: float, t_start: float = 0.1, **parameters: Any) -> tuple[Array, list[Array]]:
     """Times since the begin of the pass [s], and r, rd, rdd from there to its end."""
-    room = started(duration=duration, t_start=t_start, passes=1, **parameters)
-    y = run(room, round((t_start + duration) / TS))
+    block = started(duration=duration, t_start=t_start, passes=1, **parameters)
+    y = run(block, round((t_start + duration) / TS))
     first = round(t_start / TS) - 2
     t = np.asarray(TS * np.arange(len(y["r"]) - first), dtype=np.float64)
     return t, [y[name][first:] for name in ("r", "rd", "rdd")]
@@ -97,8 +97,8 @@ def test_reference_rates_are_the_derivatives(kind: int) -> None:
 
 def test_reference_passes_are_the_same_to_the_last_bit() -> None:
     for kind in (RANDOM, TRIANGLE, MULTISINE, CHIRP):
-        room = started(kind=kind, duration=3, passes=3, t_start=0.5, speed=0.6, rounding=20)
-        y = run(room, round(10.5 / TS))
+        block = started(kind=kind, duration=3, passes=3, t_start=0.5, speed=0.6, rounding=20)
+        y = run(block, round(10.5 / TS))
         first, length = round(0.5 / TS) - 2, round(3 / TS)
         passes = [y["r"][first + k * length :][:length] for k in range(4)]
         assert np.array_equal(passes[0], passes[1])
@@ -110,9 +110,9 @@ def test_reference_passes_are_the_same_to_the_last_bit() -> None:
 
 
 def test_reference_shows_the_instant_of_its_time_and_zero_before() -> None:
-    room = started(t_start=0.01, seed=1, amplitude=0.19, period=0.1, move=0.1, duration=1)
+    block = started(t_start=0.01, seed=1, amplitude=0.19, period=0.1, move=0.1, duration=1)
     assert not any(load("reference").start()[name].any() for name in ("r", "rd", "rdd"))
-    y = run(room, 100)
+    y = run(block, 100)
     begin = round(0.01 / TS)
     rdd = y["rdd"][:, 0]
     # row k is shown at (k + 2) Ts; one tick after the begin the acceleration is one tick's jerk
@@ -133,9 +133,9 @@ def test_reference_is_the_same_after_days(kind: int) -> None:
     """Ticks are counted, no time is added up: a month later every bit is as in the first pass."""
     length, skipped = round(3 / TS), 900_000
     given = {"duration": 3, "passes": 1e6, "t_start": 0.5, "speed": 0.6, "rounding": 20}
-    rooms = [started(kind=kind, **given) for _ in range(2)]
-    rooms[1].state[0] += skipped * length  # its only changing number: the count of ticks
-    early, late = (run(room, 6000) for room in rooms)
+    blocks = [started(kind=kind, **given) for _ in range(2)]
+    blocks[1].state[0] += skipped * length  # its only changing number: the count of ticks
+    early, late = (run(block, 6000) for block in blocks)
     assert all(np.array_equal(early[name][2000:], late[name][2000:]) for name in early)
     assert early["r"].any()
 
@@ -179,22 +179,22 @@ def test_reference_holds() -> None:
 
 def test_reference_payload_follows_its_schedule() -> None:
     times, masses = [0.0, 0.002, 0.004, *5 * [0.0]], [0.3, 1.5, 0.0, *5 * [9.0]]
-    room = load("reference")
-    first = room.start(payload_count=3, payload_time=times, payload_mass=masses)
+    block = load("reference")
+    first = block.start(payload_count=3, payload_time=times, payload_mass=masses)
     assert first["payload"] == 0.3
-    payload = run(room, 20)["payload"]
+    payload = run(block, 20)["payload"]
     shown = (np.arange(20) + 2) * TS
     expected = np.select([shown > 0.00399, shown > 0.00199], [0.0, 1.5], 0.3)
     assert np.array_equal(payload, expected)
 
 
 def test_reference_state_is_all_there_is() -> None:
-    room = started(kind=MULTISINE, t_start=0.01)
-    run(room, 200)
-    kept = room.state.copy()
-    first = run(room, 200)
-    room.state[:] = kept
-    assert np.array_equal(first["r"], run(room, 200)["r"])
+    block = started(kind=MULTISINE, t_start=0.01)
+    run(block, 200)
+    kept = block.state.copy()
+    first = run(block, 200)
+    block.state[:] = kept
+    assert np.array_equal(first["r"], run(block, 200)["r"])
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Inverse kinematics: the inverse of the forward kinematics, with rates; what is out of reach.
 
-The oracles close the loops numerically and know nothing of fmus; the kinematics room is N itself.
+The oracles close the loops numerically and know nothing of fmus; the kinematics block is N itself.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.blocks.loaded import Loaded, load, machine
 from tests.compare import assert_close
 from tests.oracles import geometry
 from tests.oracles.calculus import Array
 from tests.oracles.machine import Machine, read_machine
 from tests.oracles.motions import random_motion
-from tests.rooms.loaded import Loaded, load, machine
 
 STROKE = machine().geometry.stroke
 NAMES = ("x_E", "lam_E", "xd_E", "lamd_E", "xdd_E", "lamdd_E")
@@ -28,14 +28,14 @@ def subject() -> Machine:
     return read_machine()
 
 
-def started(room: str = "pose", **parameters: float) -> Loaded:
-    made = load(room)
+def started(block: str = "pose", **parameters: float) -> Loaded:
+    made = load(block)
     made.start(**parameters)
     return made
 
 
 def inputs(x: Array, xd: Array, xdd: Array, length: float = 1.0) -> dict[str, Array]:
-    """Inputs of the room from x~ and its rates (37,), with a quaternion of that length."""
+    """Inputs of the block from x~ and its rates (37,), with a quaternion of that length."""
     parts = [part for v in (x, xd, xdd) for part in (v[30:33], length * v[33:])]
     return dict(zip(NAMES, parts, strict=True))
 
@@ -61,7 +61,7 @@ def path(t: float) -> dict[str, Array]:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_pose_is_the_inverse_of_the_kinematics(seed: int) -> None:
-    """The oracle takes theta, thetad, thetadd to the pose, the room takes it back."""
+    """The oracle takes theta, thetad, thetadd to the pose, the block takes it back."""
     motion = random_motion(seed)
     y = started().tick(**inputs(*geometry.motion(subject(), *motion), length=1.7))
     assert y["fault"] == 0.0
@@ -94,9 +94,9 @@ def test_kinematics_gives_the_wanted_pose_back_across_the_workspace() -> None:
 
 def test_pose_rates_are_derivatives() -> None:
     """Central differences of r along a path whose quaternion has no fixed length."""
-    room, h = started(), 1e-4
+    block, h = started(), 1e-4
     for t in np.linspace(0, 1, 50):
-        before, at, after = (dict_of(room, t + k * h) for k in (-1, 0, 1))
+        before, at, after = (dict_of(block, t + k * h) for k in (-1, 0, 1))
         # h^2 / 6 of a third derivative of 500 rad/s3; rounding 1e-16 / h^2
         rate = (after["r"] - before["r"]) / (2 * h)
         assert_close(at["rd"], rate, atol=1e-5, what="rd")
@@ -105,9 +105,9 @@ def test_pose_rates_are_derivatives() -> None:
         assert np.abs(at["rdd"]).max() > 1e-2
 
 
-def dict_of(room: Loaded, t: float) -> dict[str, Array]:
+def dict_of(block: Loaded, t: float) -> dict[str, Array]:
     """r, rd, rdd on the path, copied."""
-    y = room.tick(**path(t))
+    y = block.tick(**path(t))
     return {name: y[name] for name in ("r", "rd", "rdd")}
 
 
@@ -136,10 +136,10 @@ def test_pose_keeps_the_assembly_of_the_machine() -> None:
 def test_pose_flags_what_is_out_of_reach_and_recovers(
     wanted: dict[str, list[float]], arms: list[int] | None
 ) -> None:
-    room = started()
-    good = room.tick(**path(0.3)).values.copy()
-    last = room.y["r"]
-    y = room.tick(**wanted)
+    block = started()
+    good = block.tick(**path(0.3)).values.copy()
+    last = block.y["r"]
+    y = block.tick(**wanted)
     assert y["fault"] == 2.0
     assert 0 in y["reachable"]
     if arms is None:
@@ -150,14 +150,14 @@ def test_pose_flags_what_is_out_of_reach_and_recovers(
     assert not y["rd"].any()
     assert not y["rdd"].any()
     assert np.isfinite(y.values).all()
-    assert np.array_equal(room.tick(**path(0.3)).values, good)
+    assert np.array_equal(block.tick(**path(0.3)).values, good)
 
 
 def test_pose_stays_finite_up_to_the_dead_point() -> None:
     """Upwards along z until the arms do not reach: no step of r that the rates do not explain."""
-    room, h, last = started(stroke=1.5), 1e-4, None
+    block, h, last = started(stroke=1.5), 1e-4, None
     for z in np.arange(0.3, 0.8, h):
-        y = room.tick(x_E=[0.0, 0.0, z], xd_E=[0.0, 0.0, 1.0])
+        y = block.tick(x_E=[0.0, 0.0, z], xd_E=[0.0, 0.0, 1.0])
         assert np.isfinite(y.values).all()
         if y["fault"]:
             break

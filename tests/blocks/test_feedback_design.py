@@ -1,4 +1,4 @@
-"""The design of C: crossover, margin, stability, and the room that answers as designed."""
+"""The design of C: crossover, margin, stability, and the block that answers as designed."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.feedback.design import design
-from tests.rooms.feedback_design import TS, altered, discrete_controller, discrete_plant, gains
-from tests.rooms.loaded import machine
-from tests.rooms.test_feedback import PLAIN, started
+from tests.blocks.feedback_design import TS, altered, discrete_controller, discrete_plant, gains
+from tests.blocks.loaded import machine
+from tests.blocks.test_feedback import PLAIN, started
 
 LATE = {"t_command": 0.0005, "t_measurement": 0.00025}
 
@@ -61,12 +61,12 @@ def test_design_is_stable_for_half_and_twice_the_inertia(share: float) -> None:
 
 @pytest.mark.parametrize("f", [1.0, 10.0, 125.0])
 def test_feedback_answers_as_designed(f: float) -> None:
-    """The room's torque to a sine of theta, fitted over whole periods: -C(z)."""
+    """The block's torque to a sine of theta, fitted over whole periods: -C(z)."""
     period = round(1 / (f * TS))
-    room, settle, ticks = started(**PLAIN), 400, 4 * period
+    block, settle, ticks = started(**PLAIN), 400, 4 * period
     t = TS * np.arange(settle + ticks)
     theta = 1e-3 * np.sin(2 * np.pi * f * t)
-    tau = np.array([room.tick(theta=np.full(6, angle))["tau_fb"][0] for angle in theta])[settle:]
+    tau = np.array([block.tick(theta=np.full(6, angle))["tau_fb"][0] for angle in theta])[settle:]
     # a constant is what the integral began with; of the derivative's start exp(-0.1 / t_f) is left
     basis = np.exp(2j * np.pi * f * t[settle:])
     columns = np.column_stack([basis.imag, basis.real, np.ones(ticks)])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.blocks.filter_twin import Array, Twin
+from tests.blocks.loaded import Loaded, StartError, load, machine
 from tests.compare import assert_close
-from tests.rooms.filter_twin import Array, Twin
-from tests.rooms.loaded import Loaded, StartError, load, machine
 
 TS = 0.0005
 DELAY = 51.5
@@ -23,20 +23,20 @@ def swings(ticks: int, seed: int) -> tuple[Array, Array]:
     return theta, 5 * np.cos(3 * t + rng.uniform(0, 6, 6)) + rng.normal(0, 0.01, theta.shape)
 
 
-def run(room: Loaded, theta: Array, tau: Array) -> dict[str, Array]:
+def run(block: Loaded, theta: Array, tau: Array) -> dict[str, Array]:
     """Outputs after every tick."""
     rows: dict[str, list[Array]] = {name: [] for name in OUTPUTS}
     for angle, torque in zip(theta, tau, strict=True):
-        y = room.tick(theta=angle, tau_meas=torque)
+        y = block.tick(theta=angle, tau_meas=torque)
         for name in OUTPUTS:
             rows[name].append(y[name])
     return {name: np.array(values) for name, values in rows.items()}
 
 
 def started(**parameters: float) -> Loaded:
-    room = load("filter")
-    room.start(**parameters)
-    return room
+    block = load("filter")
+    block.start(**parameters)
+    return block
 
 
 @pytest.mark.parametrize("basis", [0, 1])
@@ -122,12 +122,12 @@ def test_filter_forgets_what_left_the_window() -> None:
 
 def test_filter_state_is_all_there_is() -> None:
     theta, tau = swings(300, seed=2)
-    room = started()
-    run(room, theta, tau)
-    kept = room.state.copy()
-    first = run(room, theta, tau)
-    room.state[:] = kept
-    again = run(room, theta, tau)
+    block = started()
+    run(block, theta, tau)
+    kept = block.state.copy()
+    first = run(block, theta, tau)
+    block.state[:] = kept
+    again = run(block, theta, tau)
     for name in OUTPUTS:
         assert np.array_equal(first[name], again[name]), name
 
@@ -172,11 +172,11 @@ def test_play_keeps_a_dahl_state_that_noise_would_wear_off() -> None:
 def test_play_follows_behind_its_gap_exactly() -> None:
     theta = np.tile(np.array([0.0, 0.05, 0.0495, 0.03])[:, None], 6)
     followed = np.array([0.0, 0.049, 0.049, 0.031])
-    room = started(play=1e-3)
+    block = started(play=1e-3)
     twin = started()
     for angle, behind in zip(theta, np.tile(followed[:, None], 6), strict=True):
         y, wanted = (
-            r.tick(theta=a, tau_meas=np.zeros(6)) for r, a in ((room, angle), (twin, behind))
+            r.tick(theta=a, tau_meas=np.zeros(6)) for r, a in ((block, angle), (twin, behind))
         )
     # what is in the ring: the sum over the window is the same, rounding apart
     assert_close(y["chi_f"][::19], wanted["chi_f"][::19], atol=1e-14, what="z")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from flexhex.fmus.common.model.rest import holding_torque
+from tests.blocks.loaded import Array, load, machine
+from tests.blocks.plant_twin import EXACT, TS, RungeKutta, Twin, motion, started, torques
 from tests.compare import assert_close
-from tests.rooms.loaded import Array, load, machine
-from tests.rooms.plant_twin import EXACT, TS, RungeKutta, Twin, motion, started, torques
 
 
 @pytest.mark.parametrize(
@@ -16,23 +16,23 @@ from tests.rooms.plant_twin import EXACT, TS, RungeKutta, Twin, motion, started,
 )
 def test_plant_equals_its_twin(substeps: int, f_current: float) -> None:
     """A payload that comes and goes, a torque beyond the limit now and then."""
-    room = started(substeps=substeps, f_current=f_current, tau_max=4.0, **EXACT)
-    twin = Twin(room, substeps)
+    block = started(substeps=substeps, f_current=f_current, tau_max=4.0, **EXACT)
+    twin = Twin(block, substeps)
     for k, tau in enumerate(1.4 * torques(200, seed=substeps)):
         payload = 0.8 if 60 <= k < 140 else 0.0
-        y = room.tick(tau=tau, payload=payload)
+        y = block.tick(tau=tau, payload=payload)
         twin.tick(tau, payload)
         # rounding of 300 operations a step, carried on: far below the encoder's 1e-8 rad
         assert_close(y["theta"], twin.y[:6], atol=1e-14, what=f"theta, tick {k}")
         assert_close(y["tau_meas"], twin.tau, atol=1e-13, what=f"tau_meas, tick {k}")
-        assert_close(motion(room)[1], twin.y[6:12], atol=1e-12, what=f"thetad, tick {k}")
+        assert_close(motion(block)[1], twin.y[6:12], atol=1e-12, what=f"thetad, tick {k}")
     x = np.concatenate([twin.y[:6], twin.y[12:43]])
     assert_close(y["x_E"], x[30:33], atol=1e-14, what="x_E")
 
 
 def replay(substeps: int, commands: Array) -> Array:
-    room = started(substeps=substeps, **EXACT)
-    return np.array([room.tick(tau=tau)["theta"] for tau in commands])
+    block = started(substeps=substeps, **EXACT)
+    return np.array([block.tick(tau=tau)["theta"] for tau in commands])
 
 
 def test_plant_substeps_converge_below_the_encoder_step() -> None:
@@ -51,10 +51,10 @@ def test_plant_substeps_converge_below_the_encoder_step() -> None:
 @pytest.mark.parametrize("load_kg", [0.8, 2e-3])
 def test_plant_follows_the_equations(load_kg: float) -> None:
     """Against four Runge-Kutta steps a tick, while a payload comes and goes."""
-    room, exact = started(**EXACT), RungeKutta(load("plant"), 4)
+    block, exact = started(**EXACT), RungeKutta(load("plant"), 4)
     for k, tau in enumerate(torques(240, seed=14)):
         payload = load_kg if 80 <= k < 160 else 0.0
-        theta = room.tick(tau=tau, payload=payload)["theta"]
+        theta = block.tick(tau=tau, payload=payload)["theta"]
         exact.tick(tau, payload)
         assert_close(theta, exact.y[:6], atol=5e-10, what=f"theta, tick {k}")
     assert np.abs(theta).max() > 0.01
@@ -67,9 +67,9 @@ def paths(commands: Array, **actuators: float) -> tuple[Array, Array]:
         p = load("plant").p["actuator"]
         for name, value in actuators.items():
             p[names[name] :: 22] = value
-        room, theta = started(substeps=substeps, actuator=p, **EXACT), []
+        block, theta = started(substeps=substeps, actuator=p, **EXACT), []
         for tau in commands:
-            y = room.tick(tau=tau)
+            y = block.tick(tau=tau)
             assert y["fault"] == 0.0
             theta.append(y["theta"])
         found.append(np.array(theta))

@@ -11,10 +11,10 @@ import pytest
 from flexhex.fmus.common.model.model import Model
 from flexhex.fmus.common.model.parameters import base_parameters, parameters
 from flexhex.fmus.estimator.interface import MOST_VARIANCE, first_variance, normalisation
+from tests.blocks.loaded import Array, Loaded, StartError, build, load, machine
+from tests.blocks.motions import random_instants
 from tests.compare import assert_close
 from tests.oracles.kalman import Kalman
-from tests.rooms.loaded import Array, Loaded, StartError, build, load, machine
-from tests.rooms.motions import random_instants
 
 N_P = 162
 
@@ -36,27 +36,27 @@ def samples(count: int) -> list[tuple[dict[str, Array], Array]]:
 
 
 def started(t_start: float = 0.0, **parameters: object) -> Loaded:
-    room = load("estimator")
-    room.start(t_start=t_start, **parameters)
-    return room
+    block = load("estimator")
+    block.start(t_start=t_start, **parameters)
+    return block
 
 
-def textbook(room: Loaded) -> Kalman:
-    """The oracle with the room's parameters."""
-    p = room.p
+def textbook(block: Loaded) -> Kalman:
+    """The oracle with the block's parameters."""
+    p = block.p
     return Kalman(p["p0"], p["scale"], p["P0"], p["R1"], p["R2"], p["adapt"])
 
 
-def covariance(room: Loaded) -> Array:
+def covariance(block: Loaded) -> Array:
     """P (162, 162), normalised: behind q in the state, in blocks of 8.
 
     Blocks left of the diagonal and on it are kept, these whole: symmetric to the last bit.
     """
     rows = -(-N_P // 8) * 8
-    kept = room.state[N_P : N_P + rows**2].reshape(rows, rows)
+    kept = block.state[N_P : N_P + rows**2].reshape(rows, rows)
     for k in range(0, rows, 8):
-        block = kept[k : k + 8, k : k + 8]
-        assert np.array_equal(block, block.T)
+        square = kept[k : k + 8, k : k + 8]
+        assert np.array_equal(square, square.T)
         assert not kept[k : k + 8, k + 8 :].any()
     assert not kept[N_P:].any()
     P: Array = np.tril(kept[:N_P, :N_P])
@@ -72,12 +72,12 @@ def true_parameters(seed: int) -> Array:
     return p
 
 
-def feed(room: Loaded, index: int, p: Array, noise: Array) -> tuple[Array, Array]:
+def feed(block: Loaded, index: int, p: Array, noise: Array) -> tuple[Array, Array]:
     """One update with the torques of p; Phi and tau_f."""
     known = samples(500)
     inputs, Phi = known[index % len(known)]
     tau = Phi @ p + noise
-    room.tick(**inputs, tau_f=tau)
+    block.tick(**inputs, tau_f=tau)
     return Phi, tau
 
 
@@ -86,18 +86,18 @@ def test_estimator_equals_the_joseph_form(masked: bool) -> None:
     adapt = np.ones(N_P)
     if masked:
         adapt[::3] = 0.0
-    room, rng, p = started(adapt=adapt), np.random.default_rng(1), true_parameters(1)
-    twin = textbook(room)
+    block, rng, p = started(adapt=adapt), np.random.default_rng(1), true_parameters(1)
+    twin = textbook(block)
     for k in range(1000):
         before = twin.q * twin.s
-        Phi, tau = feed(room, k, p, rng.normal(0, 0.01, 6))
+        Phi, tau = feed(block, k, p, rng.normal(0, 0.01, 6))
         expected, P = twin.step(Phi, tau)
         if k % 50 and k != 999:
             continue
-        y, what = room.y, f"update {k}"
+        y, what = block.y, f"update {k}"
         # 1e-10 of each parameter's scale and of P0 = 1e-4: both run on rounding of 1e-16
         assert_close(y["p"] / twin.s, expected / twin.s, atol=1e-10, what=f"p, {what}")
-        assert_close(covariance(room), P, atol=1e-14, what=f"P, {what}")
+        assert_close(covariance(block), P, atol=1e-14, what=f"P, {what}")
         std = twin.s * np.sqrt(np.diag(P))
         assert_close(y["p_std"] / twin.s, std / twin.s, atol=1e-10, what=f"p_std, {what}")
         assert_close(y["innovation"], tau - Phi @ before, atol=1e-11, what=f"innovation, {what}")
@@ -106,30 +106,30 @@ def test_estimator_equals_the_joseph_form(masked: bool) -> None:
 def test_estimator_leaves_masked_parameters_alone() -> None:
     adapt = np.ones(N_P)
     adapt[5::4] = 0.0
-    room, p = started(adapt=adapt), true_parameters(2)
+    block, p = started(adapt=adapt), true_parameters(2)
     for k in range(200):
-        feed(room, k, p, np.zeros(6))
+        feed(block, k, p, np.zeros(6))
     still = adapt == 0.0
-    assert np.array_equal(room.y["p"][still], room.p["p0"][still])
-    assert not room.y["p_std"][still].any()
-    assert not covariance(room)[still].any()
-    assert (room.y["p"][~still] != room.p["p0"][~still]).all()
+    assert np.array_equal(block.y["p"][still], block.p["p0"][still])
+    assert not block.y["p_std"][still].any()
+    assert not covariance(block)[still].any()
+    assert (block.y["p"][~still] != block.p["p0"][~still]).all()
 
 
 def test_estimator_with_nothing_to_adapt_publishes_p0() -> None:
     """The cases with fixed feedforward: exactly p0, also where p0 / scale * scale is not."""
     p0 = true_parameters(3)
-    room = started(adapt=np.zeros(N_P), p0=p0)
+    block = started(adapt=np.zeros(N_P), p0=p0)
     for k in range(20):
-        feed(room, k, true_parameters(4), np.zeros(6))
-        assert np.array_equal(room.y["p"], p0)
+        feed(block, k, true_parameters(4), np.zeros(6))
+        assert np.array_equal(block.y["p"], p0)
 
 
-def healthy(room: Loaded) -> None:
-    P = covariance(room)
+def healthy(block: Loaded) -> None:
+    P = covariance(block)
     assert np.linalg.eigvalsh(P)[0] > 0
-    assert np.isfinite(room.y.values).all()
-    assert room.y["fault"] == 0.0
+    assert np.isfinite(block.y.values).all()
+    assert block.y["fault"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -138,74 +138,74 @@ def healthy(room: Loaded) -> None:
 @pytest.mark.parametrize("still", [False, True], ids=["moving", "at rest"])
 def test_estimator_stays_healthy_for_hours(hours: float, still: bool) -> None:
     """P symmetric to the last bit and positive definite, sampled; at rest nothing excites it."""
-    room, rng, p = started(), np.random.default_rng(5), true_parameters(5)
+    block, rng, p = started(), np.random.default_rng(5), true_parameters(5)
     updates = round(hours * 3600 / 0.03)
     every = updates // 10
     for k in range(updates):
-        feed(room, 0 if still else k, p, rng.normal(0, 0.01, 6))
+        feed(block, 0 if still else k, p, rng.normal(0, 0.01, 6))
         if k % every == 0:
-            healthy(room)
-    healthy(room)
+            healthy(block)
+    healthy(block)
 
 
 def test_estimator_stays_healthy_at_the_ends_of_its_ranges() -> None:
     """No drift, the least noise and the largest P0 that the interface allows: P must not sink
     below zero (it does at R2 = 1e-12, with p and p_std NaN soon after)."""
     listed = {v.name: v for v in build("estimator", machine())[1].parameters}
-    room = started(R1=np.zeros(N_P), R2=listed["R2"].min, P0=listed["P0"].max)
+    block = started(R1=np.zeros(N_P), R2=listed["R2"].min, P0=listed["P0"].max)
     p = true_parameters(10)
     for k in range(1000):
-        feed(room, k, p, np.zeros(6))
+        feed(block, k, p, np.zeros(6))
         if k % 100 == 0:
-            healthy(room)
+            healthy(block)
 
 
 def test_estimator_finds_the_torque_of_another_machine() -> None:
     """After 15 s of motion the torque is known to a few mN m, and the payload is seen."""
-    room, rng, p = started(), np.random.default_rng(6), true_parameters(6)
-    first = [np.abs(room.p["p0"] @ Phi.T - p @ Phi.T).max() for _, Phi in samples(500)]
+    block, rng, p = started(), np.random.default_rng(6), true_parameters(6)
+    first = [np.abs(block.p["p0"] @ Phi.T - p @ Phi.T).max() for _, Phi in samples(500)]
     for k in range(500):
-        feed(room, k, p, rng.normal(0, 0.01, 6))
-    last = [np.abs(room.y["p"] @ Phi.T - p @ Phi.T).max() for _, Phi in samples(500)]
+        feed(block, k, p, rng.normal(0, 0.01, 6))
+    last = [np.abs(block.y["p"] @ Phi.T - p @ Phi.T).max() for _, Phi in samples(500)]
     assert np.sqrt(np.mean(np.square(last))) < 0.03 * np.sqrt(np.mean(np.square(first)))
     m = [par.name for par in parameters(machine())].index("end_effector.m")
-    assert abs(room.y["p"][m] - p[m]) < 4 * room.y["p_std"][m] < 0.2
+    assert abs(block.y["p"][m] - p[m]) < 4 * block.y["p_std"][m] < 0.2
 
 
 def test_estimator_waits_until_t_start() -> None:
-    room, p = started(t_start=0.3), true_parameters(7)
-    first = room.y["p"]
+    block, p = started(t_start=0.3), true_parameters(7)
+    first = block.y["p"]
     for k in range(9):
-        feed(room, k, p, np.zeros(6))
-        assert np.array_equal(room.y["p"], first)
-    feed(room, 9, p, np.zeros(6))
-    assert (room.y["p"] != first).any()
+        feed(block, k, p, np.zeros(6))
+        assert np.array_equal(block.y["p"], first)
+    feed(block, 9, p, np.zeros(6))
+    assert (block.y["p"] != first).any()
 
 
 def test_estimator_skips_what_is_no_pose() -> None:
-    room, p = started(), true_parameters(8)
-    feed(room, 0, p, np.zeros(6))
-    estimate, P = room.y["p"], covariance(room).copy()
-    room.tick(x=np.zeros(37))
-    assert room.y["fault"] == 2.0
-    assert np.array_equal(room.y["p"], estimate)
-    assert np.array_equal(covariance(room), P)
-    feed(room, 1, p, np.zeros(6))
-    assert room.y["fault"] == 0.0
+    block, p = started(), true_parameters(8)
+    feed(block, 0, p, np.zeros(6))
+    estimate, P = block.y["p"], covariance(block).copy()
+    block.tick(x=np.zeros(37))
+    assert block.y["fault"] == 2.0
+    assert np.array_equal(block.y["p"], estimate)
+    assert np.array_equal(covariance(block), P)
+    feed(block, 1, p, np.zeros(6))
+    assert block.y["fault"] == 0.0
 
 
 def test_estimator_first_outputs_follow_its_parameters() -> None:
     p0 = true_parameters(9)
-    room = started(p0=p0, P0=4e-4)
+    block = started(p0=p0, P0=4e-4)
     # p = scale (p0 / scale): within the last bit
-    assert_close(room.y["p"] / p0, np.ones(N_P), atol=3e-16, what="p / p0")
-    assert_close(room.y["p_std"], 0.02 * room.p["scale"], rtol=1e-15, what="p_std")
+    assert_close(block.y["p"] / p0, np.ones(N_P), atol=3e-16, what="p / p0")
+    assert_close(block.y["p_std"], 0.02 * block.p["scale"], rtol=1e-15, what="p_std")
 
 
 def test_estimator_first_variance_is_each_parameters_own() -> None:
     P0 = np.geomspace(1e-4, 1e-2, N_P)
-    room = started(P0=P0)
-    assert_close(room.y["p_std"], np.sqrt(P0) * room.p["scale"], rtol=1e-15, what="p_std")
+    block = started(P0=P0)
+    assert_close(block.y["p_std"], np.sqrt(P0) * block.p["scale"], rtol=1e-15, what="p_std")
 
 
 def test_first_variance_is_the_fits_within_bounds() -> None:

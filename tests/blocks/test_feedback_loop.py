@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.rooms.feedback_design import discrete_plant
-from tests.rooms.loaded import Array, Loaded, machine
-from tests.rooms.test_feedback import PLAIN, started
+from tests.blocks.feedback_design import discrete_plant
+from tests.blocks.loaded import Array, Loaded, machine
+from tests.blocks.test_feedback import PLAIN, started
 
 
 class Inertia:
@@ -28,16 +28,16 @@ class Inertia:
 
 def without_feedforward(**parameters: float) -> Loaded:
     """The feedback whose inputs are all zero; as an FMU it starts with the torque that holds."""
-    room = started(**parameters, **PLAIN)
-    room.u["tau_ff"] = 0.0
-    return room
+    block = started(**parameters, **PLAIN)
+    block.u["tau_ff"] = 0.0
+    return block
 
 
-def loop(room: Loaded, plant: Inertia, r: Array) -> dict[str, Array]:
+def loop(block: Loaded, plant: Inertia, r: Array) -> dict[str, Array]:
     """First joint in closed loop; the plant's own delay is the controller's step."""
     rows: dict[str, list[float]] = {"theta": [], "tau": [], "fault": []}
     for wanted in r:
-        y = room.tick(r=np.full(6, wanted), theta=np.full(6, plant.theta))
+        y = block.tick(r=np.full(6, wanted), theta=np.full(6, plant.theta))
         rows["theta"].append(plant.theta)
         rows["tau"].append(float(y["tau"][0]))
         rows["fault"].append(y["fault"])
@@ -56,18 +56,18 @@ def test_feedback_settles_after_a_step_and_carries_a_load() -> None:
 
 def test_feedback_leaves_its_limit_as_soon_as_the_error_turns() -> None:
     """Three seconds in the limit would wind the integral up to 30 times the limit."""
-    room = without_feedforward(tau_max=2.0)
-    room.tick()
+    block = without_feedforward(tau_max=2.0)
+    block.tick()
     for _ in range(12000):
-        y = room.tick(theta=np.full(6, -0.1))
+        y = block.tick(theta=np.full(6, -0.1))
     assert y["fault"] == 2.0
     assert y["tau"].tolist() == [2.0] * 6
-    held = room.tick(theta=np.full(6, -0.1))["tau_fb"]
+    held = block.tick(theta=np.full(6, -0.1))["tau_fb"]
     assert np.array_equal(held, y["tau_fb"]), "the integral went on"
-    y = room.tick(theta=np.full(6, 0.001))
+    y = block.tick(theta=np.full(6, 0.001))
     assert y["tau"].tolist() == [-2.0] * 6
     for _ in range(200):
-        y = room.tick(theta=np.full(6, 0.001))
+        y = block.tick(theta=np.full(6, 0.001))
     assert y["fault"] == 0.0
     assert np.abs(y["tau"]).max() < 0.3
 

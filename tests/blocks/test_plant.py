@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.blocks.loaded import Array, StartError, load, machine
+from tests.blocks.plant_twin import EXACT, HOLD, TS, motion, started, torques
 from tests.compare import assert_close
 from tests.oracles import geometry, lagrange
 from tests.oracles.machine import read_machine
-from tests.rooms.loaded import Array, StartError, load, machine
-from tests.rooms.plant_twin import EXACT, HOLD, TS, motion, started, torques
 
 
 def without_actuators() -> Array:
@@ -18,10 +18,10 @@ def without_actuators() -> Array:
 
 
 def test_plant_keeps_its_loops_closed() -> None:
-    room = started(**EXACT)
+    block = started(**EXACT)
     for tau in torques(2000, seed=4):
-        room.tick(tau=tau)
-    theta, _, d = motion(room)
+        block.tick(tau=tau)
+    theta, _, d = motion(block)
     D = geometry.constraints(read_machine(), np.concatenate([theta, d]))
     assert np.abs(theta).max() > 0.02
     # without the correction it would be 1e-14, and growing
@@ -37,11 +37,11 @@ def test_plant_conserves_energy() -> None:
     held = lagrange.gravity_torque(subject, np.zeros(6))
     push = held + np.array([0.3, -0.2, 0.25, 0.1, -0.3, 0.2])
     # the current loop settles within the first tick, and does no harm before
-    room = started(actuator=without_actuators(), f_current=1e5, **EXACT)
-    room.tick(tau=push, payload=payload)
+    block = started(actuator=without_actuators(), f_current=1e5, **EXACT)
+    block.tick(tau=push, payload=payload)
 
     def energy() -> tuple[float, float]:
-        theta, thetad, d = motion(room)
+        theta, thetad, d = motion(block)
         x = np.concatenate([theta, d])
         xd = geometry.dependent_rates(subject, x) @ thetad
         T = float(lagrange.kinetic_energy(subject, x, xd))
@@ -50,7 +50,7 @@ def test_plant_conserves_energy() -> None:
 
     start, kinetic = energy()[1], []
     for k in range(1800):
-        y = room.tick()
+        y = block.tick()
         if k % 200 == 199:
             T, total = energy()
             kinetic.append(T)
@@ -60,17 +60,17 @@ def test_plant_conserves_energy() -> None:
 
 
 def test_plant_stops_at_the_end_and_leaves_it_again() -> None:
-    room = started(stroke=0.1)
+    block = started(stroke=0.1)
     held = 0
     for _ in range(2000):
-        y = room.tick(tau=2 * HOLD)
+        y = block.tick(tau=2 * HOLD)
         assert np.abs(y["theta"]).max() <= 0.1 + machine().encoder.step
         assert y["fault"] == 2.0 * y["end_stop"]
         held += int(y["end_stop"])
     assert held > 1000
     assert np.abs(y["theta"]).max() > 0.09
     for _ in range(400):
-        y = room.tick(tau=np.zeros(6))
+        y = block.tick(tau=np.zeros(6))
     assert (y["end_stop"], y["fault"]) == (0.0, 0.0)
     assert np.abs(y["theta"]).max() < 0.09
 
@@ -84,10 +84,10 @@ def test_plant_tells_divergence_from_an_end_stop() -> None:
     damped = np.zeros(132)
     damped[2::22] = 100.0
     light = started(actuator=damped, mechanism=1e-6 * load("plant").p["mechanism"])
-    for room in (sharp, light):
+    for block in (sharp, light):
         faults = set()
         for tau in torques(50, seed=2):
-            y = room.tick(tau=tau)
+            y = block.tick(tau=tau)
             faults.add(y["fault"])
             assert y["end_stop"] == 0.0
             assert np.isfinite(y.values).all()
@@ -143,16 +143,16 @@ def test_plant_delays_are_whole_ticks(command: int, measurement: int) -> None:
 
 def test_plant_current_loop_is_first_order() -> None:
     f = 800.0
-    room, command = started(f_current=f, **EXACT), np.array([1.0, -1.0, 2.0, 0.5, -0.5, 3.0])
+    block, command = started(f_current=f, **EXACT), np.array([1.0, -1.0, 2.0, 0.5, -0.5, 3.0])
     for k in range(1, 20):
-        tau = room.tick(tau=command)["tau_meas"]
+        tau = block.tick(tau=command)["tau_meas"]
         expected = command * (1 - np.exp(-2 * np.pi * f * k * TS))
         assert_close(tau, expected, atol=1e-14, what=f"tau_meas, tick {k}")
 
 
 def test_plant_limits_the_torque() -> None:
-    room = started(tau_max=1.5, f_current=1e5, **EXACT)
-    y = room.tick(tau=np.array([9.0, -9.0, 1.5, 1.0, 0.0, -1.6]))
+    block = started(tau_max=1.5, f_current=1e5, **EXACT)
+    y = block.tick(tau=np.array([9.0, -9.0, 1.5, 1.0, 0.0, -1.6]))
     assert_close(y["tau_meas"], [1.5, -1.5, 1.5, 1.0, 0.0, -1.5], atol=1e-12, what="tau_meas")
 
 
@@ -163,9 +163,9 @@ def test_plant_carries_its_payload() -> None:
     extra = lagrange.gravity_torque(loaded, np.zeros(6))
     # held exactly, it stays; without the payload's share it sinks
     for held, moves in ((extra, False), (lagrange.gravity_torque(subject, np.zeros(6)), True)):
-        room = started(actuator=without_actuators(), f_current=1e5, **EXACT)
+        block = started(actuator=without_actuators(), f_current=1e5, **EXACT)
         for _ in range(200):
-            y = room.tick(tau=held, payload=payload)
+            y = block.tick(tau=held, payload=payload)
         sunk = 0.3 - y["x_E"][2]
         assert sunk > 1e-3 if moves else abs(sunk) < 1e-6
 
@@ -185,13 +185,13 @@ def test_plant_refuses_what_is_not_whole(name: str) -> None:
 
 def test_plant_state_is_all_there_is() -> None:
     """Also in the first ticks, while the past is gathered, and with a new payload."""
-    room, commands = started(command_delay=4, measurement_delay=7), torques(60, seed=12)
+    block, commands = started(command_delay=4, measurement_delay=7), torques(60, seed=12)
     for ticks in (0, 2, 5, 60):
-        room.start()
+        block.start()
         for tau in commands[:ticks]:
-            room.tick(tau=tau, payload=0.3)
-        kept = room.state.copy()
-        first = [room.tick(tau=tau, payload=0.1).values.copy() for tau in commands]
-        room.state[:] = kept
-        again = [room.tick(tau=tau, payload=0.1).values.copy() for tau in commands]
+            block.tick(tau=tau, payload=0.3)
+        kept = block.state.copy()
+        first = [block.tick(tau=tau, payload=0.1).values.copy() for tau in commands]
+        block.state[:] = kept
+        again = [block.tick(tau=tau, payload=0.1).values.copy() for tau in commands]
         assert np.array_equal(first, again)

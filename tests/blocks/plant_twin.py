@@ -1,6 +1,6 @@
 """The plant's step in NumPy, and motions of the plant.
 
-The twin integrates with the CasADi functions of the room, which tests/oracles holds against
+The twin integrates with the CasADi functions of the block, which tests/oracles holds against
 Lagrange's equations; the current loop and everything around it are its own.
 """
 
@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from flexhex.fmus.plant.equations import functions
-from tests.rooms.loaded import Array, Loaded, load, machine
+from tests.blocks.loaded import Array, Loaded, load, machine
 
 TS = 0.00025
 EXACT = {"theta_step": 0.0, "tau_step": 0.0}
@@ -23,9 +23,9 @@ HOLD = np.array([2.1, 2.4, 1.9, 2.2, 2.0, 2.3])
 
 
 def started(**parameters: object) -> Loaded:
-    room = load("plant")
-    room.start(**parameters)
-    return room
+    block = load("plant")
+    block.start(**parameters)
+    return block
 
 
 @cache
@@ -37,9 +37,9 @@ def values(result: ca.DM) -> Array:
     return np.array(result).ravel()
 
 
-def motion(room: Loaded) -> tuple[Array, Array, Array]:
+def motion(block: Loaded) -> tuple[Array, Array, Array]:
     """theta, thetad (6,), d (31,) unquantised, from the state."""
-    return room.state[:6].copy(), room.state[6:12].copy(), room.state[12:43].copy()
+    return block.state[:6].copy(), block.state[6:12].copy(), block.state[12:43].copy()
 
 
 def torques(ticks: int, seed: int) -> Array:
@@ -84,8 +84,8 @@ class Drives:
 class RungeKutta:
     """The plant by the classical Runge-Kutta method, without quanta, delays and stops."""
 
-    def __init__(self, room: Loaded, substeps: int) -> None:
-        self.p, self.h = room.p, TS / substeps
+    def __init__(self, block: Loaded, substeps: int) -> None:
+        self.p, self.h = block.p, TS / substeps
         self.substeps = substeps
         d = values(equations()["plant_neutral"]()["d"])
         self.y, self.tau = np.concatenate([np.zeros(12), d, np.zeros(6)]), np.zeros(6)
@@ -161,8 +161,8 @@ class RungeKutta:
 class Twin(RungeKutta):
     """The plant's step: one evaluation where the last four substeps had the same payload."""
 
-    def __init__(self, room: Loaded, substeps: int) -> None:
-        super().__init__(room, substeps)
+    def __init__(self, block: Loaded, substeps: int) -> None:
+        super().__init__(block, substeps)
         self.past: list[tuple[Array, Array, Array]] = []
         self.payload, self.ahead = 0.0, False
 

@@ -1,4 +1,4 @@
-"""Rooms compiled as in their FMUs, called in timing loops in C (harness.c)."""
+"""Blocks compiled as in their FMUs, called in timing loops in C (harness.c)."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmugen import codegen, sources
+from flexhex.fmugen.blocks import block_interface, step_file
 from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, STRICT, compile_object, link_shared
 from flexhex.fmugen.fmu import FMI, RUNTIME
-from flexhex.fmugen.rooms import room_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent
 CACHE = Path("out") / "cache" / "benchmarks"
-_EXPORT = """#include "room.h"
-extern const flexhex_room {name}_room;
-__attribute__((visibility("default"))) const void *bench_room(void);
-const void *bench_room(void) {{ return &{name}_room; }}
+_EXPORT = """#include "block.h"
+extern const flexhex_block {name}_block;
+__attribute__((visibility("default"))) const void *bench_block(void);
+const void *bench_block(void) {{ return &{name}_block; }}
 """
 _START = ctypes.CFUNCTYPE(
     ctypes.c_bool, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p,
@@ -36,8 +36,8 @@ _START = ctypes.CFUNCTYPE(
 )  # fmt: skip
 
 
-class _Room(ctypes.Structure):
-    """flexhex_room of room.h."""
+class _Block(ctypes.Structure):
+    """flexhex_block of block.h."""
 
     _fields_ = (
         *((name, ctypes.c_size_t) for name in ("parameters", "inputs", "outputs", "state")),
@@ -50,7 +50,7 @@ class _Instance(ctypes.Structure):
     """instance of harness.c."""
 
     _fields_ = (
-        *((name, ctypes.c_void_p) for name in ("room", "p", "u", "s", "y")),
+        *((name, ctypes.c_void_p) for name in ("block", "p", "u", "s", "y")),
         ("rows", ctypes.c_long),
         ("at", ctypes.c_long),
     )
@@ -60,7 +60,7 @@ class _Instance(ctypes.Structure):
 def harness(cache: Path = CACHE) -> ctypes.CDLL:
     """The timing loops; every function returns nanoseconds [ns] for one call."""
     flags = (*STRICT, f"-I{RUNTIME}", f"-I{FMI}")
-    compiled = compile_object(HERE / "harness.c", _digest([RUNTIME / "room.h"]), cache, flags)
+    compiled = compile_object(HERE / "harness.c", _digest([RUNTIME / "block.h"]), cache, flags)
     library = ctypes.CDLL(str(link_shared([compiled], compiled.with_suffix(".so")).resolve()))
     for name in ("bench_ticks", "bench_chain", "bench_slave", "bench_two_pointers"):
         getattr(library, name).restype = ctypes.c_double
@@ -78,15 +78,15 @@ def library(
     cache: Path = CACHE,
     flags: Sequence[str] = (),
 ) -> Path:
-    """Shared library of one room: step.c, its header, generated code; flags: for step.c."""
-    name, room = interface.name, interface.name
+    """Shared library of one block: step.c, its header, generated code; flags: for step.c."""
+    name, block = interface.name, interface.name
     texts = {path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")}
-    for header in ("room.h", "pair.h"):
+    for header in ("block.h", "pair.h"):
         texts[header] = (RUNTIME / header).read_text(encoding="utf-8")
-    texts[f"{room}.h"] = sources.header(interface, functions, room)
+    texts[f"{block}.h"] = sources.header(interface, functions, block)
     headers = "\0".join(texts[key] for key in sorted(texts))
     texts[f"{name}_step.c"] = step.read_text(encoding="utf-8")
-    texts[f"{name}_casadi.c"] = codegen.casadi_source(functions, room, name)
+    texts[f"{name}_casadi.c"] = codegen.casadi_source(functions, block, name)
     texts[f"{name}_export.c"] = _EXPORT.format(name=name)
     cache.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=cache) as folder:
@@ -104,21 +104,21 @@ def library(
 
 
 class Instance:
-    """A started instance of a room that takes rows of inputs (rows, inputs) in turn."""
+    """A started instance of a block that takes rows of inputs (rows, inputs) in turn."""
 
     def __init__(self, path: Path, interface: Interface, rows: Array, **parameters: Any) -> None:
         self.interface, self._library = interface, ctypes.CDLL(str(path.resolve()))
-        self._library.bench_room.restype = ctypes.c_void_p
-        address = self._library.bench_room()
-        room = _Room.from_address(address)
+        self._library.bench_block.restype = ctypes.c_void_p
+        address = self._library.bench_block()
+        block = _Block.from_address(address)
         self.p, self.rows = starts(interface.parameters), np.ascontiguousarray(rows)
-        if self.rows.shape[1] * 8 != room.inputs:
-            raise ValueError(f"{interface.name}: {self.rows.shape[1]} inputs, C has {room.inputs}")
+        if self.rows.shape[1] * 8 != block.inputs:
+            raise ValueError(f"{interface.name}: {self.rows.shape[1]} inputs, C has {block.inputs}")
         for name, value in parameters.items():
             self.p[place(interface.parameters, name)] = value
-        self.y, self.s = np.zeros(room.outputs // 8), np.zeros(room.state // 8)
+        self.y, self.s = np.zeros(block.outputs // 8), np.zeros(block.state // 8)
         message = ctypes.create_string_buffer(256)
-        if not room.start(*map(_at, (self.p, self.s, self.y)), message, len(message)):
+        if not block.start(*map(_at, (self.p, self.s, self.y)), message, len(message)):
             raise ValueError(message.value.decode())
         self.c = _Instance(address, *map(_at, (self.p, self.rows, self.s, self.y)), len(rows), 0)
 
@@ -131,12 +131,12 @@ class Instance:
         return self.y[place(self.interface.outputs, name)].copy()
 
 
-def room(
+def block(
     name: str, machine: Machine, rows: Array, flags: Sequence[str] = (), **parameters: Any
 ) -> Instance:
-    """Instance of one of the house's rooms; flags: for step.c."""
+    """Instance of one of the house's blocks; flags: for step.c."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
-    interface = room_interface(name, machine)
+    interface = block_interface(name, machine)
     path = library(interface, equations.functions(machine), step_file(name), flags=flags)
     return Instance(path, interface, rows, **parameters)
 
@@ -157,7 +157,7 @@ def place(variables: Sequence[Variable], name: str) -> slice:
 
 
 def operations(name: str, machine: Machine) -> dict[str, int]:
-    """Operations of each generated function of a room, as CasADi counts them."""
+    """Operations of each generated function of a block, as CasADi counts them."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
     made: Sequence[ca.Function] = equations.functions(machine)
     return {f.name(): codegen.straight_line(f, f.name()).n_instructions() for f in made}

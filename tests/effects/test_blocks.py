@@ -1,4 +1,4 @@
-"""The rooms in C with effects: nothing changes at zero gains; lags and delays exact."""
+"""The blocks in C with effects: nothing changes at zero gains; lags and delays exact."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from flexhex.fmugen.rooms import ROOMS, room_interface
+from flexhex.fmugen.blocks import BLOCKS, block_interface
 from flexhex.fmus.common.model.effect_bank import Bank
 from flexhex.fmus.common.model.parameters import base_parameters
+from tests.blocks.loaded import Loaded, StartError, load, machine
+from tests.blocks.motions import Instant
+from tests.blocks.plant_twin import EXACT, torques
+from tests.blocks.test_filter import TS
 from tests.compare import assert_close
 from tests.effects.machines import Array, axis_of, everything, only
-from tests.rooms.loaded import Loaded, StartError, load, machine
-from tests.rooms.motions import Instant
-from tests.rooms.plant_twin import EXACT, torques
-from tests.rooms.test_filter import TS
 
 BASE = 0.00025
 CHANGED = ("plant", "filter", "feedforward")
@@ -33,9 +33,9 @@ def known() -> Bank:
 
 
 def plant(gains: Array, **parameters: object) -> Loaded:
-    room = load("plant", everything())
-    room.start(effect=gains, **{**EXACT, **parameters})
-    return room
+    block = load("plant", everything())
+    block.start(effect=gains, **{**EXACT, **parameters})
+    return block
 
 
 def one(id: str, value: float) -> Array:
@@ -43,17 +43,17 @@ def one(id: str, value: float) -> Array:
     return np.where(only(real(), id) != 0, value, 0.0)
 
 
-def angles(room: Loaded, commands: Array) -> Array:
-    return np.array([room.tick(tau=tau)["theta"] for tau in commands])
+def angles(block: Loaded, commands: Array) -> Array:
+    return np.array([block.tick(tau=tau)["theta"] for tau in commands])
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_machine_without_effects_has_none_of_their_c(room: str) -> None:
+@pytest.mark.parametrize("block", BLOCKS)
+def test_machine_without_effects_has_none_of_their_c(block: str) -> None:
     """Neither sizes nor functions: what effects.h and step.c have for them is left out."""
-    module = importlib.import_module(f"flexhex.fmus.{room}.equations")
-    for subject, wanted in ((machine(), False), (everything(), room in CHANGED)):
+    module = importlib.import_module(f"flexhex.fmus.{block}.equations")
+    for subject, wanted in ((machine(), False), (everything(), block in CHANGED)):
         names = [function.name() for function in module.functions(subject)]
-        constants = room_interface(room, subject).constants
+        constants = block_interface(block, subject).constants
         assert any("effect" in name for name in names) == wanted
         assert ("N_EFFECT" in constants) == wanted
 
@@ -87,10 +87,10 @@ def test_lag_and_current_loop_can_be_exchanged() -> None:
     slow, fast = 150.0, 700.0
     moved = []
     for f, lag in ((slow, fast), (fast, slow)):
-        room = plant(one("drive_lag", 1 / (2 * np.pi * lag)), f_current=f)
+        block = plant(one("drive_lag", 1 / (2 * np.pi * lag)), f_current=f)
         mask = np.arange(6) == axis
         # the other axes are at rest without a command: only the lagged one differs by f
-        moved.append(angles(room, np.where(mask, commands, 0.0)))
+        moved.append(angles(block, np.where(mask, commands, 0.0)))
     assert_close(moved[0], moved[1], atol=1e-13, what="theta")
     plain = plant(np.zeros(real().n_gains), f_current=slow)
     without = angles(plain, np.where(np.arange(6) == axis, commands, 0.0))
@@ -156,13 +156,13 @@ def test_plant_refuses_lags_that_cannot_be(id: str, value: float) -> None:
 
 def along(ticks: int) -> list[Instant]:
     """A motion of the kinematics at the feedforward's sample time."""
-    room, made = load("kinematics"), []
-    room.start()
+    block, made = load("kinematics"), []
+    block.start()
     w, phase = 9.0, np.arange(6)
     for k in range(ticks):
         t = TS * k
         theta = 0.1 * np.sin(w * t + phase) - 0.1 * np.sin(phase)
         thetad, thetadd = (0.1 * w * np.cos(w * t + phase), -0.1 * w**2 * np.sin(w * t + phase))
-        y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
+        y = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)
         made.append(Instant(y["x"], y["xd"], y["xdd"], y["z"]))
     return made

@@ -1,4 +1,4 @@
-"""Build the FMU of a room for a machine, with other start values if wanted."""
+"""Build FMUs from their folders in `fmus/`, with other start values if wanted."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from flexhex.fmus.common.machine.machine import Machine
 Starts = Mapping[str, float | Sequence[float] | NDArray[np.float64]]
 LIBRARIES = ("casadi", "numpy", "pydantic", "fmpy", "lxml")
 """Whose versions may change what is in an FMU."""
-ROOMS = (
+BLOCKS = (
     "reference", "pose", "kinematics", "feedforward", "feedback", "plant", "filter", "estimator",
 )  # fmt: skip
 _OF_PLATFORM = ("pose",)
-"""Rooms that a machine without a platform does not have."""
+"""FMUs that a machine without a platform does not have."""
 
 
-def rooms(machine: Machine) -> tuple[str, ...]:
-    """The rooms of a machine."""
-    return tuple(room for room in ROOMS if machine.has_platform or room not in _OF_PLATFORM)
+def blocks(machine: Machine) -> tuple[str, ...]:
+    """Folders of the FMUs of a machine."""
+    return tuple(block for block in BLOCKS if machine.has_platform or block not in _OF_PLATFORM)
 
 
 @lru_cache
@@ -69,16 +69,16 @@ def with_starts(interface: Interface, starts: Starts) -> Interface:
     return dataclasses.replace(interface, variables=variables)
 
 
-def room_interface(room: str, machine: Machine, starts: Starts | None = None) -> Interface:
-    """Interface of a room for a machine, with start values replaced."""
-    module: Any = importlib.import_module(f"flexhex.fmus.{room}.interface")
+def block_interface(block: str, machine: Machine, starts: Starts | None = None) -> Interface:
+    """Interface of an FMU for a machine, with start values replaced."""
+    module: Any = importlib.import_module(f"flexhex.fmus.{block}.interface")
     with SYMBOLIC:
         return with_starts(module.interface(machine), starts or {})
 
 
-def step_file(room: str) -> Path:
-    """The hand-written step.c of a room."""
-    return Path(fmus.__path__[0]) / room / "step.c"
+def step_file(block: str) -> Path:
+    """The hand-written step.c of an FMU."""
+    return Path(fmus.__path__[0]) / block / "step.c"
 
 
 def machine_interface(machine: Machine, truth: Path) -> Interface:
@@ -91,28 +91,31 @@ def machine_interface(machine: Machine, truth: Path) -> Interface:
 
 @dataclass(frozen=True)
 class Source:
-    """What an FMU is built from: a room and a machine; with a truth file, machine.fmu."""
+    """What an FMU is built from: a folder and a machine; with a truth file, machine.fmu.
 
-    room: str
+    block: name of the folder in `fmus/`.
+    """
+
+    block: str
     machine: Machine
     truth: Path | None = None
 
     @property
     def name(self) -> str:
         """Name of the FMU."""
-        return "machine" if self.truth else self.room
+        return "machine" if self.truth else self.block
 
     def interface(self, starts: Starts | None = None) -> Interface:
         """Variables of the FMU, with start values replaced."""
         if self.truth is None:
-            return room_interface(self.room, self.machine, starts)
+            return block_interface(self.block, self.machine, starts)
         return with_starts(machine_interface(self.machine, self.truth), starts or {})
 
     def functions(self) -> Sequence[ca.Function]:
-        """The equations; CasADi needs seconds for those of some rooms."""
+        """The equations; CasADi needs seconds for some."""
         with SYMBOLIC:
             if self.truth is None:
-                module: Any = importlib.import_module(f"flexhex.fmus.{self.room}.equations")
+                module: Any = importlib.import_module(f"flexhex.fmus.{self.block}.equations")
                 equations: Sequence[ca.Function] = module.functions(self.machine)
                 return equations
             from flexhex.fmus.machine import truth as real
@@ -120,7 +123,7 @@ class Source:
             return real.functions(self.machine, real.load_truth(self.truth))
 
     def headers(self) -> dict[str, str]:
-        """C headers of machine.fmu that its room's folder does not hold."""
+        """C headers of machine.fmu that the plant's folder does not hold."""
         folder = Path(fmus.__path__[0], "machine")
         listed = sorted(folder.glob("*.h")) if self.truth else []
         return {path.name: path.read_text(encoding="utf-8") for path in listed}
@@ -158,7 +161,7 @@ class Source:
                 return self._build(interface, made, folder, objects, platforms).read_bytes()
 
         def generate() -> bytes:
-            return Generated.of(self.interface(), self.functions(), self.room).dumped()
+            return Generated.of(self.interface(), self.functions(), self.block).dumped()
 
         equations = self._key()
         tools = [(name, tool(name)) for name in platforms or (host(),)]
@@ -175,7 +178,7 @@ class Source:
         cache: Path | None,
         platforms: Sequence[str],
     ) -> Path:
-        base, step = self.machine.timing.base, step_file(self.room)
+        base, step = self.machine.timing.base, step_file(self.block)
         return build_fmu(
             interface, equations, step, out_dir, base, cache, platforms, self.headers()
         )
@@ -187,19 +190,19 @@ class Source:
             from flexhex.fmus.machine import truth as real
 
             truth = real.load_truth(self.truth)
-        return store.key(store.sources(), sys.version, versions(), self.room, self.machine, truth)
+        return store.key(store.sources(), sys.version, versions(), self.block, self.machine, truth)
 
 
-def build_room(
-    room: str,
+def build_block(
+    block: str,
     machine: Machine,
     out_dir: Path,
     starts: Starts | None = None,
     cache: Path | None = None,
     platforms: Sequence[str] = (),
 ) -> Path:
-    """Build `out_dir/<room>.fmu`; starts: parameter name -> value(s) built in as defaults."""
-    return Source(room, machine).build(out_dir, starts, cache, platforms)
+    """Build `out_dir/<block>.fmu`; starts: parameter name -> value(s) built in as defaults."""
+    return Source(block, machine).build(out_dir, starts, cache, platforms)
 
 
 def build_machine(

@@ -1,4 +1,4 @@
-"""A room's step.c compiled and called directly: its structs as NumPy views, its state in sight.
+"""A block's step.c compiled and called directly: its structs as NumPy views, its state in sight.
 
 What the FMI adapter adds (sample times, checks of values) has tests of its own.
 """
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.fmugen import codegen, sources
+from flexhex.fmugen.blocks import block_interface, step_file
 from flexhex.fmugen.compile import HIDDEN, LOOPS, SMALL, compile_object, link_shared, strict
 from flexhex.fmugen.fmu import RUNTIME
-from flexhex.fmugen.rooms import room_interface, step_file
 from flexhex.fmus.common.interface import Interface, Variable
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
@@ -34,8 +34,8 @@ _START = ctypes.CFUNCTYPE(
 _TICK = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)
 
 
-class _Room(ctypes.Structure):
-    """flexhex_room of room.h."""
+class _Block(ctypes.Structure):
+    """flexhex_block of block.h."""
 
     _fields_ = (
         ("parameters", ctypes.c_size_t),
@@ -78,24 +78,24 @@ class Struct:
 
 
 class Loaded:
-    """One instance of a room: `start` once, then `tick` with named inputs."""
+    """One instance of a block: `start` once, then `tick` with named inputs."""
 
     def __init__(self, library: Path, interface: Interface) -> None:
         self.interface = interface
         self._library = ctypes.CDLL(str(library))
-        self._room = _Room.in_dll(self._library, f"{interface.name}_room")
+        self._block = _Block.in_dll(self._library, f"{interface.name}_block")
         self.p = Struct(interface.parameters)
         self.u, self.y = Struct(interface.inputs), Struct(interface.outputs)
-        sizes = (self._room.parameters, self._room.inputs, self._room.outputs)
+        sizes = (self._block.parameters, self._block.inputs, self._block.outputs)
         assert sizes == tuple(8 * s.values.size for s in (self.p, self.u, self.y))
-        self.state = np.full(self._room.state // 8, np.nan)
+        self.state = np.full(self._block.state // 8, np.nan)
 
     def start(self, **parameters: Any) -> Struct:
-        """Set parameters, start; raises StartError with the room's message."""
+        """Set parameters, start; raises StartError with the block's message."""
         for name, value in parameters.items():
             self.p[name] = value
         text = ctypes.create_string_buffer(256)
-        good = self._room.start(
+        good = self._block.start(
             self.p.pointer, self.state.ctypes.data, self.y.pointer, text, len(text)
         )
         if not good:
@@ -106,7 +106,7 @@ class Loaded:
         """One tick with these inputs changed; the outputs."""
         for name, value in inputs.items():
             self.u[name] = value
-        self._room.tick(self.p.pointer, self.u.pointer, self.state.ctypes.data, self.y.pointer)
+        self._block.tick(self.p.pointer, self.u.pointer, self.state.ctypes.data, self.y.pointer)
         return self.y
 
 
@@ -117,18 +117,18 @@ def machine() -> Machine:
 
 
 @cache
-def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, Interface]:
-    """Shared library and interface of a room, compiled as the FMU's own sources are; only the
+def build(block: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, Interface]:
+    """Shared library and interface of a block, compiled as the FMU's own sources are; only the
     symbols of step.c are not hidden, since they are called here. flags: for step.c."""
-    equations: Any = importlib.import_module(f"flexhex.fmus.{room}.equations")
-    interface, functions = room_interface(room, of), equations.functions(of)
-    step = step_file(room)
+    equations: Any = importlib.import_module(f"flexhex.fmus.{block}.equations")
+    interface, functions = block_interface(block, of), equations.functions(of)
+    step = step_file(block)
     texts = {
-        f"{room}.h": sources.header(interface, functions, room),
-        **{name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("room.h", "pair.h")},
+        f"{block}.h": sources.header(interface, functions, block),
+        **{name: (RUNTIME / name).read_text(encoding="utf-8") for name in ("block.h", "pair.h")},
         **{path.name: path.read_text(encoding="utf-8") for path in step.parent.glob("*.h")},
-        f"{room}_step.c": step.read_text(encoding="utf-8"),
-        f"{room}_casadi.c": codegen.casadi_source(functions, room, room),
+        f"{block}_step.c": step.read_text(encoding="utf-8"),
+        f"{block}_casadi.c": codegen.casadi_source(functions, block, block),
     }
     headers = "\0".join(text for name, text in texts.items() if name.endswith(".h"))
     with tempfile.TemporaryDirectory(dir=OBJECTS) as folder:
@@ -136,13 +136,13 @@ def build(room: str, of: Machine, flags: tuple[str, ...] = ()) -> tuple[Path, In
         for name, text in texts.items():
             (work / name).write_text(text, encoding="utf-8")
         objects = [
-            compile_object(work / f"{room}_casadi.c", "", OBJECTS, (*HIDDEN, *SMALL)),
-            compile_object(work / f"{room}_step.c", headers, OBJECTS, (*LOOPS, *strict(), *flags)),
+            compile_object(work / f"{block}_casadi.c", "", OBJECTS, (*HIDDEN, *SMALL)),
+            compile_object(work / f"{block}_step.c", headers, OBJECTS, (*LOOPS, *strict(), *flags)),
         ]
         library = OBJECTS / ("-".join(path.stem for path in objects) + ".so")
         return link_shared(objects, library), interface
 
 
-def load(room: str, of: Machine | None = None, flags: tuple[str, ...] = ()) -> Loaded:
-    """A fresh instance of a room, not yet started; of the default machine."""
-    return Loaded(*build(room, of or machine(), flags))
+def load(block: str, of: Machine | None = None, flags: tuple[str, ...] = ()) -> Loaded:
+    """A fresh instance of a block, not yet started; of the default machine."""
+    return Loaded(*build(block, of or machine(), flags))

@@ -10,12 +10,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.blocks.loaded import Loaded, StartError, load
 from tests.compare import assert_close
 from tests.oracles import actuator, geometry
 from tests.oracles.bridge import same_quaternions
 from tests.oracles.calculus import Array, taylor
 from tests.oracles.machine import Machine, read_machine
-from tests.rooms.loaded import Loaded, StartError, load
 
 TS, SIGMA = 0.0005, 0.015
 UNREACHABLE = np.array([-0.6, 0.0, 0.0, 0.0, 0.6, -0.6])
@@ -27,9 +27,9 @@ def subject() -> Machine:
 
 
 def started(**parameters: float) -> Loaded:
-    room = load("kinematics")
-    room.start(**parameters)
-    return room
+    block = load("kinematics")
+    block.start(**parameters)
+    return block
 
 
 def swing(t: float, amplitude: float = 0.15) -> tuple[Array, Array, Array]:
@@ -69,24 +69,24 @@ class Twin:
 
 
 def test_kinematics_equals_its_twin() -> None:
-    room = started()
-    twin = Twin(room.y["x"])
+    block = started()
+    twin = Twin(block.y["x"])
     # rounding of a 31 x 31 solve, condition 10: 1e-14 of rates up to 2/s and 12/s2
     atol = {"x": 1e-14, "xd": 1e-13, "xdd": 1e-12, "z": 1e-14}
     for k in range(400):
         motion = swing(TS * k)
         expected = twin.tick(*motion)
-        y = room.tick(theta=motion[0], thetad=motion[1], thetadd=motion[2])
+        y = block.tick(theta=motion[0], thetad=motion[1], thetadd=motion[2])
         for name, allowed in atol.items():
             assert_close(y[name], expected[name], atol=allowed, what=f"{name}, tick {k}")
 
 
 def test_kinematics_keeps_the_loops_closed_with_one_correction() -> None:
     """[SH, IV-E] promises |D| < 1e-9; here that leaves rounding, over 4 s at 1 Hz."""
-    room, largest = started(), 0.0
+    block, largest = started(), 0.0
     for k in range(8000):
         theta, thetad, thetadd = swing(TS * k)
-        y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
+        y = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)
         assert y["converged"] == 1.0
         largest = max(largest, y["residual"])
     assert 0 < largest < 1e-14
@@ -109,8 +109,8 @@ def test_kinematics_corrections_square_the_residual() -> None:
     noisy = [(swing(TS * k)[0] + rng.normal(0, 1e-5, 6), *swing(TS * k)[1:]) for k in range(500)]
     largest = {}
     for corrections in (1, 2):
-        room = started(corrections=corrections)
-        residuals = [room.tick(theta=a, thetad=b, thetadd=c)["residual"] for a, b, c in noisy]
+        block = started(corrections=corrections)
+        residuals = [block.tick(theta=a, thetad=b, thetadd=c)["residual"] for a, b, c in noisy]
         largest[corrections] = max(residuals)
     assert 1e-11 < largest[1] < 1e-8
     assert largest[2] < 1e-14
@@ -121,10 +121,10 @@ def test_kinematics_follows_jumps_to_the_right_assembly() -> None:
 
     Over the whole stroke one pose in a hundred is out of reach: there it says so.
     """
-    rng, room, lost = np.random.default_rng(1), started(), 0
+    rng, block, lost = np.random.default_rng(1), started(), 0
     for _ in range(250):
         theta = rng.uniform(-0.52, 0.52, 6)
-        y = room.tick(theta=theta)
+        y = block.tick(theta=theta)
         if y["converged"] == 0.0:
             lost += 1
             continue
@@ -142,30 +142,30 @@ def test_kinematics_follows_jumps_to_the_right_assembly() -> None:
 )
 def test_kinematics_far_jump_is_solved_from_neutral(last: list[float], theta: list[float]) -> None:
     """Newton's method from the last good pose ends in another assembly here."""
-    room = started()
-    room.tick(theta=last)
-    x = room.tick(theta=theta)["x"]
+    block = started()
+    block.tick(theta=last)
+    x = block.tick(theta=theta)["x"]
     expected = same_quaternions(geometry.close(subject(), np.array(theta)), x)
     assert_close(x, expected, atol=1e-12, what="x")
 
 
 def test_kinematics_residual_is_the_norm_of_all_constraints() -> None:
     """Far from closed, so that every row of D counts: one correction after 0.1 rad."""
-    room = started(tolerance=1e-2)
-    room.tick(theta=np.zeros(6))
-    y = room.tick(theta=np.array([0.1, -0.1, 0.08, -0.05, 0.1, -0.1]))
+    block = started(tolerance=1e-2)
+    block.tick(theta=np.zeros(6))
+    y = block.tick(theta=np.array([0.1, -0.1, 0.08, -0.05, 0.1, -0.1]))
     D = geometry.constraints(subject(), y["x"])
     assert np.abs(D[30]) > 1e-6
     assert_close(y["residual"], np.linalg.norm(D), atol=1e-15, what="residual")
 
 
 def test_kinematics_holds_the_last_good_pose_and_recovers() -> None:
-    room = started()
+    block = started()
     for k in range(50):
         theta, thetad, thetadd = swing(TS * k)
-        good = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)["x"]
+        good = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)["x"]
     for _ in range(3):
-        y = room.tick(theta=UNREACHABLE, thetad=np.full(6, 2.0), thetadd=np.full(6, 9.0))
+        y = block.tick(theta=UNREACHABLE, thetad=np.full(6, 2.0), thetadd=np.full(6, 9.0))
         assert (y["converged"], y["fault"]) == (0.0, 2.0)
         assert 1e-6 < y["residual"] < np.inf
         assert np.array_equal(y["x"], good)
@@ -174,7 +174,7 @@ def test_kinematics_holds_the_last_good_pose_and_recovers() -> None:
     # the hysteresis went along with the angle
     moved = UNREACHABLE != 0
     assert_close(y["z"][moved], np.sign(UNREACHABLE[moved]), atol=1e-9, what="z")
-    y = room.tick(theta=theta, thetad=thetad, thetadd=thetadd)
+    y = block.tick(theta=theta, thetad=thetad, thetadd=thetadd)
     assert (y["converged"], y["fault"]) == (1.0, 0.0)
     assert_close(y["x"], good, atol=1e-12, what="x")
     assert np.array_equal(y["xd"][:6], thetad)
@@ -190,40 +190,40 @@ def test_kinematics_starts_anywhere_without_history() -> None:
 
 
 def test_kinematics_starts_unreachable_and_recovers() -> None:
-    room = started()
-    neutral = room.y["x"]
-    y = room.tick(theta=UNREACHABLE)
+    block = started()
+    neutral = block.y["x"]
+    y = block.tick(theta=UNREACHABLE)
     assert y["converged"] == 0.0
     assert np.array_equal(y["x"], neutral)
     # no pose yet: z waits, though the angles move
-    y = room.tick(theta=0.99 * UNREACHABLE)
+    y = block.tick(theta=0.99 * UNREACHABLE)
     assert y["converged"] == 0.0
     assert not y["z"].any()
-    y = room.tick(theta=np.zeros(6))
+    y = block.tick(theta=np.zeros(6))
     assert y["converged"] == 1.0
     assert not y["z"].any()
-    assert room.tick(theta=np.full(6, 0.01))["z"].all()
+    assert block.tick(theta=np.full(6, 0.01))["z"].all()
 
 
 def test_kinematics_tracks_hysteresis_exactly_over_large_steps() -> None:
-    rng, room = np.random.default_rng(3), started()
+    rng, block = np.random.default_rng(3), started()
     z, last = np.zeros(6), np.zeros(6)
-    room.tick(theta=last)
+    block.tick(theta=last)
     for _ in range(200):
         theta = rng.uniform(-0.2, 0.2, 6)
         z = actuator.dahl(z, theta - last, SIGMA)
-        y, last = room.tick(theta=theta), theta
+        y, last = block.tick(theta=theta), theta
         assert_close(y["z"], z, atol=1e-14, what="z")
 
 
 def test_kinematics_state_is_all_there_is() -> None:
-    room = started()
+    block = started()
     for k in range(20):
-        room.tick(theta=swing(TS * k)[0])
-    kept, outputs = room.state.copy(), room.y.values.copy()
-    first = room.tick(theta=swing(0.3)[0]).values.copy()
-    room.state[:], room.y.values[:] = kept, outputs
-    assert np.array_equal(room.tick(theta=swing(0.3)[0]).values, first)
+        block.tick(theta=swing(TS * k)[0])
+    kept, outputs = block.state.copy(), block.y.values.copy()
+    first = block.tick(theta=swing(0.3)[0]).values.copy()
+    block.state[:], block.y.values[:] = kept, outputs
+    assert np.array_equal(block.tick(theta=swing(0.3)[0]).values, first)
 
 
 def test_kinematics_refuses_half_a_correction() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.feedback.design import Gains, design
-from tests.rooms.loaded import machine
+from tests.blocks.loaded import machine
 
 TS = 0.00025
 

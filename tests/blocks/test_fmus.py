@@ -1,4 +1,4 @@
-"""Every FMU gives what its room gives, to the last bit, at the times of the timing rule.
+"""Every FMU gives what its block gives, to the last bit, at the times of the timing rule.
 
 The other tests of this folder call step.c directly; this one makes them hold for the FMUs.
 """
@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 
-from flexhex.fmugen.rooms import ROOMS, build_room
+from flexhex.fmugen.blocks import BLOCKS, build_block
+from tests.blocks.loaded import Array, Struct, load, machine
 from tests.conftest import OBJECTS
-from tests.rooms.loaded import Array, Struct, load, machine
 from tests.typed import outputs_of, values_of
 
 STARTS: dict[str, dict[str, float]] = {"reference": {"t_start": 0.00025}}
@@ -56,9 +56,9 @@ def wandering(inputs: Struct, low: Array, high: Array, steps: int) -> Iterator[A
         yield np.clip(middle + rng.uniform(-0.05, 0.05, middle.size), low, high)
 
 
-def compare(slave: Any, room: str, ticks: int) -> None:
-    """Step the FMU and its room side by side; every base step all outputs must be equal."""
-    subject = load(room)
+def compare(slave: Any, block: str, ticks: int) -> None:
+    """Step the FMU and its block side by side; every base step all outputs must be equal."""
+    subject = load(block)
     interface, base = subject.interface, machine().timing.base
     every = round(interface.Ts / base)
     n_p, n_u = subject.p.size, subject.u.size
@@ -67,7 +67,7 @@ def compare(slave: Any, room: str, ticks: int) -> None:
         for end in ("min", "max")
     )
     inputs = list(range(n_p, n_p + n_u))
-    first = subject.start(**STARTS.get(room, {})).values.copy()
+    first = subject.start(**STARTS.get(block, {})).values.copy()
     pending = published = first
     assert np.array_equal(values_of(slave, slave.outputs), published), "first outputs"
     for n, u in enumerate(wandering(subject.u, low, high, every * ticks)):
@@ -86,11 +86,11 @@ def compare(slave: Any, room: str, ticks: int) -> None:
 
 
 @pytest.mark.sample(4)
-@pytest.mark.parametrize("room", ROOMS)
-def test_fmu_equals_its_room_also_after_reset(room: str, tmp_path: Path) -> None:
-    fmu = build_room(room, machine(), tmp_path / "fmu", STARTS.get(room, {}), cache=OBJECTS)
+@pytest.mark.parametrize("block", BLOCKS)
+def test_fmu_equals_its_block_also_after_reset(block: str, tmp_path: Path) -> None:
+    fmu = build_block(block, machine(), tmp_path / "fmu", STARTS.get(block, {}), cache=OBJECTS)
     with running(fmu, tmp_path / "unzipped") as slave:
-        compare(slave, room, ticks=12)
+        compare(slave, block, ticks=12)
         slave.reset()
         initialise(slave)
-        compare(slave, room, ticks=12)
+        compare(slave, block, ticks=12)
