@@ -50,8 +50,8 @@ COLUMNS = (
     Column("model", "model"),
     Column("e", "e", "µrad", ".2f"),
     Column("tau_fb", "τ_FB", "mN m", ".2f"),
-    Column("residual", "repeatable residual, held-out runs", "mN m", ".2f"),
-    Column("noise", "non-repeatable residual", "mN m", ".2f"),
+    Column("residual", "residual of the held-out runs", "mN m", ".2f"),
+    Column("noise", "its non-repeatable part", "mN m", ".2f"),
 )
 
 
@@ -143,8 +143,8 @@ def write_log(result: Result, path: Path, trajectory: str, number: int) -> Path:
 
 
 def rows(result: Missing) -> list[dict[str, Any]]:
-    """Adaptive loop on the machine, original and extended model: e [urad], tau_FB, repeatable and
-    non-repeatable residual of the held-out runs [mN m]."""
+    """Adaptive loop on the machine, original and extended model: e [urad], tau_FB, residual of the
+    held-out runs and its non-repeatable part [mN m]."""
     gap = result.diagnosis.gap.data()
     loops = result.rebuilt.loops.get("machine") if result.rebuilt else None
     listed = []

@@ -87,8 +87,8 @@ def identify_command(
     json: AsJson = False,
 ) -> None:
     """Fit the parameters of a hexapod, a robot, axes or a model of your own to logs."""
-    held = held_out or []
-    once_each(logs, held)
+    validation = held_out or []
+    once_each(logs, validation)
     options, file = base_options(
         base, machine, joints, tolerance, log_options(torque_constant, unit or [], rename or [])
     )
@@ -96,7 +96,7 @@ def identify_command(
         from flexhex.identify.any_base import Targets, identify_other
 
         targets = Targets(write, fmu, motion)
-        identify_other(logs, held, options, settle, targets, json, every, found)
+        identify_other(logs, validation, options, settle, targets, json, every, found)
         return
     if found is not None:
         raise UsageError(
@@ -112,14 +112,14 @@ def identify_command(
             " `flexhex build --machine my.toml`"
         )
     _hexapod(
-        logs, held, found_machine(file or DEFAULT_MACHINE), options,
+        logs, validation, found_machine(file or DEFAULT_MACHINE), options,
         SETTLE if settle is None else settle, write, json, every,
     )  # fmt: skip
 
 
 def _hexapod(
     logs: list[Path],
-    held: list[Path],
+    validation: list[Path],
     file: Path,
     options: Options,
     settle: float,
@@ -133,7 +133,7 @@ def _hexapod(
     from flexhex.identify.view import fit_json, print_fit
     from flexhex.identify.write import checked_target, write_fit
 
-    if held:
+    if validation:
         raise UsageError(
             "--held-out: not for the hexapod: `flexhex diagnose --held-out` judges its model"
         )

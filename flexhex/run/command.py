@@ -20,7 +20,7 @@ FULL, QUICK = Path("out"), Path("out/quick")
 """Where a full run and a quick one write: a quick one replaces no figures of a full one."""
 
 
-class Part(StrEnum):
+class Only(StrEnum):
     """What `--only` takes: the table, or one experiment."""
 
     TABLE = "table"
@@ -51,7 +51,7 @@ def run_command(
     quick: Annotated[
         bool, typer.Option("--quick", help="short trajectory; leaves the files of a full run alone")
     ] = False,
-    only: Annotated[Part | None, typer.Option(help="one part of the report only")] = None,
+    only: Annotated[Only | None, typer.Option(help="one part of the report only")] = None,
     keep: Annotated[
         Keep,
         typer.Option(help="signals saved in OUT/runs: those that other commands need, or all"),

@@ -75,14 +75,14 @@ def _fit(
     paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
 ) -> _Fit:
     """The base model fitted to the logs, as the diagnosis begins, and held against the others."""
-    base, asked, trouble = asked_of(paths, held_out, machine_file, options)
+    base, request, trouble = asked_of(paths, held_out, machine_file, options)
     if trouble:
         raise LogError(trouble)
-    made, _, _ = fitted(base, asked.runs)
+    made, _, _ = fitted(base, request.runs)
     q = made.regression.q
     rows = list(zip(made.blocks, made.residual(q), strict=True))
-    if asked.judged:
-        apart = blocks(made.base, asked.judged, made.spacing)
+    if request.judged:
+        apart = blocks(made.base, request.judged, made.spacing)
         left = elsewhere(Bench(made, ()), apart, None).residual((), (), q)
         rows += zip(apart, left, strict=True)
     return _Fit(made, tuple(rows))

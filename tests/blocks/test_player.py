@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterator
+from ctypes import byref
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy import simulate_fmu
+from fmpy.fmi1 import printLogMessage
+from fmpy.fmi2 import fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly
 
@@ -26,6 +31,8 @@ Array = NDArray[np.float64]
 TS, START = 0.00025, 0.002
 TIME = np.array([0.0, 0.0101, 0.01015, 0.0102, 0.03, 0.05])
 """Rows closer than a tick, and not on ticks."""
+KEPT = fmi2CallbackFunctions()
+"""Lives as long as the process."""
 
 
 def table(kind: Kind) -> Table:
@@ -90,6 +97,16 @@ def test_player_rests_before_and_after(player: dict[Kind, Path]) -> None:
     assert_close(shown[after, 8:14], np.zeros((after.sum(), 6)), atol=1e-12)
 
 
+@pytest.fixture
+def logger_of_fmpy() -> Iterator[None]:
+    """FMPy's own logger afterwards. `simulate_fmu(logger=...)` hands its callback to a library that
+    keeps it for the whole process: the next message of any FMU would call what is freed."""
+    yield
+    KEPT.logger = fmi2CallbackLoggerTYPE(printLogMessage)
+    addLoggerProxy(byref(KEPT))
+
+
+@pytest.mark.usefixtures("logger_of_fmpy")
 def test_player_refuses_a_start_between_ticks(player: dict[Kind, Path]) -> None:
     messages: list[str] = []
     with pytest.raises(fmpy.fmi1.FMICallException):

@@ -19,7 +19,7 @@ from flexhex.export.command import TOOLS
 from flexhex.export.wiring import WIRINGS
 from flexhex.fmugen.platforms import PLATFORMS
 from flexhex.output.interrupt import Interruptible
-from flexhex.run.command import Part
+from flexhex.run.command import Only
 from flexhex.run.paper import TABLE
 from flexhex.study.command import KINDS
 from flexhex.study.draws import VARIED
@@ -27,7 +27,7 @@ from flexhex.study.draws import VARIED
 
 def test_lists_of_the_command_line_are_those_of_the_library() -> None:
     """They stand twice so that `flexhex --help` need not import the library."""
-    assert [part.value for part in Part] == [TABLE, *EXPERIMENTS]
+    assert [part.value for part in Only] == [TABLE, *EXPERIMENTS]
     assert tuple(VARIED) == KINDS
     assert tuple(PLATFORMS) == arguments.PLATFORMS
     assert set(BASE_KINDS) == set(BASES)
