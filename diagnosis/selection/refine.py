@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexhex.diagnosis.selection.evidence import Tried, tried
 from flexhex.diagnosis.selection.hypotheses import Hypotheses
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
 from flexhex.diagnosis.selection.moments import Left, Moments
 
+Array = NDArray[np.float64]
 HALVINGS = 4
 """Of the distance between shapes of a grid."""
 
@@ -19,8 +21,33 @@ def refined(
     moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, fits: Mapping[Left, Tried]
 ) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     """An effect with its best shape alone, between the points of its grid: uphill in evidence from
-    the best of them, half the distance to its neighbours each time."""
-    start = effect.shapes[int(np.argmax(fits[None].evidence))]
+    each peak of the grid, half the distance to its neighbours each time."""
+    starts = [effect.shapes[k] for k in peaks(effect.shapes, fits[None].evidence)]
+    ends = [_uphill(moments, hypotheses, effect, start) for start in starts]
+    return max(ends, key=lambda end: float(end[1][None].evidence[0]))
+
+
+def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
+    """Places of the shapes of a grid that have more evidence than those one step beside them, the
+    best first."""
+    values = {name: sorted({shape[name] for shape in shapes}) for name in shapes[0]}
+    steps = [tuple(values[name].index(shape[name]) for name in values) for shape in shapes]
+    at = {step: k for k, step in enumerate(steps)}
+
+    def beside(step: tuple[int, ...]) -> Iterator[float]:
+        for i, own in enumerate(step):
+            for way in (-1, 1):
+                k = at.get((*step[:i], own + way, *step[i + 1 :]))
+                yield -np.inf if k is None else float(evidence[k])
+
+    best = int(np.argmax(evidence))
+    found = [k for k, step in enumerate(steps) if evidence[k] > max(beside(step))]
+    return sorted({best, *found}, key=lambda k: -float(evidence[k]))
+
+
+def _uphill(
+    moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, start: Mapping[str, float]
+) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     best = hypotheses.shaped(effect, start)
     found = tried(moments, best)
     for level in range(1, HALVINGS + 1):

@@ -17,7 +17,7 @@ from flexhex.fmus.common.effects.effect import (
     State,
 )
 
-FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(47))
+FREQUENCIES = tuple(round(4.0 * 1.07**k, 3) for k in range(-20, 47))
 """A mode is as wide as twice its damping; finer steps are the search's."""
 
 
@@ -35,7 +35,7 @@ class FlexibleMode(Effect):
     id, title, acts_on = "flexible_mode", "flexible mode", "torque"
     gains = (Gain("J_2", "kg m2", 5e-4, 0.0, 1e4, "inertia that swings"),)
     shapes = (
-        Shape("f", "Hz", 1.0, 500.0, 20.0, FREQUENCIES, "mode"),
+        Shape("f", "Hz", 0.5, 500.0, 20.0, FREQUENCIES, "mode"),
         Shape("zeta", "1", 1e-3, STRONG, 0.03, (0.02, 0.06, 0.2), "damping ratio", closed=True),
     )
     states = (State("q", "rad"), State("qd", "rad/s"))

@@ -1,0 +1,67 @@
+"""Shapes between the points of a grid: uphill from each of its peaks."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+from flexhex.diagnosis.selection.refine import peaks
+from flexhex.diagnosis.workflow import Options, diagnose
+from tests.diagnosis.single import SECONDS, TS, moved, wanted, write
+
+GRID = [{"a": float(a), "b": float(b)} for a, b in product(range(4), range(3))]
+CORNER, LOSS = 0.5, 0.08
+"""[N m], relative loss per N m beyond it."""
+T = TS * np.arange(round(SECONDS / TS))
+
+
+def test_peaks_are_higher_than_their_neighbours() -> None:
+    heights = {(0.0, 0.0): 5.0, (1.0, 0.0): 4.0, (3.0, 2.0): 7.0, (2.0, 2.0): 6.0, (0.0, 2.0): 1.0}
+    evidence = np.array([heights.get((shape["a"], shape["b"]), 0.0) for shape in GRID])
+    found = [GRID[k] for k in peaks(GRID, evidence)]
+    assert found == [{"a": 3.0, "b": 2.0}, {"a": 0.0, "b": 0.0}, {"a": 0.0, "b": 2.0}]
+
+
+def test_a_flat_grid_has_one_start() -> None:
+    assert peaks(GRID, np.zeros(len(GRID))) == [0]
+
+
+def test_corner_is_found_though_the_grid_favours_a_gradual_form(tmp_path: Path) -> None:
+    """Iron that saturates from some torque on: of the grid, one that gives way gradually from a
+    larger torque on fits best. The library's loss goes with the joint's torque, not the reported
+    one, so both agree to first order only."""
+    paths = []
+    for seed, number in product((1, 2, 3), (1, 2)):
+        torque = wanted(T, seed)
+        reported = torque.copy()
+        for _ in range(60):
+            lost = LOSS * reported * np.maximum(0.0, np.abs(reported) - CORNER)
+            reported = torque + lost
+        path = tmp_path / f"{seed}{number}.csv"
+        paths.append(write(path, seed, number, 0.0, extra=reported - torque))
+    found = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
+    (effect,) = found.effects
+    assert (effect.id, effect.rivals) == ("torque_constant_saturation", ())
+    assert effect.parameters["tau_k"].value == pytest.approx(CORNER, rel=0.1)
+    assert effect.parameters["s"].value == pytest.approx(LOSS, rel=0.15)
+
+
+def test_slow_mode_is_found(tmp_path: Path) -> None:
+    """A part of the inertia swings at 1.3 Hz, from rest."""
+    w, inertia, zeta = 2 * np.pi * 1.3, 0.01, 0.08
+    swing = [w**2, 2 * zeta * w, 1.0]
+    paths = []
+    for seed, number in product((1, 2, 3), (1, 2)):
+        acceleration = moved(T, seed)[2]
+        # e'' + 2 zeta w e' + w^2 e = -theta'' between the part and the joint
+        _, apart, _ = lsim(([-1.0, 0.0, 0.0], swing[::-1]), acceleration, T)
+        path = tmp_path / f"{seed}{number}.csv"
+        paths.append(write(path, seed, number, 0.0, extra=inertia * apart))
+    (effect,) = diagnose(paths[:4], paths[4:], options=Options(base="axis")).effects
+    assert effect.id == "flexible_mode"
+    assert effect.parameters["f"].value == pytest.approx(1.3, rel=0.02)
+    assert effect.parameters["J_2"].value == pytest.approx(inertia, rel=0.1)
