@@ -29,8 +29,9 @@ class Joint:
     """All effects that were found, fitted together with the base model.
 
     parts: each effect on each axis with its shape; beta: gains of the parts, one after the other,
-    deviation and shape_deviation: standard deviations of gains and shapes; sure: in how many of
-    them the gains of a part stand above zero together; q: coefficients of the base columns; freed:
+    deviation and shape_deviation: standard deviations of gains and shapes; bent: how far an error
+    of the form as large as the effect moves each shape; sure: in how many deviations the gains of a
+    part stand above zero together; q: coefficients of the base columns; freed:
     inverse variances of base parameters that left their tolerances, by place.
     """
 
@@ -39,6 +40,7 @@ class Joint:
     beta: tuple[Array, ...]
     deviation: tuple[Array, ...]
     shape_deviation: tuple[dict[str, float], ...]
+    bent: tuple[dict[str, float], ...]
     sure: tuple[float, ...]
     q: Array
     freed: Mapping[int, float] = field(default_factory=dict)
@@ -104,20 +106,22 @@ def joint(
     regression = bench.made.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
-        return Joint(bench, (), (), (), (), (), regression.q, freed)
+        return Joint(bench, (), (), (), (), (), (), regression.q, freed)
     shaped = shape_names(bench, parts)
     if shaped:
         parts = _stepped(bench, regression, parts, shaped)
     columns, tangents = stack(bench, regression, parts)
-    deviation, spread, covariance = deviations_of(bench, regression, parts, columns, tangents)
+    deviations = deviations_of(bench, regression, parts, columns, tangents)
     edges = np.cumsum([part.columns.values.shape[1] for part in parts])
     _, beta = regression.fall(Columns(None, columns))
     q = regression.extended([Columns(None, columns)]).q[: len(regression.prior)]
     places = np.split(np.arange(edges[-1]), edges[:-1])
-    gains, deviations = (tuple(v[k] for k in places) for v in (beta, deviation))
-    sure = [_sure(beta[k], deviation[k], covariance[np.ix_(k, k)]) for k in places]
+    gains, deviation = (tuple(v[k] for k in places) for v in (beta, deviations.gains))
+    blocks = [deviations.covariance[np.ix_(k, k)] for k in places]
+    sure = map(_sure, gains, deviation, blocks)
+    shapes, bent = tuple(deviations.shapes), tuple(deviations.bent)
     found = _regrouped(effects, parts)
-    return Joint(bench, found, gains, deviations, tuple(spread), tuple(sure), q, freed)
+    return Joint(bench, found, gains, deviation, shapes, bent, tuple(sure), q, freed)
 
 
 def _sure(beta: Array, deviation: Array, covariance: Array) -> float:

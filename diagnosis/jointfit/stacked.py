@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.found import Part
+from flexhex.diagnosis.regression.gram import inverted
 from flexhex.diagnosis.regression.regression import Columns, Regression
 
 Array = NDArray[np.float64]
@@ -29,18 +31,27 @@ def stack(bench: Bench, regression: Regression, parts: Sequence[Part]) -> tuple[
     return stacked, np.hstack([np.zeros((len(stacked), 0)), *tangents])
 
 
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of all gains (k,), and of the shapes of each part, infinite for one that
+    the runs do not determine; the covariance of the gains (k, k). bent: how far an error of the
+    form as large as the effect moves each shape."""
+
+    gains: Array
+    shapes: list[dict[str, float]]
+    covariance: Array
+    bent: list[dict[str, float]]
+
+
 def deviations_of(
     bench: Bench,
     regression: Regression,
     parts: Sequence[Part],
     columns: Array,
     tangents: Array,
-) -> tuple[Array, list[dict[str, float]], Array]:
-    """Standard deviations of all gains, and of the shapes of each part: infinite for one that
-    the runs do not determine; and the covariance of the gains.
-
-    Such a shape is kept, the least certain one first: left free it would take the gain with it.
-    """
+) -> Deviations:
+    """How sure gains and shapes are. A shape that the runs do not determine is kept, the least
+    certain one first: left free it would take the gain with it."""
     shaped, count = shape_names(bench, parts), columns.shape[1]
     sizes = np.array([_reach(bench, parts[k], name) for k, name in shaped])
     free = np.ones(len(shaped), dtype=bool)
@@ -55,12 +66,19 @@ def deviations_of(
             break
         free[np.argmax(unsure)] = False
     spread: list[dict[str, float]] = [{} for _ in parts]
+    bent: list[dict[str, float]] = [{} for _ in parts]
     for k, name in shaped:
-        spread[k][name] = np.inf
+        spread[k][name] = bent[k][name] = np.inf
     known = [place for place, is_free in zip(shaped, free, strict=True) if is_free]
-    for (k, name), value in zip(known, deviation[count:], strict=True):
+    moved = np.sqrt(np.maximum(np.diag(inverted(gain.own))[count:], 0.0))
+    edges = np.cumsum([0, *(part.columns.values.shape[1] for part in parts)])
+    for (k, name), value, far in zip(known, deviation[count:], moved, strict=True):
         spread[k][name] = float(value)
-    return deviation[:count], spread, gain.covariance[:count, :count]
+        place = slice(edges[k], edges[k + 1])
+        own = gain.beta[place]
+        size = float(own @ gain.own[place, place] @ own)
+        bent[k][name] = float(far) * np.sqrt(max(size, 0.0))
+    return Deviations(deviation[:count], spread, gain.covariance[:count, :count], bent)
 
 
 def _reach(bench: Bench, part: Part, name: str) -> float:

@@ -30,12 +30,14 @@ class Columns:
 class Gain:
     """Gains beta (k,) of columns with their covariance, robust to errors that go together within a
     cluster. lost (k,): columns that do not repeat, or that the base takes up: the rows say nothing
-    of their gains, and their covariance is none.
+    of their gains, and their covariance is none. own (k, k): products of the columns without what
+    the base takes up.
     """
 
     beta: Array
     covariance: Array
     lost: NDArray[np.bool_]
+    own: Array
 
 
 @dataclass(frozen=True)
@@ -185,8 +187,9 @@ class Regression:
         ideas = -np.sqrt(self.prior)[:, None] * moved
         own = twin.T @ C
         S = own - cross.T @ moved
-        A, lost = inverted(safe_gram(S, own)), ~is_left(S, own)
-        return Gain(beta, self._covariance(clean, other, ideas, A, beta), lost)
+        alone, lost = safe_gram(S, own), ~is_left(S, own)
+        covariance = self._covariance(clean, other, ideas, inverted(alone), beta)
+        return Gain(beta, covariance, lost, alone)
 
     def _covariance(self, clean: Array, other: Array, ideas: Array, A: Array, beta: Array) -> Array:
         """Cluster-robust covariance of beta (k, k).

@@ -14,8 +14,8 @@ from flexhex.fmus.common.effects import library
 
 
 def named_of(held: Joint, errors: Mapping[bool, float]) -> list[Named]:
-    """Effects of a fit, each with all its axes. errors: what the error of a form does to a gain,
-    relative, one standard deviation, by whether the form is exact."""
+    """Effects of a fit, each with all its axes. errors: of a form, one standard
+    deviation of its mean, relative, by whether the form is exact: it moves gains and shapes."""
     rivals = {effect.id: effect.rivals for effect in held.effects}
     # of what changes from run to run nobody knows how much is noise
     known_share = shares(held) if held.bench.made.between else [math.nan] * len(held.effects)
@@ -61,7 +61,9 @@ def _estimates(held: Joint, k: int, errors: Mapping[bool, float]) -> dict[str, E
         found[gain.name] = _estimate(float(value), wide, kind.unit(gain.unit))
     for shape in effect.shapes:
         std = held.shape_deviation[k].get(shape.name, 0.0)
-        found[shape.name] = _estimate(part.shape[shape.name], std, kind.unit(shape.unit))
+        bent = errors[effect.exact] * held.bent[k].get(shape.name, 0.0)
+        wide = float(np.hypot(std, bent))
+        found[shape.name] = _estimate(part.shape[shape.name], wide, kind.unit(shape.unit))
     return found
 
 

@@ -108,7 +108,7 @@ def held(off: Array, seed: int) -> Joint:
         scale=np.full(len(off), 0.1),
     )
     q = made.regression.loosened({0: FREED}).q
-    return Joint(SimpleNamespace(made=made), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
+    return Joint(SimpleNamespace(made=made), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
 
 
 def test_interval_holds_the_value() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -25,10 +26,10 @@ def spreads(alike: float) -> tuple[float, dict[str, float]]:
     `alike` (a share of something else)."""
     own, other = signals(ROWS, 2, 11).T
     column, tangent = own[:, None], (own + alike * other)[:, None]
-    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
+    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=Columns(0, column))
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    deviation, shape, _ = deviations_of(bench, regression(ROWS), [part], column, tangent)
-    return float(deviation[0]), shape[0]
+    found = deviations_of(bench, regression(ROWS), [part], column, tangent)
+    return float(found.gains[0]), found.shapes[0]
 
 
 def test_shape_that_shows_has_an_interval() -> None:
@@ -36,6 +37,21 @@ def test_shape_that_shows_has_an_interval() -> None:
     # 2400 rows of unit noise
     assert shape["w"] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
     assert gain == pytest.approx(np.sqrt(2 / 2400), rel=0.3)
+
+
+@pytest.mark.parametrize("alike", [1.0, 0.2])
+def test_error_of_the_form_moves_a_shape(alike: float) -> None:
+    """An error as large as the effect, all of it along what a change of the shape adds to it."""
+    own, other = signals(ROWS, 2, 11).T
+    y = 3.0 * own
+    error = np.linalg.norm(y) * other / np.linalg.norm(other)
+    columns = np.column_stack([own, own + alike * other])
+    fits = [replace(regression(ROWS), y=torque) for torque in (y, y + error)]
+    (_, right), (_, wrong) = (fit.fall(Columns(None, columns)) for fit in fits)
+    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=Columns(0, own[:, None]))
+    bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
+    found = deviations_of(bench, fits[0], [part], columns[:, :1], columns[:, 1:])
+    assert found.bent[0]["w"] == pytest.approx(wrong[1] - right[1], rel=0.1)
 
 
 def test_shape_that_does_not_show_leaves_the_gain_its_interval() -> None:
@@ -59,11 +75,12 @@ def test_shape_whose_change_does_not_repeat_is_not_determined() -> None:
     own, _ = signals(ROWS, 2, 11).T
     chance = np.random.default_rng(12).standard_normal((len(own), 1))
     chance -= ROWS.across(chance)  # what one pass has more, the other has less
-    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0})
+    one = Columns(0, own[:, None])
+    part: Any = SimpleNamespace(id="a", axis=0, shape={"w": 2.0}, columns=one)
     bench: Any = SimpleNamespace(effects=ITEMS, scales=usual(ITEMS))
-    deviation, shape, _ = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
-    assert shape[0] == {"w": np.inf}
-    assert deviation[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
+    found = deviations_of(bench, regression(ROWS), [part], own[:, None], chance)
+    assert found.shapes[0] == {"w": np.inf}
+    assert found.gains[0] == pytest.approx(1 / np.sqrt(2400), rel=0.3)
 
 
 @pytest.mark.parametrize("value", [0.1, 2.0, 10.0])
