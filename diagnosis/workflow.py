@@ -161,10 +161,9 @@ def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool
 
 
 def _sought(asked: Asked) -> dict[str, Effect]:
-    """The library for the mechanism: what the drives themselves do shows where logs have the
-    command, so that less of it can stand behind their reports."""
-    told = all(run.command is not None for run in asked.runs)
-    known = {id: (effect.behind or effect) if told else effect for id, effect in library().items()}
+    """The library for the mechanism, with what can stand behind the drives' reports; and the user's
+    own effects."""
+    known = {id: effect.behind or effect for id, effect in library().items()}
     return known | dict(asked.own)
 
 

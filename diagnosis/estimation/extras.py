@@ -150,7 +150,7 @@ def _reason(effect: Effect) -> str:
     """Why an effect is not fitted beside a base model, or nothing."""
     if effect.feedforward:
         return effect.feedforward
-    if effect.acts_on not in ("torque", "drive") or effect.entered or effect.geared:
+    if effect.acts_on not in ("torque", "drive") or effect.geared:
         return "it is no torque of the motion alone"
     return ""
 

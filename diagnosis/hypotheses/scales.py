@@ -22,11 +22,13 @@ TURNS, RATE = "1/rad", "rad/s"
 @dataclass(frozen=True)
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
-    what the library's sizes are for; peaks: largest torque of each axis [N m]; effects: by id."""
+    what the library's sizes are for; peaks, usual: largest torque and RMS torque of each axis
+    [N m]; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
     peaks: tuple[float, ...]
+    usual: tuple[float, ...]
     effects: Mapping[str, Effect]
 
     @staticmethod
@@ -44,7 +46,8 @@ class Scales:
             found.append((times, own[0], own[1]))
         taus = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks])
         peaks = tuple(np.maximum(np.abs(taus).max(axis=0), tiny).tolist())
-        return Scales(kinds, tuple(found), peaks, {effect.id: effect for effect in effects})
+        usual, known = tuple(made.torque_rms.tolist()), {effect.id: effect for effect in effects}
+        return Scales(kinds, tuple(found), peaks, usual, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -66,13 +69,20 @@ class Scales:
         known = {s.name: s for s in self.effects[name].shapes}
         return {n: v * self._times(known[n], axis) for n, v in shape.items()}
 
+    def has(self, name: str, axis: int, shape: Mapping[str, float]) -> bool:
+        """Whether an axis may have such a shape."""
+        ranges = self.ranges(name, axis)
+        return all(ranges[n].low <= v for n, v in shape.items())
+
     def ranges(self, name: str, axis: int) -> dict[str, Shape]:
         """Shapes of an effect with bounds and grid for an axis."""
         found = {}
         for s in self.effects[name].shapes:
             times = self._times(s, axis)
             low, high, start = (times * value for value in (s.low, s.high, s.start))
-            grid = tuple(times * value for value in s.grid)
+            # an axis that passes such a share most of the time would not move as it does
+            low = max(low, self.usual[axis]) if s.of_peak else low
+            grid = tuple(times * value for value in s.grid if times * value >= low)
             found[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
         return found
 

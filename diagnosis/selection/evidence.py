@@ -87,12 +87,19 @@ def _fitted(
     A = S[there] + priors[there, :, None] * np.eye(k)
     gains[there], fall = bounded(A, rest[there], effect.low)
     if effect.taken is not None:
-        # a limit takes all beyond it: one that is not quite the best takes too much or too little
+        # a limit takes all beyond it: one that is not quite the best takes too much or too little.
+        # What it leaves is as large as it is beside the torque that it lets pass: a torque that is
+        # taken away leaves little, whatever the model says
         gains[there] = np.clip(gains[there], effect.low, effect.high)
         fall = (gains[there] * (2 * rest[there] - gains[there] * A[:, :, 0])).sum(axis=1)
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
-    evidence += effect.blind(moments.rows, left, gains)
+    if effect.taken is not None and effect.axis is not None:
+        squares, unexplained = moments.squares(effect.axis, left)
+        passed = squares + gains[there, 0] * (gains[there, 0] * own[there, 0, 0] - 2 * right[there])
+        more = squares / np.maximum(passed, np.finfo(float).tiny) - 1
+        evidence[there] -= np.maximum(more, 0) * np.maximum(unexplained - fall, 0) / 2
+        evidence += effect.blind(moments.rows, left, gains)
     return Tried(evidence, gains)
 
 

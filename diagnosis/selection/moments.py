@@ -74,6 +74,7 @@ class Moments:
         self._grams: dict[int, tuple[Array, Array]] = {}
         self._squares: dict[int, Array] = {}
         self._twins: dict[Term, Mapping[int, Array]] = {}
+        self._left_over: dict[tuple[int, Left], tuple[float, float]] = {}
 
     def sizes(self, c: Array) -> Array:
         """RMS of X c on each axis (n,) [N m]."""
@@ -191,6 +192,18 @@ class Moments:
         """The same of all folds but one."""
         listed = [self.grams(fold) for fold in self.rows.folds if fold != left]
         return sum(G for G, _ in listed), sum(b for _, b in listed)  # type: ignore[return-value]
+
+    def squares(self, axis: int, left: Left) -> tuple[float, float]:
+        """Sum of squares of the whitened torque of an axis, and of what the fit to all folds but
+        one leaves of it there beyond noise: between passes, or less the noise's own."""
+        if (axis, left) not in self._left_over:
+            rows, kept = self.rows, self.rows.fold != left
+            rest = rows.white_y[axis] - self.white(axis, self.fit(left).q)
+            pairs = (rows.white_y[axis], rows.twin_y[axis]), (rest, rows.across(rest))
+            whole, unexplained = (float(one[kept] @ other[kept]) for one, other in pairs)
+            noise = 0.0 if rows.made.between else float(kept.sum())
+            self._left_over[axis, left] = whole, unexplained - noise
+        return self._left_over[axis, left]
 
     def fit(self, left: Left) -> Solved:
         """The fit to all folds but one."""

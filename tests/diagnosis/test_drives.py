@@ -165,14 +165,12 @@ def test_time_is_counted_from_the_other_drives() -> None:
     assert found == (late.LAG, pytest.approx(1.5e-3, rel=0.03))
 
 
-def test_gradual_limit_is_sought_behind_the_report_only_without_commands() -> None:
-    with_commands = runs()
-    without = [replace(run, command=None) for run in with_commands]
-    for made, grid in ((with_commands, 1), (without, 2)):
-        sought = workflow._sought(SimpleNamespace(runs=made, own={}))  # type: ignore[arg-type]
-        sharp = next(s for s in sought["torque_saturation"].shapes if s.name == "p")
-        assert len(sharp.grid) == grid
-        assert sought.keys() == library().keys()
+def test_limits_are_sought_behind_the_report_with_a_corner_only() -> None:
+    """What gives way gradually there is the motor's iron."""
+    sought = workflow._sought(SimpleNamespace(own={}))  # type: ignore[arg-type]
+    sharp = next(s for s in sought["torque_saturation"].shapes if s.name == "p")
+    assert len(sharp.grid) == 1
+    assert sought.keys() == library().keys()
 
 
 def test_little_is_not_told() -> None:

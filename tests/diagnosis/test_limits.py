@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.select import select
 from flexhex.fmus.common.effects import library
 from tests.diagnosis.test_selection import effect_of, names, rows_of
+from tests.diagnosis.usual import usual
 
 Array = NDArray[np.float64]
 TS, SECONDS, J, LIMIT, SPRING = 1e-3, 12.0, 0.08, 2.0, 3.0
@@ -92,3 +95,13 @@ def test_what_the_motion_does_not_show_is_paid_for() -> None:
     assert limit.blind(rows, None, np.ones((1, 1)))[0] == pytest.approx(120 * lost)
     assert limit.blind(rows, 0, np.ones((1, 1)))[0] == pytest.approx(80 * lost)
     assert tried(Moments(rows), limit)[None].gains[0, 0] == 1.0
+
+
+def test_a_limit_below_the_usual_torque_is_none() -> None:
+    assert SHARP is not None
+    bench: Any = SimpleNamespace(effect=SHARP)
+    scales = replace(usual({SHARP.id: bench}), peaks=(4.0,), usual=(1.5,))
+    sized = [scales.sized(SHARP.id, 0, {"tau_lim": share}) for share in (0.3, 0.4)]
+    assert sized == [{"tau_lim": 1.2}, {"tau_lim": 1.6}]
+    assert [scales.has(SHARP.id, 0, shape) for shape in sized] == [False, True]
+    assert scales.ranges(SHARP.id, 0)["tau_lim"].low == 1.5

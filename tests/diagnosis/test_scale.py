@@ -46,6 +46,6 @@ def test_friction_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
 def test_saturation_is_named_in_any_torque(scale: float, tmp_path: Path) -> None:
     """Noise of the angles makes accelerations of half the torque here, unless it is smoothed."""
     (effect,) = said(tmp_path / "runs", scale, saturates=SATURATES).effects
-    assert {effect.id, *effect.rivals} == {"torque_constant_saturation", "torque_saturation"}
+    assert (effect.id, effect.rivals) == ("torque_constant_saturation", ())
     lost = effect.parameters["s"].value * scale
-    assert lost == pytest.approx(SATURATES, rel=0.1)
+    assert lost == pytest.approx(SATURATES, rel=0.05)

@@ -39,7 +39,7 @@ Torque = Callable[[Array, Array, Array], Array]
 
 def rows_of(y: Array, B: Array, prior: Array, fold: NDArray[np.int64]) -> Rows:
     """Rows of one axis with noise of one and a torque of RMS two, no trajectory run twice."""
-    made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)))
+    made: Any = SimpleNamespace(noise=SimpleNamespace(scale=np.ones(1)), between=True)
     alone, moves, design = csr_array(np.eye(len(y))), (np.ones(len(y)),), Design.of([B])
     return Rows(made, (y,), design, (y,), design, moves, fold, alone, prior, np.array([2.0]))
 

@@ -121,8 +121,7 @@ class Effect:
               the torque constant has no influence
     entered   whether its torque is the one that enters the drive and is reported: what the joint
               needs never goes beyond a limit
-    behind    the part of such an effect that acts after the reported torque where the command is
-              logged too; None: all of it
+    behind    the part of such an effect that acts after the reported torque; None: all of it
     extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it

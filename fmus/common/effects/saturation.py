@@ -18,7 +18,7 @@ from flexhex.fmus.common.effects.effect import (
 
 BRISK = Experiment("random", {"period": 0.7, "move": 0.35}, ((0.0, 0.0), (25.0, 2.0)))
 
-SHARP = Shape("p", "1", 1.0, 40.0, 16.0, (2.0, 16.0), "sharpness of the corner")
+SHARP = Shape("p", "1", 1.0, 400.0, 16.0, (2.0, 16.0, 400.0), "sharpness of the corner")
 TINY = 1e-12
 """Torque [N m] that a drive at rest divides by."""
 GRID = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.98)
@@ -73,8 +73,9 @@ class TorqueSaturation(Effect):
     feedforward = "a drive at its limit has no more torque to give: slower moves are the cure"
 
     def columns(self, s: Signals, state: ca.SX, shape: Shapes) -> Expr:
-        p = shape["p"]
-        return s.tau * (1 - (1 + ca.fabs(s.tau / shape["tau_lim"]) ** p) ** (-1 / p))
+        x, p = ca.fabs(s.tau) / shape["tau_lim"], shape["p"]
+        larger, smaller = ca.fmax(x, 1), ca.fmin(x, 1)
+        return s.tau * (1 - (1 + (smaller / larger) ** p) ** (-1 / p) / larger)
 
 
 class SharpTorqueSaturation(TorqueSaturation):
@@ -82,7 +83,7 @@ class SharpTorqueSaturation(TorqueSaturation):
 
     behind, entered = None, True
     gains = (replace(TorqueSaturation.gains[0], low=0.9),)
-    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(40.0,)))
+    shapes = (TorqueSaturation.shapes[0], replace(SHARP, grid=(400.0,)))
 
 
 TorqueSaturation.behind = SharpTorqueSaturation()
