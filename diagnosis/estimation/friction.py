@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Known
+from flexhex.diagnosis.estimation.motion import dahl_states
 from flexhex.diagnosis.estimation.structure import Span
 from flexhex.diagnosis.kinds import kinds_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
@@ -88,7 +89,7 @@ def dry(block: Block, axis: int, form: Form) -> Array:
     """Smoothed s (m,) of an axis in a block."""
     motion = block.run.motion
     if form.kind == "way":
-        return block.smooth(_dahl(motion.steady[:, axis], form.size))
+        return block.smooth(dahl_states(motion.steady[:, [axis]], form.size)[:, 0])
     rate = motion.thetad[:, axis]
     if form.lead:
         rate = rate + form.lead * motion.thetadd[:, axis]
@@ -129,13 +130,3 @@ def _rms(blocks: Sequence[Block], name: str) -> Array:
     if name == "theta":
         values = values - values.mean(axis=0)
     return np.asarray(np.maximum(np.sqrt((values**2).mean(axis=0)), np.finfo(float).tiny))
-
-
-def _dahl(theta: Array, width: float) -> Array:
-    """z (samples,) with z' = (thetad - |thetad| z) / width, exact for steps of one sign."""
-    step = np.diff(theta, prepend=theta[:1])
-    left, z = np.exp(-np.abs(step) / width), np.zeros(len(theta))
-    pushed = np.sign(step) * (1 - left)
-    for k in range(1, len(theta)):
-        z[k] = left[k] * z[k - 1] + pushed[k]
-    return z

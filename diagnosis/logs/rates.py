@@ -13,6 +13,7 @@ from itertools import pairwise, starmap
 
 import numpy as np
 
+from flexhex.diagnosis import stencils
 from flexhex.diagnosis.kinds import ROTARY, Kinds
 from flexhex.diagnosis.logs.log import Array, Channel, Finding, Mask
 from flexhex.diagnosis.logs.units import MOVING
@@ -153,9 +154,6 @@ def _smoothed(values: Array, weights: Array) -> Array:
 
 
 def _derived(theta: Array, ts: float, order: int) -> Array:
-    """Central differences of fourth order (samples, n); two samples at the ends are not good."""
-    far, near = (np.roll(theta, -k, axis=0) for k in (2, 1))
-    back, behind = (np.roll(theta, k, axis=0) for k in (1, 2))
-    if order == 1:
-        return np.asarray((8 * (near - back) - far + behind) / (12 * ts))
-    return np.asarray((16 * (near + back) - far - behind - 30 * theta) / (12 * ts**2))
+    """Differences (samples, n); those at the ends are not good."""
+    found = stencils.first(theta, ts) if order == 1 else stencils.second(theta, ts)
+    return np.pad(found, ((stencils.ENDS, stencils.ENDS), (0, 0)), mode="edge")

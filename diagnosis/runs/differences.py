@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import convolve1d, uniform_filter1d
 
+from flexhex.diagnosis import stencils
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.logs import Channel
 from flexhex.diagnosis.reversals import angle_noise
@@ -30,19 +31,16 @@ def motion_of(
     th, ts = theta.values, theta.ts
     time = np.asarray(theta.t0 + ts * np.arange(len(th)), dtype=np.float64)
     rate = None if rates is None else _at(rates, time, ts)
-    near, far = th[3:-1] - th[1:-3], th[4:] - th[:-4]
-    first = (8 * near - far) / (12 * ts) if rate is None else rate[2:-2]
+    first = stencils.first(th, ts) if rate is None else rate[2:-2]
     if accelerations is not None:
         faster = _at(accelerations, time, ts)
         second = faster[2:-2]
         if rate is None:
             first = _blended(first, th, faster, ts)[2:-2]
     elif rate is not None:
-        near, far = rate[3:-1] - rate[1:-3], rate[4:] - rate[:-4]
-        second = (8 * near - far) / (12 * ts)
+        second = stencils.first(rate, ts)
     else:
-        near, far = th[3:-1] + th[1:-3], th[4:] + th[:-4]
-        second = (16 * near - far - 30 * th[2:-2]) / (12 * ts**2)
+        second = stencils.second(th, ts)
     start, noise = theta.t0 + 2 * ts, angle_noise(th)
     derived = rates is None and accelerations is None
     return Motion(start, ts, th[2:-2], first, second, noise=noise, derived=derived)
