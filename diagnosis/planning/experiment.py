@@ -1,6 +1,6 @@
 """The experiment that an effect asks for, as a motion any machine can follow.
 
-The motions are those of the reference room: the same equations, the same seeded numbers. One pass
+The motions are those of the reference block: the same equations, the same seeded numbers. One pass
 begins and ends at rest at the same place, so that it can be repeated as often as wanted.
 """
 
@@ -58,7 +58,7 @@ DEFAULTS: Mapping[str, float] = {
     "f0": 0.1,
     "f1": 3.0,
 }
-"""As the reference room has them; two passes are what shows what repeats."""
+"""As the reference block has them; two passes are what shows what repeats."""
 BEFORE, AFTER = 2.0, 1.0
 """Rest [s] before and after the motion."""
 USED = 0.95
@@ -225,7 +225,7 @@ def _along(t: ca.SX, values: Sequence[ca.SX], time: NDArray[Any]) -> list[Array]
 
 
 def uniform(seed: int, count: int) -> Array:
-    """First doubles in [0, 1) (count,) of the reference room's generator, its own C."""
+    """First doubles in [0, 1) (count,) of the reference block's generator, its own C."""
     header = Path(fmus.__path__[0], "reference", "splitmix64.h").read_text(encoding="utf-8")
     library = loaded(header + _UNIFORMS, "splitmix64")
     values = np.empty(count)
