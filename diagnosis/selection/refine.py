@@ -15,6 +15,8 @@ from flexhex.diagnosis.selection.moments import Left, Moments
 Array = NDArray[np.float64]
 HALVINGS = 4
 """Of the distance between shapes of a grid."""
+GOOD = 0.5
+"""Part of the best evidence from which another peak of a grid may end higher."""
 
 
 def refined(
@@ -28,8 +30,8 @@ def refined(
 
 
 def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
-    """Places of the shapes of a grid that have more evidence than those one step beside them, the
-    best first."""
+    """Places of the shapes of a grid that have more evidence than those one step beside them, and a
+    good part of what the best one has, which stands first."""
     values = {name: sorted({shape[name] for shape in shapes}) for name in shapes[0]}
     steps = [tuple(values[name].index(shape[name]) for name in values) for shape in shapes]
     at = {step: k for k, step in enumerate(steps)}
@@ -41,7 +43,9 @@ def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
                 yield -np.inf if k is None else float(evidence[k])
 
     best = int(np.argmax(evidence))
-    found = [k for k, step in enumerate(steps) if evidence[k] > max(beside(step))]
+    least = GOOD * max(float(evidence[best]), 0.0)
+    high = [k for k in range(len(steps)) if evidence[k] > least]
+    found = [k for k in high if evidence[k] > max(beside(steps[k]))]
     return sorted({best, *found}, key=lambda k: -float(evidence[k]))
 
 
