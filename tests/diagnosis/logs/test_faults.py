@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.logs import Finding, Log, read_log
+from flexhex.diagnosis.logs.values import plateaus
 from flexhex.fmus.common.errors import LogError
 from tests.diagnosis.made import TS, Array, columns, motion, plain_csv, write_csv
 
@@ -111,6 +112,18 @@ def test_drift_between_time_columns_is_told(tmp_path: Path) -> None:
     log = read_log(write_csv(tmp_path / "a.csv", names, units, values))
     assert "drift by 200 ppm" in finding(log, "drift").text
     assert log["tau_meas"].ts / log.ts == pytest.approx(1 + 2e-4, rel=1e-9)
+
+
+def test_a_rounded_peak_is_not_clipped() -> None:
+    """Slow waves in coarse steps stand at their largest value for long."""
+    rng, t = np.random.default_rng(4), TS * np.arange(6000)
+    flat = []
+    for _ in range(60):
+        size, w, phase = rng.uniform([0.2, 0.5, 0.0], [1.0, 9.0, 6.0], (4, 3)).T
+        wave = np.sin(w * t[:, None] + phase) @ size
+        step = 10 ** rng.uniform(-3, -1)
+        flat.append(plateaus(np.round(wave / step) * step, np.ones(len(t), dtype=bool)).any())
+    assert not any(flat)
 
 
 def test_clipped_torque_is_not_valid_but_a_peak_is(tmp_path: Path) -> None:
