@@ -19,8 +19,10 @@ PLACES = {"order": ("order", ""), "f": ("", "Hz")}
 def sizes(effect: Named) -> str:
     """A value, one of each of a few axes, or a pair's length, with what these mean and where they
     are seen: ` of 0.05 N m at order 80`."""
-    known = library()[effect.id].gains if effect.id in library() else ()
-    main = [g.below[0] for g in known if g.below] or [g.name for g in known]
+    known = library().get(effect.id)
+    gains = known.gains if known else ()
+    main = [g.below[0] for g in gains if g.below] or [g.name for g in gains]
+    main = [known.size] if known and known.size else main
     found = {name: _all(effect, name) for name in main}
     found = {name: values for name, values in found.items() if values}
     text = _amounts(list(found.values()), len(effect.axes) < 2)

@@ -95,6 +95,9 @@ def test_sizes_say_where_an_effect_is_seen_and_what_a_gain_means() -> None:
     dry = {"F_c": estimate(4.0, 0.2), "F_s": estimate(2.5, 0.2)}
     found = replace(BASIC, effects=(Named("stribeck_friction", "", (1,), dry),))
     assert "of 4.0 ± 0.2 N m (breakaway at 6.5 N m) that" in verdict(found)
+    limit = {"clip": estimate(0.98, 0.05, "1"), "tau_lim": estimate(8.6, 0.25, "N m")}
+    found = replace(BASIC, effects=(Named("torque_saturation", "", (1,), limit),))
+    assert "a torque limit of 8.6 ± 0.2 N m that" in verdict(found)
 
 
 def test_several_axes_have_their_own_sizes_and_many_a_range() -> None:

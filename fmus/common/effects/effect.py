@@ -122,6 +122,7 @@ class Effect:
     entered   whether its torque is the one that enters the drive and is reported: what the joint
               needs never goes beyond a limit
     behind    the part of such an effect that acts after the reported torque; None: all of it
+    size      parameter that says how large it is; "": its gains
     extends   id of the effect this becomes when all gains but the first are zero
     most      how many of it, with other shapes, one axis can have
     turning   whether only an axis that turns can have it
@@ -146,6 +147,7 @@ class Effect:
     reported: bool = False
     entered: bool = False
     behind: Effect | None = None
+    size: str = ""
     extends: str = ""
     most: int = 1
     turning: bool = False

@@ -65,7 +65,7 @@ class TorqueSaturation(Effect):
         Shape("tau_lim", "N m", 1e-4, 1e5, 0.8, GRID, "limit", of_peak=True),
         SHARP,
     )
-    reported = True
+    reported, size = True, "tau_lim"
     excites = "torques beyond the limit"
     confused_with = ("torque_constant_saturation",)
     experiment = "brisk random setpoints, with a payload in the second half"
