@@ -43,7 +43,7 @@ def test_engine_is_asked_with_each_value(monkeypatch: pytest.MonkeyPatch) -> Non
     assert (said["odds x 0.5"], said["odds x 2"]) == ("10 0.5", "40 0.5")
     assert {said[name] for name in said if "odds" not in name} == {"20 0.5"}
     further = sensitivity.varied_elsewhere((), (), Path())
-    assert further["guard.POOR x 2"]["verdict"] == "20 1"
+    assert further["jointfit.guard.POOR x 2"]["verdict"] == "20 1"
 
 
 def test_what_is_remembered_does_not_change_the_answer(
