@@ -3,8 +3,9 @@
 A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. Several tests
 share a sample by its name: of all marked `sample(2, of="hexapod")` two are run; with
 `together=True` the tests of a file count as one. A test that goes through many cases itself draws
-them by `draw`. The seed is the date, or FLEXHEX_SEED. A test named by its full name
-(`file.py::test`) is run whether it is drawn or not.
+them by `draw`. What is dear one by one is listed in `sampled.toml`, in groups of which some are
+run. The seed is the date, or FLEXHEX_SEED. A test named by its full name (`file.py::test`) is run
+whether it is drawn or not.
 """
 
 from __future__ import annotations
@@ -12,7 +13,11 @@ from __future__ import annotations
 import datetime
 import os
 import random
+import tomllib
 from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
@@ -22,6 +27,7 @@ SEED = "FLEXHEX_SEED"
 ALL = "FLEXHEX_ALL"
 """Environment variable that `--all` sets, for the worker processes and for `draw`."""
 COUNT = "flexhex_not_drawn"
+LIST = Path(__file__).with_name("sampled.toml")
 
 Item = TypeVar("Item")
 
@@ -47,11 +53,37 @@ def draw(cases: Sequence[Item], count: int, of: str) -> list[Item]:
     return [cases[k] for k in sorted(chosen)]
 
 
+@dataclass(frozen=True)
+class Group:
+    """Tests, each of them dear, of which some are run.
+
+    of: its name; run: how many; tests: patterns of their names, without parameters; together: the
+    tests of a file count as one, as what they share costs most.
+    """
+
+    of: str
+    run: int
+    tests: tuple[str, ...]
+    together: bool = False
+
+    def holds(self, test: str) -> bool:
+        """Whether a test of this name is one of them."""
+        name = test.partition("[")[0]
+        return any(fnmatchcase(name, pattern) for pattern in self.tests)
+
+
+def read(path: Path) -> list[Group]:
+    """The list; TypeError for a key that is none."""
+    groups = tomllib.loads(path.read_text(encoding="utf-8"))["group"]
+    return [Group(**{**group, "tests": tuple(group["tests"])}) for group in groups]
+
+
 class Sampling:
     """The plugin: takes from a session what is not drawn, and says so at its end."""
 
-    def __init__(self, config: pytest.Config) -> None:
+    def __init__(self, config: pytest.Config, listed: Sequence[Group] = ()) -> None:
         self.left_out = 0
+        self.listed = listed
         self.by_name = any("::" in word for word in config.args)
         # the worker processes of xdist inherit both
         os.environ.setdefault(SEED, datetime.date.today().isoformat())
@@ -67,6 +99,7 @@ class Sampling:
             return
         groups: dict[str, list[pytest.Item]] = {}
         for item in items:
+            self._mark(item)
             if not item.get_closest_marker("slow"):
                 groups.setdefault(group_of(item), []).append(item)
         chosen = {item for name, group in groups.items() for item in sample(name, group)}
@@ -74,6 +107,13 @@ class Sampling:
         items[:] = [item for item in items if item in chosen]
         self.left_out = len(left_out)
         config.hook.pytest_deselected(items=left_out)
+
+    def _mark(self, item: pytest.Item) -> None:
+        """As the list has it, which goes before a mark of the test's own."""
+        group = next((group for group in self.listed if group.holds(item.nodeid)), None)
+        if group:
+            mark = pytest.mark.sample(group.run, of=group.of, together=group.together)
+            item.add_marker(mark, append=False)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Hand the count of a worker process to the one that reports."""
