@@ -1,11 +1,11 @@
 """Large suites in samples: `make test` runs cases drawn with a seed of the day, `--all` runs all.
 
 A parametrised test is marked `@pytest.mark.sample(4)`: four of its cases are run. Several tests
-share a sample by its name: of all marked `sample(2, of="hexapod")` two are run; with
-`together=True` the tests of a file count as one. A test that goes through many cases itself draws
-them by `draw`. What is dear one by one is listed in `sampled.toml`, in groups of which some are
-run. The seed is the date, or FLEXHEX_SEED. A test named by its full name (`file.py::test`) is run
-whether it is drawn or not.
+share a sample by its name: of all marked `sample(2, of="hexapod")` two are run, cases of two tests
+where there are two; with `together=True` the tests of a file count as one. A test that goes through
+many cases itself draws them by `draw`. What is dear one by one is listed in `sampled.toml`, in
+groups of which some are run. The seed is the date, or FLEXHEX_SEED. A test named by its full name
+(`file.py::test`) is run whether it is drawn or not.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -151,4 +152,17 @@ def sample(name: str, cases: list[pytest.Item]) -> list[pytest.Item]:
         own = case.get_closest_marker("sample")
         together = own is not None and own.kwargs.get("together")
         units.setdefault(str(case.path) if together else case.nodeid, []).append(case)
-    return [case for unit in draw(list(units), mark.args[0], name) for case in units[unit]]
+    chosen = spread(list(units), mark.args[0], name)
+    return [case for unit, own_cases in units.items() if unit in chosen for case in own_cases]
+
+
+def spread(names: Sequence[str], count: int, of: str) -> set[str]:
+    """`count` of the cases `test[case]`, of as many tests as that allows."""
+    tests: dict[str, list[str]] = {}
+    for name in names:
+        tests.setdefault(name.partition("[")[0], []).append(name)
+    generator = random.Random(f"{seed()} {of}")
+    rows = [generator.sample(cases, len(cases)) for cases in tests.values()]
+    generator.shuffle(rows)
+    in_turn = [case for turn in zip_longest(*rows) for case in turn if case is not None]
+    return set(in_turn[:count])

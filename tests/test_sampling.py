@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.sampling import ALL, LIST, SEED, Group, draw, read
+from tests.sampling import ALL, LIST, SEED, Group, draw, read, spread
 
 ROOT = Path(__file__).resolve().parent.parent
 CONFTEST = """
@@ -131,6 +131,20 @@ def test_draw_keeps_order_and_reaches_every_case(monkeypatch: pytest.MonkeyPatch
     assert draw(cases, 10, "some") == cases
     monkeypatch.setenv(ALL, "1")
     assert draw(cases, 3, "some") == cases
+
+
+def test_cases_of_a_group_are_of_many_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    many = [f"many[{k}]" for k in range(50)]
+    seen = set[str]()
+    for day in range(1, 29):
+        monkeypatch.setenv(SEED, f"2026-02-{day:02}")
+        chosen = spread(["alone", *many, "other"], 2, "some")
+        assert len({name.partition("[")[0] for name in chosen}) == 2
+        assert chosen == spread(["alone", *many, "other"], 2, "some")
+        assert len(spread(many, 3, "some")) == 3
+        seen |= chosen
+    assert {"alone", "other"} <= seen
+    assert len(seen) > 10
 
 
 def test_every_listed_pattern_names_tests_of_its_group() -> None:
