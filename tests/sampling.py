@@ -14,7 +14,7 @@ import datetime
 import os
 import random
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from itertools import zip_longest
@@ -56,7 +56,7 @@ def draw(cases: Sequence[Item], count: int, of: str) -> list[Item]:
 
 @dataclass(frozen=True)
 class Group:
-    """Tests, each of them dear, of which some are run.
+    """Tests of which some are run.
 
     of: its name; run: how many; tests: patterns of their names, without parameters; together: the
     tests of a file count as one, as what they share costs most.
@@ -64,7 +64,7 @@ class Group:
 
     of: str
     run: int
-    tests: tuple[str, ...]
+    tests: tuple[str, ...] = ()
     together: bool = False
 
     def holds(self, test: str) -> bool:
@@ -95,26 +95,19 @@ class Sampling:
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
     ) -> None:
-        """Deselect slow tests and cases that are not drawn."""
+        """Deselect slow tests and cases that are not drawn: by the list, then by their marks."""
         if complete() or self.by_name:
             return
-        groups: dict[str, list[pytest.Item]] = {}
-        for item in items:
-            self._mark(item)
-            if not item.get_closest_marker("slow"):
-                groups.setdefault(group_of(item), []).append(item)
-        chosen = {item for name, group in groups.items() for item in sample(name, group)}
+        quick = [item for item in items if not item.get_closest_marker("slow")]
+        chosen = set(drawn(drawn(quick, self._group), marked))
         left_out = [item for item in items if item not in chosen]
         items[:] = [item for item in items if item in chosen]
         self.left_out = len(left_out)
         config.hook.pytest_deselected(items=left_out)
 
-    def _mark(self, item: pytest.Item) -> None:
-        """As the list has it, which goes before a mark of the test's own."""
-        group = next((group for group in self.listed if group.holds(item.nodeid)), None)
-        if group:
-            mark = pytest.mark.sample(group.run, of=group.of, together=group.together)
-            item.add_marker(mark, append=False)
+    def _group(self, item: pytest.Item) -> Group | None:
+        """The first of the list that names a test."""
+        return next((group for group in self.listed if group.holds(item.nodeid)), None)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Hand the count of a worker process to the one that reports."""
@@ -136,24 +129,36 @@ class Sampling:
             )
 
 
-def group_of(item: pytest.Item) -> str:
-    """What a test is drawn from: the sample of that name, else the cases of its function."""
+def marked(item: pytest.Item) -> Group | None:
+    """The sample of a test's own mark: of that name, else of the cases of its function."""
     mark = item.get_closest_marker("sample")
-    return (mark.kwargs.get("of") if mark else None) or item.nodeid.partition("[")[0]
-
-
-def sample(name: str, cases: list[pytest.Item]) -> list[pytest.Item]:
-    """What is drawn of the tests of a group."""
-    mark = cases[0].get_closest_marker("sample")
     if mark is None:
-        return cases
+        return None
+    name = mark.kwargs.get("of") or item.nodeid.partition("[")[0]
+    return Group(name, mark.args[0], together=mark.kwargs.get("together", False))
+
+
+def drawn(
+    items: Sequence[pytest.Item], group_of: Callable[[pytest.Item], Group | None]
+) -> list[pytest.Item]:
+    """What is drawn of each group, and all that belong to none."""
+    groups: dict[Group | None, list[pytest.Item]] = {}
+    for item in items:
+        groups.setdefault(group_of(item), []).append(item)
+    return [
+        item
+        for group, cases in groups.items()
+        for item in (cases if group is None else sample(group, cases))
+    ]
+
+
+def sample(group: Group, cases: Sequence[pytest.Item]) -> list[pytest.Item]:
+    """What is drawn of the tests of a group."""
     units: dict[str, list[pytest.Item]] = {}
     for case in cases:
-        own = case.get_closest_marker("sample")
-        together = own is not None and own.kwargs.get("together")
-        units.setdefault(str(case.path) if together else case.nodeid, []).append(case)
-    chosen = spread(list(units), mark.args[0], name)
-    return [case for unit, own_cases in units.items() if unit in chosen for case in own_cases]
+        units.setdefault(str(case.path) if group.together else case.nodeid, []).append(case)
+    chosen = spread(list(units), group.run, group.of)
+    return [case for unit, own in units.items() if unit in chosen for case in own]
 
 
 def spread(names: Sequence[str], count: int, of: str) -> set[str]:
