@@ -14,8 +14,7 @@ from flexhex.fmugen import cache as store
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.builder import Builder
-from tests.sampling import Sampling
-from tests.skips import LIST, Skips, read
+from tests import sampling, skips
 
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_FILE = ROOT / "machines" / "tflex.toml"
@@ -37,8 +36,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Samples of large suites; a list of allowed skips."""
-    config.pluginmanager.register(Sampling(config))
-    config.pluginmanager.register(Skips(read(LIST)))
+    listed = sampling.read(sampling.LIST)
+    config.pluginmanager.register(sampling.Sampling(config, listed))
+    config.pluginmanager.register(skips.Skips(skips.read(skips.LIST)))
 
 
 @contextmanager
