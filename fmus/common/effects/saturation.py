@@ -30,14 +30,14 @@ class TorqueConstantSaturation(Effect):
     """s tau ((|tau|^p + tau_k^p)^(1/p) - tau_k): the iron saturates, torque falls behind current.
 
     A large p is a corner, s tau max(0, |tau| - tau_k); p = 2 gives way from the start, with the
-    cube of the torque at first.
+    cube of the torque at first. With p = 1 it would not matter where it begins.
     """
 
     id, title, acts_on = "torque_constant_saturation", "saturation of the torque constant", "drive"
     gains = (Gain("s", "1/N m", 0.005, 0.0, 1e4, "relative loss per torque beyond tau_k"),)
     shapes = (
         Shape("tau_k", "N m", 0.0, 1e5, 2.0, (0.0, 1.0, 2.0, 4.0, 8.0), "where it begins"),
-        SHARP,
+        replace(SHARP, low=2.0),
     )
     excites = "high and low torques at the same angles: brisk moves, another payload"
     confused_with = ("drive_gain", "torque_saturation", "quadratic_drag")
