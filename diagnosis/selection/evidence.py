@@ -97,7 +97,8 @@ def _fitted(
     if effect.taken is not None and effect.axis is not None:
         squares, unexplained = moments.squares(effect.axis, left)
         passed = squares + gains[there, 0] * (gains[there, 0] * own[there, 0, 0] - 2 * right[there])
-        more = squares / np.maximum(passed, np.finfo(float).tiny) - 1
+        # where next to nothing passes, as little as counts of a column
+        more = max(squares, 0.0) / np.maximum(passed, max(GONE * squares, 1.0)) - 1
         evidence[there] -= np.maximum(more, 0) * np.maximum(unexplained - fall, 0) / 2
         evidence += effect.blind(moments.rows, left, gains)
     return Tried(evidence, gains)
