@@ -43,10 +43,12 @@ def record(name: str, command: list[str]) -> Path:
 
 
 def write(name: str, content: dict[str, Any]) -> Path:
-    """Keep the content as results/NAME.json, whole or not at all."""
+    """Keep the content as results/NAME.json, whole or not at all; files of the repository by their
+    paths in it."""
     path = FOLDER / f"{name}.json"
     partial = path.with_suffix(".part")
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    text = text.replace(f"{ROOT}/", "")
     partial.write_text(text + "\n", encoding="utf-8")
     return partial.rename(path)
 
