@@ -22,8 +22,8 @@ TURNS, RATE = "1/rad", "rad/s"
 @dataclass(frozen=True)
 class Scales:
     """kinds: what each axis moves along; sizes: torque, motion and rate of each axis, relative to
-    what the library's sizes are for; peaks, usual: largest torque and RMS torque of each axis
-    [N m]; effects: by id."""
+    what the library's sizes are for; peaks: largest torque of each axis; usual: the larger of its
+    RMS about the mean and its median magnitude [N m]; effects: by id."""
 
     kinds: Kinds
     sizes: tuple[tuple[float, float, float], ...]
@@ -44,9 +44,10 @@ class Scales:
             moved = [float(angle) / USUAL_MOTION, float(speed) / USUAL_RATE]
             own = [_power_of_two(v) if kind.turns and v > 0 else v or 1.0 for v in moved]
             found.append((times, own[0], own[1]))
-        taus = np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks])
-        peaks = tuple(np.maximum(np.abs(taus).max(axis=0), tiny).tolist())
-        usual, known = tuple(made.torque_rms.tolist()), {effect.id: effect for effect in effects}
+        taus = np.abs(np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks]))
+        peaks = tuple(np.maximum(taus.max(axis=0), tiny).tolist())
+        usual = tuple(np.maximum(made.torque_rms, np.median(taus, axis=0)).tolist())
+        known = {effect.id: effect for effect in effects}
         return Scales(kinds, tuple(found), peaks, usual, known)
 
     def scale(self, unit: str, axis: int) -> float:

@@ -17,7 +17,9 @@ from flexhex.diagnosis.prepare import Options, asked_of, fitted
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.select import select
+from flexhex.diagnosis.workflow import diagnose
 from flexhex.fmus.common.effects import library
+from tests.diagnosis.single import write
 from tests.diagnosis.test_selection import effect_of, names, rows_of
 from tests.diagnosis.usual import usual
 
@@ -105,3 +107,15 @@ def test_a_limit_below_the_usual_torque_is_none() -> None:
     assert sized == [{"tau_lim": 1.2}, {"tau_lim": 1.6}]
     assert [scales.has(SHARP.id, 0, shape) for shape in sized] == [False, True]
     assert scales.ranges(SHARP.id, 0)["tau_lim"].low == 1.5
+
+
+def test_weight_is_no_limit(tmp_path: Path) -> None:
+    """An axis that holds eighty times what moves it, with friction: a limit below its weight would
+    leave a torque that never changes."""
+    paths = [
+        write(tmp_path / f"{seed}{number}.csv", seed, number, 0.1, extra=80.0)
+        for seed in (1, 2, 3)
+        for number in (1, 2)
+    ]
+    found = diagnose(paths[:4], paths[4:], options=Options(base="axis"))
+    assert [effect.id for effect in found.effects] == ["coulomb_friction"]
