@@ -98,7 +98,7 @@ class Bench:
         if effect.geared and not self.made.base.rotors:
             return []
         listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
-        own = [shape for shape in listed if self.scales.has(name, axis, shape)]
+        own = [shape for shape in listed if self.scales.possible(name, axis, shape)]
         return [shape for shape in own if effect.meets(axis + 1, self.n, shape)]
 
     def columns(self, name: str, axis: int, shape: Mapping[str, float]) -> Columns:

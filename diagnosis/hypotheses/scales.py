@@ -70,7 +70,7 @@ class Scales:
         known = {s.name: s for s in self.effects[name].shapes}
         return {n: v * self._times(known[n], axis) for n, v in shape.items()}
 
-    def has(self, name: str, axis: int, shape: Mapping[str, float]) -> bool:
+    def possible(self, name: str, axis: int, shape: Mapping[str, float]) -> bool:
         """Whether an axis may have such a shape."""
         ranges = self.ranges(name, axis)
         return all(ranges[n].low <= v for n, v in shape.items())

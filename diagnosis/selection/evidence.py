@@ -95,9 +95,9 @@ def _fitted(
     size = np.linalg.slogdet(A)[1] - np.log(priors[there]).sum(axis=1)
     evidence[there] = (fall - size) / 2
     if effect.taken is not None and effect.axis is not None:
-        squares, unexplained = moments.squares(effect.axis, left)
+        squares, unexplained = moments.left_over(effect.axis, left)
         passed = squares + gains[there, 0] * (gains[there, 0] * own[there, 0, 0] - 2 * right[there])
-        # where next to nothing passes, as little as counts of a column
+        # bounded where next to nothing passes
         more = max(squares, 0.0) / np.maximum(passed, max(GONE * squares, 1.0)) - 1
         evidence[there] -= np.maximum(more, 0) * np.maximum(unexplained - fall, 0) / 2
         evidence += effect.blind(moments.rows, left, gains)

@@ -193,7 +193,7 @@ class Moments:
         listed = [self.grams(fold) for fold in self.rows.folds if fold != left]
         return sum(G for G, _ in listed), sum(b for _, b in listed)  # type: ignore[return-value]
 
-    def squares(self, axis: int, left: Left) -> tuple[float, float]:
+    def left_over(self, axis: int, left: Left) -> tuple[float, float]:
         """Sum of squares of the whitened torque of an axis, and of what the fit to all folds but
         one leaves of it there beyond noise: between passes, or less the noise's own."""
         if (axis, left) not in self._left_over:

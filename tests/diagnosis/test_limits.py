@@ -105,7 +105,7 @@ def test_a_limit_below_the_usual_torque_is_none() -> None:
     scales = replace(usual({SHARP.id: bench}), peaks=(4.0,), usual=(1.5,))
     sized = [scales.sized(SHARP.id, 0, {"tau_lim": share}) for share in (0.3, 0.4)]
     assert sized == [{"tau_lim": 1.2}, {"tau_lim": 1.6}]
-    assert [scales.has(SHARP.id, 0, shape) for shape in sized] == [False, True]
+    assert [scales.possible(SHARP.id, 0, shape) for shape in sized] == [False, True]
     assert scales.ranges(SHARP.id, 0)["tau_lim"].low == 1.5
 
 
