@@ -18,7 +18,7 @@ from flexhex.diagnosis.jointfit.guard import POOR, poor_axes, strange_axes
 from flexhex.diagnosis.kinds import kinds_of, refuse_others, units_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.window import smoother
-from flexhex.diagnosis.result.verdict import Diagnosis, Gap
+from flexhex.diagnosis.result.verdict import Diagnosis, Residual
 from flexhex.diagnosis.runs.blocks import Run, blocks, spacing_for
 from flexhex.diagnosis.runs.pairing import doubtful
 from flexhex.diagnosis.runs.runs import runs_of, starts_of
@@ -70,12 +70,14 @@ class Asked:
         """The answer when the runs do not hold what is needed."""
         torque = np.std(np.concatenate([run.tau.values for run in self.runs]), axis=0)
         empty = np.full(len(self.units), np.nan)
-        gap = Gap(self.units, torque, empty, empty, empty, empty, empty, empty)
-        return Diagnosis("cannot tell", (), (), gap, (), (), (why,), self.findings, *self.names)
+        residual = Residual(self.units, torque, empty, empty, empty, empty, empty, empty)
+        return Diagnosis(
+            "cannot tell", (), (), residual, (), (), (why,), self.findings, *self.names
+        )
 
 
 def asked_of(
-    paths: Sequence[Path], locked: Sequence[Path], machine_file: Path | None, options: Options
+    paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
 ) -> tuple[Base, Asked, str]:
     """Runs of the files, and why nothing can be told from them, or nothing.
 
@@ -84,10 +86,10 @@ def asked_of(
     own = own_effects(options.effects)
     if not paths:
         raise LogError("no run given: name at least one log")
-    share = SAMPLES / (len(paths) + len(locked))
+    share = SAMPLES / (len(paths) + len(held_out))
     reading = replace(options.log, memory=min(options.log.memory, share))
     ours = [logs.read_log(path, reading) for path in paths]
-    theirs = [logs.read_log(path, reading) for path in locked]
+    theirs = [logs.read_log(path, reading) for path in held_out]
     logs.refuse_copies([*ours, *theirs])
     names = tuple(log.name for log in ours), tuple(log.name for log in theirs)
     ours, theirs = logs.with_cycles(ours), logs.with_cycles(theirs)

@@ -1,4 +1,4 @@
-"""From files to an answer: read, group, calibrate, search, judge on the locked runs."""
+"""From files to an answer: read, group, calibrate, search, judge on the held-out runs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.drives.drifts import drifts_of, without
 from flexhex.diagnosis.drives.drives import drives_of
-from flexhex.diagnosis.gaps import Before, before_of, gap_of, slow
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.guard import delayed, poor_axes
 from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
 from flexhex.diagnosis.regression.calibrate import Calibrated
+from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
 from flexhex.diagnosis.result.maps import maps
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Named
@@ -45,7 +45,7 @@ def silent(text: str, done: int, total: int) -> None:
 
 def diagnose(
     paths: Sequence[Path],
-    locked: Sequence[Path] = (),
+    held_out: Sequence[Path] = (),
     machine_file: Path | None = None,
     options: Options = USUAL,
     progress: Progress = silent,
@@ -55,7 +55,7 @@ def diagnose(
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
     progress("reading", 0, 4)
-    base, asked, trouble = asked_of(paths, locked, machine_file, options)
+    base, asked, trouble = asked_of(paths, held_out, machine_file, options)
     if trouble:
         return asked.cannot_tell(trouble)
     if len(asked.runs) == 1:
@@ -102,15 +102,15 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     main = next((side for side in sides if side.matters), settled)
     notes = list(dict.fromkeys(note for side in sides for note in side.notes))
     changed = settled.changed
-    gap = gap_of(before if main is settled else before_of(main), main)
-    notes += slow(gap, main.left)
+    residual = residual_of(before if main is settled else before_of(main), main)
+    notes += slow(residual, main.left)
     verdict = _verdict(made, sides, named, changed, notes, asked.coarse)
     progress("done", 4, 4)
     return Diagnosis(
         verdict,
         tuple(named),
         tuple(c for c in changed if c.runs or verdict not in ("unknown", "cannot tell")),
-        gap,
+        residual,
         main.candidates,
         maps(main.held),
         tuple(notes),
@@ -169,12 +169,12 @@ def _sought(asked: Asked) -> dict[str, Effect]:
 
 def diagnose_files(
     paths: Sequence[Path],
-    locked: Sequence[Path],
+    held_out: Sequence[Path],
     machine_file: Path | None = None,
     options: Options = USUAL,
 ) -> dict[str, Any]:
     """`diagnose` as the data of `--json`."""
-    return diagnose(paths, locked, machine_file, options).data()
+    return diagnose(paths, held_out, machine_file, options).data()
 
 
 def _verdict(
@@ -186,7 +186,7 @@ def _verdict(
     coarse: Array,
 ) -> str:
     if named:
-        return "set" if any(effect.rivals for effect in named) else "named"
+        return "ambiguous" if any(effect.rivals for effect in named) else "named"
     if not made.noise.repeats:
         notes.append("no trajectory was run twice, so noise cannot be set apart: run each again")
         return "changed" if changed else "cannot tell"

@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-RIGHT = ("right", "in_set", "silent", "detected", "all")
+RIGHT = ("right", "ambiguous", "silent", "detected", "all")
 """Outcomes (`studies/honest.py`) of an answer that says what is true."""
 
 
-KINDS = ("named", "set", "changed", "unknown", "none")
+KINDS = ("named", "ambiguous", "changed", "unknown", "none")
 """Verdicts that claim something."""
 
 

@@ -46,12 +46,12 @@ def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
 def missing(found: Found) -> str:
     """The adaptive loop on the machine, with the model as it was and with the extended one."""
     run = found["experiments"]["missing"]
-    gap, loops = run["diagnosis"]["gap"], run["shown"]["closed_loop"]["machine"]
+    residual, loops = run["diagnosis"]["residual"], run["shown"]["closed_loop"]["machine"]
     rows = []
     for title, key in (("as it was", "before"), ("extended", "after")):
         e, tau = loops[key]["e"], loops[key]["tau_fb"]
-        residual = f"{1e3 * gap[key]:.2f}", f"{1e3 * gap['floor']:.2f}"
-        rows.append([title, f"{e:.1f}", f"{1e3 * tau:.2f}", *residual])
+        both = (f"{1e3 * residual[name]:.2f}" for name in (key, "non_repeatable"))
+        rows.append([title, f"{e:.1f}", f"{1e3 * tau:.2f}", *both])
     head = ("model", "e [µrad]", "τ_FB [mN m]", "residual of the held-out runs [mN m]")
     named = f"Named: {_names(run['diagnosis']['effects'])}.\n"
     return markdown((*head, "its non-repeatable part"), rows) + "\n" + named
@@ -131,7 +131,9 @@ def _machine(line: Found) -> list[str]:
     names = [_names(found["effects"])] if found["effects"] else []
     names += [f"changed {c['parameter']}" for c in found["changed"]]
     names += [f"withdrawn {id}" for id in shown["withdrawn"]]
-    before, after, rest = (1e3 * found["gap"][k] for k in ("before", "after", "floor"))
+    before, after, rest = (
+        1e3 * found["residual"][k] for k in ("before", "after", "non_repeatable")
+    )
     loop = shown["closed_loop"]["machine"]
     return [
         name,
@@ -158,7 +160,7 @@ def schunk(found: Found) -> str:
     """Effects of the measured arm and its residual, axis by axis."""
     named = {str(axis): e for e in found["effects"] for axis in e["axes"]}
     rows = []
-    for axis, gap in found["gap"]["per_axis"].items():
+    for axis, residual in found["residual"]["per_axis"].items():
         names, values = "not named", ""
         if axis in named:
             effect = named[axis]
@@ -169,7 +171,7 @@ def schunk(found: Found) -> str:
                 for name, v in effect["parameters"].items()
                 if alone or f"[{axis}]" in name
             )
-        rows.append([axis, names, values, *(f"{gap[key]:.2f}" for key in ("before", "after"))])
+        rows.append([axis, names, values, *(f"{residual[key]:.2f}" for key in ("before", "after"))])
     head = ("axis", "named", "parameters (95 %)", "residual before [N m]", "after [N m]")
     return markdown(head, rows)
 

@@ -57,7 +57,7 @@ def _written(case: Case, logs: Path, sealed: Path) -> Files:
     clean = simulate_closed([case], CLOSED)[0] if case.closed else simulate(case)
     # every ninth case as CSV: slower to read, the same numbers
     made = write(case, clean, logs, sealed, "csv" if case.seed % 9 == 4 else "h5")
-    return Files(made.paths, made.locked, HEXAPOD, made.sealed)
+    return Files(made.paths, made.held_out, HEXAPOD, made.sealed)
 
 
 def _mujoco(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:

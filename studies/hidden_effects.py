@@ -32,7 +32,7 @@ OUT = Path("out") / "hidden"
 TODAY = "studies.mujoco.engines:today"
 SECONDS = 900.0
 """Longest time that an engine has for a case."""
-KEPT = ("verdict", "effects", "changed", "gap", "confidence", "notes", "findings")
+KEPT = ("verdict", "effects", "changed", "residual", "confidence", "notes", "findings")
 """Of an answer: the rest only pictures need."""
 Row = dict[str, Any]
 

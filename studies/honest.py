@@ -2,9 +2,9 @@
 
 - `nothing`, and a payload that is announced: `silent`, `unknown`, `false_alarm`
 - one effect of the library: `right` (an accepted name alone, on exactly its axes),
-  `right_name_wrong_axes`, `in_set` (its axes right, a set of several holds it), `wrong` (another
-  name), `missed` (nothing named; observable), `silent` (nothing named; too faint to be seen),
-  `unknown` (a gap is reported without a name)
+  `right_name_wrong_axes`, `ambiguous` (its axes right, one of several that are called
+  indistinguishable), `wrong` (another name), `missed` (nothing named; observable), `silent`
+  (nothing named; too faint to be seen), `unknown` (a residual is reported without a name)
 - outside the library: `detected` (unknown), `wrong` (a name), `missed` (none, changed or
   cannot tell; observable), `silent` (the same; too faint)
 - several effects: `all`, `some`, `none`, with `+wrong` where another name stands beside them
@@ -35,7 +35,7 @@ from studies.honest_values import (
 OBSERVABLE = 0.01
 """Share of torque RMS: something outside the library that must not be missed, and each of two
 effects that are both to be found."""
-LARGEST_SET = 3
+MOST_INDISTINGUISHABLE = 3
 
 
 @dataclass(frozen=True)
@@ -44,10 +44,10 @@ class Outcome:
 
     errors: of every parameter that has an interval and a true value, in standard deviations of the
     interval; checks: what must be true of a plain axis, by name; confidence: as the answer gives
-    it; closed: share of the gap on the test runs that the named effects closed on their axes;
-    alone: nothing else than one trajectory, or no repeats, was there; predicts: what is named
-    leaves less of the test runs; impossible: a value that no
-    machine has was reported.
+    it; closed: share of the residual of the test runs, beyond its non-repeatable part, that the
+    named effects remove on their axes; alone: nothing else than one trajectory, or no repeats, was
+    there; predicts: what is named leaves less of the test runs; impossible: a value that no machine
+    has was reported.
     """
 
     seed: int
@@ -129,22 +129,24 @@ def _check(found: Mapping[str, Any]) -> None:
 
 
 def _met(hidden: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
-    """Whether a named effect or one of its set is the hidden one, on one of its axes at least."""
+    """Whether a named effect or one of its rivals is the hidden one, on one of its axes or more."""
     where = set(effect.get("axes") or hidden["axes"])
     return bool(set(names_of(effect)) & set(hidden["accept"]) and where & set(hidden["axes"]))
 
 
 def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str:
-    """How a hidden effect of the library is named: right, in_set, right_name_wrong_axes or ''.
+    """How a hidden effect of the library is named: right, ambiguous, right_name_wrong_axes or ''.
 
     Several entries of one id count as one effect on all their axes.
     """
     accept, axes = set(hidden["accept"]), set(hidden["axes"])
     alone = [e for e in effects if set(names_of(e)) <= accept]
     several = [
-        e for e in effects if set(names_of(e)) & accept and len(set(names_of(e))) <= LARGEST_SET
+        e
+        for e in effects
+        if set(names_of(e)) & accept and len(set(names_of(e))) <= MOST_INDISTINGUISHABLE
     ]
-    for listed, word in ((alone, "right"), (several, "in_set")):
+    for listed, word in ((alone, "right"), (several, "ambiguous")):
         where = set[int]().union(*(e.get("axes") or axes for e in listed))
         if listed and where == axes:
             return word
@@ -194,7 +196,7 @@ def _several(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> s
     if not found["effects"]:
         word = _silence(found, max(h["observable"] for h in hidden) >= FAINT)
         return "none" if word == "missed" else word
-    count = sum(_one(h, found["effects"]) in ("right", "in_set") for h in hidden)
+    count = sum(_one(h, found["effects"]) in ("right", "ambiguous") for h in hidden)
     every = set[str]().union(*(h["accept"] for h in hidden))
     spare = any(not set(names_of(e)) & every for e in found["effects"])
     word = "all" if count == len(hidden) else "some" if count else "none"

@@ -11,11 +11,12 @@ from results.tables import hidden
 from studies.honest import OBSERVABLE, Outcome
 from studies.honest_values import FAINT
 
-FOUND = ("right", "in_set")
+FOUND = ("right", "ambiguous")
 RIGHT = (*FOUND, "all")
 FIFTHS = 5
 CLOSED = 0.9
-"""Share of the gap on the test runs that a right name is to close."""
+"""Share of the residual of the test runs, beyond its non-repeatable part, that a right name is to
+remove."""
 Has = Callable[[Outcome], bool]
 
 
@@ -75,7 +76,7 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
         ("`unknown`", "", ended("unknown")),
     )
     single_ends = (
-        ("right, alone or in a set of at most three", "at least 95 %", ended(*FOUND)),
+        ("right, alone or among at most three", "at least 95 %", ended(*FOUND)),
         ("right, alone", "at least 80 %", ended("right")),
         ("wrong", "at most 2 %", wrong),
         ("missed", "", ended("missed", "cannot_tell")),
@@ -164,7 +165,7 @@ def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     yield Claim(kind, "of all: a wrong name", "", sum(map(wrong, alone)), len(alone))
     closed = [o.closed for o in outcomes if o.outcome in RIGHT and o.closed is not None]
     text = f"median {100 * median(closed):.0f} %" if closed else ""
-    ending = f"at least {CLOSED:.0%} of the gap on test runs closed"
+    ending = f"at least {CLOSED:.0%} of the residual of test runs removed"
     hits = sum(each >= CLOSED for each in closed)
     yield Claim("right names", ending, "all", hits, len(closed), text)
     physics = sum(o.impossible for o in outcomes)

@@ -1,4 +1,5 @@
-"""Numbers of an answer beside those of the truth: values, orders, delays, the gap that closed."""
+"""Numbers of an answer beside those of the truth: values, orders, delays, the share of the residual
+that was removed."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ is no miss."""
 SIGMAS = 1.959964
 """Standard deviations on either side in a 95 % interval."""
 CLOSABLE = 1.05
-"""Least ratio of a residual to its non-repeatable part where a gap is there to be closed."""
+"""Least ratio of a residual to its non-repeatable part where there is something to be removed."""
 SAME_ORDER = 0.01
 """Relative error of an order [1/m] that is the right one; of a turn only whole orders are there."""
 LATE = ("drive_lag", "time_delay")
@@ -88,11 +89,19 @@ def checks_of(truth: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, b
 
 
 def closed_of(found: Mapping[str, Any]) -> float | None:
-    """(before - after) / (before - floor) on the test runs; None where there is no such gap."""
-    before, after, floor = (_left(found, key) for key in ("before", "after", "floor"))
-    if before is None or after is None or floor is None or before <= CLOSABLE * floor:
+    """(before - after) / (before - non_repeatable) on the test runs; None where no such
+    residual is there."""
+    before, after, non_repeatable = (
+        _left(found, key) for key in ("before", "after", "non_repeatable")
+    )
+    if (
+        before is None
+        or after is None
+        or non_repeatable is None
+        or before <= CLOSABLE * non_repeatable
+    ):
         return None
-    return (before - after) / (before - floor)
+    return (before - after) / (before - non_repeatable)
 
 
 def predicts(found: Mapping[str, Any]) -> bool:
@@ -103,10 +112,10 @@ def predicts(found: Mapping[str, Any]) -> bool:
 
 def _left(found: Mapping[str, Any], key: str) -> float | None:
     """RMS that is left of the test runs over the axes that have a name; None where unknown."""
-    gap = found.get("gap") or {}
-    rows = gap.get("per_axis") or {}
+    residual = found.get("residual") or {}
+    rows = residual.get("per_axis") or {}
     named = {str(axis) for e in found["effects"] for axis in (e.get("axes") or rows)}
     values = [rows[axis].get(key) for axis in sorted(named & set(rows))]
-    if gap.get("judged_on") != "locked" or not values or None in values:
+    if residual.get("judged_on") != "held-out runs" or not values or None in values:
         return None
     return float(sum(value**2 for value in values) ** 0.5)

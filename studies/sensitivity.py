@@ -57,7 +57,7 @@ ELSEWHERE = (
     ("reversals", "FEW"),
     ("prepare", "MOVES"),
     ("regression.window", "NOISE"),
-    ("regression.window", "GAP"),
+    ("regression.window", "SMALLEST_REPEATABLE"),
     ("workflow", "BENT"),
     ("workflow", "LATER"),
     ("selection.orders", "PERIODS"),
@@ -191,7 +191,7 @@ def summary(cases: Sequence[Mapping[str, Any]]) -> Answer:
             for c, word in zip(own, words, strict=True)
             if word != c["outcomes"][USUAL]["outcome"]
         ]
-        good = sum(w in ("right", "in_set", "all", "silent", "detected") for w in words)
+        good = sum(w in ("right", "ambiguous", "all", "silent", "detected") for w in words)
         bad = sum(w in ("wrong", "false_alarm") or w.endswith("+wrong") for w in words)
         rows[name] = {"n": len(own), "good": good, "wrong": bad, "moved": moved}
     listed = [

@@ -35,7 +35,7 @@ Line = dict[str, Any]
 
 
 def record(machine_file: Path, out: Path, seed: int) -> tuple[list[Path], list[Path]]:
-    """Logs of the warm machine for the diagnosis, and locked ones, as HDF5 files in `out`.
+    """Logs of the warm machine for the diagnosis, and held-out ones, as HDF5 files in `out`.
 
     Logs of a run that was broken off are taken as they are.
     """
@@ -77,17 +77,17 @@ def show(number: int, seed: int, machines: int, out: Path) -> Line:
     machine_file = write_machine(DEFAULT, folder, hidden, own) if number else DEFAULT
     line: Line = {"number": number, "seed": seed, "machines": machines}
     line["hidden"] = [vars(h) for h in hidden] if number else _default_hidden()
-    runs, locked = record(machine_file, folder, own)
+    runs, held_out = record(machine_file, folder, own)
     _say(number, began, "recorded")
-    found = diagnose(runs, locked, machine_file, Options())
+    found = diagnose(runs, held_out, machine_file, Options())
     _say(number, began, f"{found.verdict}: {', '.join(e.id for e in found.effects)}")
     line["diagnosis"] = found.data()
     for sub in ("model", "model/before"):
         _share_cache(folder / sub)
-    made = rebuild(machine_file, found, folder / "model", runs, locked)
+    made = rebuild(machine_file, found, folder / "model", runs, held_out)
     line["shown"] = made.data()
     line["minutes"] = (time.monotonic() - began) / 60
-    for path in (*runs, *locked):
+    for path in (*runs, *held_out):
         path.unlink()
     shutil.rmtree(folder / "recorder", ignore_errors=True)
     _say(number, began, str(line["shown"]["closed_loop"]))

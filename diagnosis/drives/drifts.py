@@ -130,7 +130,7 @@ def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:
     """What a fit leaves, smoothed for what is slow: noise of the angles, which a longer window
     takes away, would make a drift that goes with the torque too small.
 
-    others: locked runs, of which enough must be left too.
+    others: held-out runs, of which enough must be left too.
     """
     old = held.bench.made
     spans = [_seconds(block) / LEAST for block in old.blocks]

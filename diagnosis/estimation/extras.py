@@ -131,7 +131,7 @@ def extras_of(data: Any, where: str) -> Extras:
             notes.append(f"{id} is not fitted: {reason}")
             continue
         if rivals:
-            notes.append(f"{id} is one of a set, with {', '.join(rivals)}: it is fitted")
+            notes.append(f"{id} is indistinguishable from {', '.join(rivals)}: it is fitted")
         if id in OWN:
             continue
         for axis in axes:

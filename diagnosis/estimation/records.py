@@ -93,7 +93,7 @@ class Identified:
     notes: tuple[str, ...]
     findings: tuple[str, ...]
     runs: tuple[str, ...]
-    locked: tuple[str, ...]
+    held_out_runs: tuple[str, ...]
     estimated: Estimated = field(repr=False)
 
     def __getitem__(self, name: str) -> Parameter:
@@ -125,7 +125,7 @@ class Identified:
             "notes": list(self.notes),
             "findings": list(self.findings),
             "runs": list(self.runs),
-            "held_out": list(self.locked),
+            "held_out": list(self.held_out_runs),
         }
 
 

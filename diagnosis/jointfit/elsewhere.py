@@ -1,4 +1,4 @@
-"""A fit held against runs that it was not made from: the locked ones."""
+"""A fit held against runs that it was not made from: the held-out ones."""
 
 from __future__ import annotations
 

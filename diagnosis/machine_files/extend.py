@@ -168,7 +168,7 @@ def _grown(known: list[Entry], effect: Effect, part: Part) -> bool:
 
 
 def _entry(named: Named, effect: Effect, parts: Sequence[Part]) -> Entry:
-    note = f"share of the gap that it explains: {named.share:.2f}"
+    note = f"share of the repeatable residual that it explains: {named.share:.2f}"
     if not math.isfinite(named.share):
         note = "named by a diagnosis"
     if named.rivals:

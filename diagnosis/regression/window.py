@@ -22,8 +22,8 @@ from flexhex.diagnosis.reversals import encoder_step
 from flexhex.diagnosis.runs.blocks import LEAST, Run
 
 Array = NDArray[np.float64]
-GAP = 0.002
-"""Smallest repeating residual that counts as a gap, RMS relative to the torque's."""
+SMALLEST_REPEATABLE = 0.002
+"""Smallest repeatable residual that matters, RMS relative to the torque's."""
 NOISE = 0.05
 """Largest share of the torque's RMS that noise of the angles may make."""
 LONGER, LONGEST = 1.25, 8.0
@@ -68,7 +68,7 @@ def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     # the error of an encoder's step comes again, or with the other sign, in a pass that goes the
     # same way beside the first
     again = step > _apart(runs, base.window)
-    most = np.maximum(np.where(again, GAP / 2, NOISE) * made.torque_rms, 1e-300)
+    most = np.maximum(np.where(again, SMALLEST_REPEATABLE / 2, NOISE) * made.torque_rms, 1e-300)
     ts, window = runs[0].motion.ts, base.window
     while window < LONGEST * usual and LONGER * window <= _room(made):
         if (noise * inertia * curvature(window, ts) <= most).all():

@@ -1,4 +1,4 @@
-"""Where the gap is: what repeats of the residual, over angle, rates, torque, time, frequency."""
+"""Where the residual is: its repeatable part over angle, rates, torque, time, frequency."""
 
 from __future__ import annotations
 

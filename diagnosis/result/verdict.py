@@ -14,7 +14,7 @@ from flexhex.diagnosis.result.confidence import Confidence
 from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 
 Array = NDArray[np.float64]
-VERDICTS = ("named", "set", "changed", "unknown", "none", "cannot tell")
+VERDICTS = ("named", "ambiguous", "changed", "unknown", "none", "cannot tell")
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Named:
     parameters: estimates by name, `name[axis]` where several axes have the effect and
     `name[axis]#2` where an axis has it twice with another shape. parts: the same, as (axis or 0,
     estimates by plain name). rivals: effects that this data cannot tell from it. share: of the
-    gap that repeats on its axes, explained together with the other effects.
+    repeatable residual on its axes, explained together with the other effects.
     """
 
     id: str
@@ -112,13 +112,13 @@ class Changed:
 
 
 @dataclass(frozen=True)
-class Gap:
-    """Difference between model and data, RMS of each axis in its unit; floor: what does not repeat.
+class Residual:
+    """Measured torque minus that of the model, RMS of each axis in its unit.
 
     nominal: with the machine file's own parameters; before: with the model's parameters fitted;
-    after: with what was found. repeat: the part of `before` that repeats between passes.
-    locked: the same on runs that nothing was fitted to, with a floor if they repeat. torque: RMS
-    of the torque itself.
+    after: with what was found. non_repeatable: what differs between passes; repeatable, of
+    `before`, and repeatable_after: what they have in common. held_out: the same on held-out runs,
+    non-repeatable only if they repeat. torque: RMS of the torque itself.
     """
 
     units: tuple[str, ...]
@@ -126,10 +126,10 @@ class Gap:
     nominal: Array
     before: Array
     after: Array
-    floor: Array
-    repeat: Array
-    repeat_after: Array
-    locked: Mapping[str, Array] = field(default_factory=dict)
+    non_repeatable: Array
+    repeatable: Array
+    repeatable_after: Array
+    held_out: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def unit(self) -> str:
@@ -137,10 +137,15 @@ class Gap:
         return self.units[0] if len(set(self.units)) == 1 else ""
 
     def data(self) -> dict[str, Any]:
-        """As in `--json`: totals over the axes, of locked runs where there are any; null where
+        """As in `--json`: totals over the axes, of held-out runs where there are any; null where
         axes differ in unit."""
-        shown = {"before": self.before, "after": self.after, "floor": self.floor, **self.locked}
-        rows = {**shown, "nominal": self.locked.get("nominal", self.nominal)}
+        shown = {
+            "before": self.before,
+            "after": self.after,
+            "non_repeatable": self.non_repeatable,
+            **self.held_out,
+        }
+        rows = {**shown, "nominal": self.held_out.get("nominal", self.nominal)}
         per_axis = {
             str(i + 1): {name: _finite(float(v[i])) for name, v in rows.items()} | {"unit": unit}
             for i, unit in enumerate(self.units)
@@ -150,7 +155,7 @@ class Gap:
             "unit": self.unit or None,
             **{name: _finite(value) for name, value in totals.items()},
             "per_axis": per_axis,
-            "judged_on": "locked" if self.locked else "the same runs",
+            "judged_on": "held-out runs" if self.held_out else "the same runs",
         }
 
 
@@ -166,13 +171,13 @@ class Diagnosis:
     verdict: str
     effects: tuple[Named, ...]
     changed: tuple[Changed, ...]
-    gap: Gap
+    residual: Residual
     candidates: tuple[Candidate, ...] = ()
     maps: tuple[Map, ...] = ()
     notes: tuple[str, ...] = ()
     findings: tuple[str, ...] = ()
     runs: tuple[str, ...] = ()
-    locked: tuple[str, ...] = ()
+    held_out: tuple[str, ...] = ()
     machine: str | None = None
     shown: Mapping[str, Any] = field(default_factory=dict)
     strips: tuple[Strip, ...] = ()
@@ -188,12 +193,12 @@ class Diagnosis:
             "effects": [effect.data() for effect in self.effects],
             "changed": [change.data() for change in self.changed],
             "remains": [rest.data() for rest in self.remains],
-            "gap": self.gap.data(),
+            "residual": self.residual.data(),
             "machine": self.machine,
             "notes": list(self.notes),
             "findings": list(self.findings),
             "runs": list(self.runs),
-            "locked": list(self.locked),
+            "held_out": list(self.held_out),
             "shown": dict(self.shown),
         }
 

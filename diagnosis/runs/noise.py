@@ -26,14 +26,14 @@ passes; as white noise, it keeps whitening from trusting what is quieter than th
 class Noise:
     """v_k = sum_j a_j v_(k-j) + scale e_k on each axis, at the spacing of the rows.
 
-    a (n, ORDER), scale (n,) [N m]; floor (n,): RMS of v; repeats: measured between passes, not
+    a (n, ORDER), scale (n,) [N m]; rms (n,): of v; repeats: measured between passes, not
     taken from the residual. slow (n, 2): standard deviations of a run's own offset and slope,
     relative to what e_k alone makes of them: 1 or more, as torques wander from run to run.
     """
 
     a: Array
     scale: Array
-    floor: Array
+    rms: Array
     repeats: bool
     slow: Array
 
@@ -55,7 +55,7 @@ def unweighted(noise: Noise, axes: NDArray[np.bool_]) -> Noise:
     Where what is slow is all noise, a torque that the model lacks weighs heavily if it is fast: the
     model follows it as far as it can, and away from what is slow.
     """
-    scale = np.where(axes & np.isfinite(noise.floor), noise.floor, noise.scale)
+    scale = np.where(axes & np.isfinite(noise.rms), noise.rms, noise.scale)
     slow = np.where(axes[:, None], 1.0, noise.slow)
     return replace(noise, a=np.where(axes[:, None], 0.0, noise.a), scale=scale, slow=slow)
 
@@ -93,14 +93,14 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     n = traces[0].shape[1]
     torque = np.concatenate([block.run.tau.values[block.run.tau.valid] for block in blocks])
     white = INEXACT * np.maximum(torque.std(axis=0), np.finfo(float).tiny)
-    a, scale, floor, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
+    a, scale, rms, slow = np.zeros((n, ORDER)), np.zeros(n), np.zeros(n), np.ones((n, 2))
     for i in range(n):
         own = [trace[:, i] for trace in traces]
         a[i], scale[i] = _regressed(own, masks, float(white[i]))
         slow[i] = _slow(own, masks, a[i], scale[i])
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
-        floor[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    return Noise(a, scale, floor, bool(found), slow)
+        rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
+    return Noise(a, scale, rms, bool(found), slow)
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:

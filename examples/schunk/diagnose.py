@@ -29,8 +29,8 @@ def show(found: Diagnosis) -> None:
             low, high = value.ci95
             print(f"  {name} = {value.value:.3g} ({low:.3g} to {high:.3g}) {value.unit}")
     print("residual on the held-out runs [N m]: before, after")
-    locked = found.gap.locked
-    for axis, pair in enumerate(zip(locked["before"], locked["after"], strict=True), start=1):
+    held_out = found.residual.held_out
+    for axis, pair in enumerate(zip(held_out["before"], held_out["after"], strict=True), start=1):
         print(f"  axis {axis}: {pair[0]:.2f}  {pair[1]:.2f}")
     for note in found.notes:
         print(f"- {note}")

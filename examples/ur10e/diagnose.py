@@ -67,7 +67,7 @@ def reversals(log: Array, joint: int) -> list[tuple[float, float]]:
 
 
 def line(joint: int, found: Diagnosis, ends: Sequence[tuple[float, float]]) -> str:
-    """One row: what was named, dry friction of the model and of the bare data, the gap."""
+    """One row: what was named, dry friction of the model and of the bare data, the residual."""
     names = ", ".join(" or ".join((effect.id, *effect.rivals)) for effect in found.effects) or "-"
     values = {name: each for effect in found.effects for name, each in effect.parameters.items()}
     sizes = [
@@ -76,9 +76,9 @@ def line(joint: int, found: Diagnosis, ends: Sequence[tuple[float, float]]) -> s
         if name in values
     ]
     jumps = ", ".join(f"{jump:.3g} at {load:.0f}" for jump, load in ends)
-    before, after = (float(found.gap.locked[name][0]) for name in ("before", "after"))
-    gap = f"{before:.2f} to {after:.2f}"
-    return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:23}  {gap:12}  {names}"
+    before, after = (float(found.residual.held_out[name][0]) for name in ("before", "after"))
+    residual = f"{before:.2f} to {after:.2f}"
+    return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:23}  {residual:14}  {names}"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{missing[0]}: no such file; examples/ur10e/README.md tells where from")
         return 3
     head = f"joint  {'friction [N m]':34}  {'jump/2 at load [N m]':23}  "
-    print(f"{head}gap [N m]     what is missing")
+    print(f"{head}residual [N m]  what is missing")
     for joint, (path, gain) in enumerate(zip(files, GAINS, strict=True), start=1):
         log = np.loadtxt(path, delimiter=",")
         with tempfile.TemporaryDirectory() as folder:

@@ -21,7 +21,7 @@ def add(
     logs: Options,
     say: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """The diagnosis with OUT/machine.toml, the gap of the rebuilt model and its closed loop.
+    """The diagnosis with OUT/machine.toml, the residual of the rebuilt model and its closed loop.
 
     Raises MachineError, LogError or BuildError for what cannot be read or built.
     """

@@ -14,7 +14,7 @@ from flexhex.fmus.common.effects import library
 
 NOT_OF_IDENTIFY = ("--out", "-o", "--report", "--effect")
 """Options of `diagnose` with a value that `identify` has not."""
-APPLICABLE = ("named", "set", "changed")
+APPLICABLE = ("named", "ambiguous", "changed")
 """Verdicts with something to add to the machine file."""
 
 
@@ -57,14 +57,14 @@ def next_steps(found: Diagnosis, invocation: Invocation) -> list[tuple[str, str]
     if found.machine:
         steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
     elif applicable(found) and invocation.base == "hexapod":
-        what = "Or add the best of them" if found.verdict == "set" else "Add what was found"
+        what = "Or add the best of them" if found.verdict == "ambiguous" else "Add what was found"
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
     elif applicable(found) and found.effects:
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
     if any(change.runs for change in found.changed):
         steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
-    if something and not found.locked:
+    if something and not found.held_out:
         text = "Validate it on held-out runs of another trajectory:"
         steps.append((text, invocation.again("--held-out", "OTHER_RUN")))
     if found.verdict == "unknown" and ONE_TRAJECTORY in found.findings:

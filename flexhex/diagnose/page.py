@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.plots import (
     candidate_bars,
-    gap_bars,
+    residual_bars,
     residual_map,
     spectrum_map,
     strip_figures,
@@ -22,19 +22,19 @@ from flexhex.diagnose.plots import (
 from flexhex.diagnose.view import (
     CHANGED,
     EFFECTS,
-    GAP,
     LOOPS,
+    RESIDUAL,
     SIDES,
     axis_names,
     changed_rows,
     effect_rows,
-    gap_rows,
-    gap_title,
     judged,
     remarks,
+    residual_rows,
+    residual_title,
     shown_lines,
 )
-from flexhex.diagnose.words import gap_name, verdict
+from flexhex.diagnose.words import residual_name, verdict
 from flexhex.diagnosis.result.pictured import Map
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.output.page import Part, write_page
@@ -53,7 +53,7 @@ def write_diagnosis(
         *_strips(found),
         Part("Verdict", _verdict(found), answer=True),
         *_effects(found),
-        *_gap(found),
+        *_residual(found),
         *_tracking(found.shown),
         *_next(found, invocation),
         *_candidates(found),
@@ -92,14 +92,15 @@ def _strips(found: Diagnosis) -> list[Part]:
 def matters(found: Diagnosis) -> int:
     """The axis (from 1) to look at first: that of the first effect, else where most repeats."""
     axes = [axis for effect in found.effects for axis in effect.axes]
-    repeat = np.nan_to_num(found.gap.repeat, nan=-1.0)
-    return axes[0] if axes else int(np.argmax(repeat)) + 1
+    repeatable = np.nan_to_num(found.residual.repeatable, nan=-1.0)
+    return axes[0] if axes else int(np.argmax(repeatable)) + 1
 
 
 def _effects(found: Diagnosis) -> list[Part]:
     parts = []
     if found.effects:
-        text = f"± and ranges are 95 % intervals. Explains: of {gap_name(found.gap)} on its axes."
+        whole = residual_name(found.residual)
+        text = f"± and ranges are 95 % intervals. Explains: of {whole} on its axes."
         rows = effect_rows(found)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
     if found.changed:
@@ -108,29 +109,33 @@ def _effects(found: Diagnosis) -> list[Part]:
     return parts
 
 
-def _gap(found: Diagnosis) -> list[Part]:
-    gap = found.gap
-    if not np.isfinite(gap.before).any():
+def _residual(found: Diagnosis) -> list[Part]:
+    residual = found.residual
+    if not np.isfinite(residual.before).any():
         return []
     values = judged(found)
-    sides = values["before"], values["after"], values["floor"]
-    drawn = gap_bars("Residual", gap.unit, *sides, [f"axis {name}" for name in axis_names(gap)])
+    sides = values["before"], values["after"], values["non_repeatable"]
+    drawn = residual_bars(
+        "Residual", residual.unit, *sides, [f"axis {name}" for name in axis_names(residual)]
+    )
     text = (
         "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
     )
-    return [Part(gap_title(gap), text, GAP, gap_rows(found), {"gap": drawn})]
+    return [
+        Part(residual_title(residual), text, RESIDUAL, residual_rows(found), {"residual": drawn})
+    ]
 
 
 def _tracking(shown: Mapping[str, Any]) -> list[Part]:
     figures: dict[str, Figure] = {}
-    for k, (run, gaps) in enumerate(shown.get("simulation_gap", {}).items()):
-        before, after = (np.asarray(gaps[side], dtype=np.float64) for side in SIDES)
+    for k, (run, residuals) in enumerate(shown.get("simulation_residual", {}).items()):
+        before, after = (np.asarray(residuals[side], dtype=np.float64) for side in SIDES)
         name = f"Simulation of {Path(run).name}"
-        figures[f"replay{k}"] = gap_bars(name, "N m", before, after)
+        figures[f"replay{k}"] = residual_bars(name, "N m", before, after)
     if loops := shown.get("closed_loop", {}):
         before, after = (np.array([sides[s]["e"] for sides in loops.values()]) for s in SIDES)
         names = [f"on the {LOOPS.get(kind, kind)}" for kind in loops]
-        figures["loop"] = gap_bars("Tracking error", "µrad", before, after, names=names)
+        figures["loop"] = residual_bars("Tracking error", "µrad", before, after, names=names)
     lines = shown_lines(shown)
     text = " ".join(f"{line}." for line in lines)
     return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []
@@ -178,8 +183,8 @@ def _remarks(found: Diagnosis, files: Sequence[Path]) -> list[Part]:
     rows = [(text,) for text in found.findings]
     text = "" if rows else "The logs gave no reason for a remark."
     parts.append(Part("Findings in the logs", text, ("",), rows, words=True))
-    locked = set(found.locked)
-    listed = [(str(p), "held out" if str(p) in locked else "fit", digest(p)) for p in files]
+    held_out = set(found.held_out)
+    listed = [(str(p), "held out" if str(p) in held_out else "fit", digest(p)) for p in files]
     parts.append(Part("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
     return parts
 

@@ -1,4 +1,5 @@
-"""Figures of a diagnosis: gaps with their floor, gains of candidates, maps, heat tables."""
+"""Figures of a diagnosis: residuals with their non-repeatable part, gains of candidates, maps, heat
+tables."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from flexhex.diagnosis.result.pictured import Candidate, Map, Strip
 from flexhex.output.plots import LOG, Figure, figure, of_joint, per_joint, trace
 
 Array = NDArray[np.float64]
-BEFORE, AFTER, FLOOR, OTHER, INK = "#d1731d", "#1f6fb2", "#333", "#b5b5b5", "#222"
+BEFORE, AFTER, NON_REPEATABLE, OTHER, INK = "#d1731d", "#1f6fb2", "#333", "#b5b5b5", "#222"
 STRIP = 2000
 """Points of a line over time."""
 CELL = "31,111,178"
@@ -35,12 +36,12 @@ FAINT, FAINTEST = 0.04, 0.005
 """Cells below this stay white in a large table, in a small one."""
 
 
-def gap_bars(
+def residual_bars(
     name: str,
     unit: str,
     before: Array,
     after: Array,
-    floor: Array | None = None,
+    non_repeatable: Array | None = None,
     names: Sequence[str] | None = None,
 ) -> Figure:
     """Before and after of each axis, or of `names`; a black line: non-repeatable."""
@@ -49,13 +50,13 @@ def gap_bars(
         {"type": "bar", "x": axes, "y": rounded(v), "name": text, "marker": {"color": colour}}
         for v, text, colour in ((before, "before", BEFORE), (after, "after", AFTER))
     ]
-    if floor is not None and np.isfinite(floor).any():
+    if non_repeatable is not None and np.isfinite(non_repeatable).any():
         wide = max(10, int(220 / len(axes)))
-        mark = {"symbol": "line-ew", "size": wide, "line": {"width": 2.5, "color": FLOOR}}
-        line = {"x": axes, "y": rounded(floor), "mode": "markers", "marker": mark}
+        mark = {"symbol": "line-ew", "size": wide, "line": {"width": 2.5, "color": NON_REPEATABLE}}
+        line = {"x": axes, "y": rounded(non_repeatable), "mode": "markers", "marker": mark}
         bars.append({**line, "name": "non-repeatable"})
-    gap = max(0.35, 0.85 - 0.1 * len(axes))
-    layout = {"barmode": "group", "bargap": gap, "legend": TOP, "margin": MARGIN}
+    spacing = max(0.35, 0.85 - 0.1 * len(axes))
+    layout = {"barmode": "group", "bargap": spacing, "legend": TOP, "margin": MARGIN}
     label_y = f"RMS [{unit}]" if unit else "RMS"
     return figure(name, "", label_y, bars, yaxis={"rangemode": "tozero"}, **layout)
 

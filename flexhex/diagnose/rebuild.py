@@ -65,7 +65,7 @@ class Rebuilt:
             "machine": str(self.machine_file),
             "left_out": list(self.left_out),
             "withdrawn": list(self.withdrawn),
-            "simulation_gap": {
+            "simulation_residual": {
                 name: {"unit": "N m", "before": list(g.before), "after": list(g.after)}
                 for name, g in self.residuals.items()
             },
@@ -152,11 +152,11 @@ def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
 
 def _residuals(log: Log, before: Model, after: Model) -> Residuals:
     with ThreadPoolExecutor(2) as pool:
-        jobs = [pool.submit(_gap, log, side) for side in (before, after)]
+        jobs = [pool.submit(_residual_rms, log, side) for side in (before, after)]
         return Residuals(*(job.result() for job in jobs))
 
 
-def _gap(log: Log, side: Model) -> Array:
+def _residual_rms(log: Log, side: Model) -> Array:
     plant = side.builder.out / "fmus" / "plant.fmu"
     return replay(plant, side.builder.machine, side.p, log).rms
 
@@ -185,7 +185,7 @@ def _culprit(
         folder = out / "without" / effect.id
         path = extend(machine_file, rest, folder / "machine.toml").path
         side = _side(path, folder, ours, [], say)
-        total = math.fsum(float((_gap(log, side) ** 2).sum()) for log in theirs)
+        total = math.fsum(float((_residual_rms(log, side) ** 2).sum()) for log in theirs)
         if least is None or total < least[0]:
             least = total, effect
     return least[1] if least else None

@@ -1,8 +1,8 @@
 """A measured run simulated anew: plant.fmu under the logged torques, held to the logged angles.
 
 A mechanism driven by torques alone drifts away from its log within a second. A feedback on
-theta_measured - theta_simulated holds it there; the torque that it needs is the simulation gap:
-what the model lacks, in N m.
+theta_measured - theta_simulated holds it there; the torque that it needs is the residual of the
+simulation: what the model lacks, in N m.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 CROSSOVER = 40.0
 """Of the feedback that holds the simulation [Hz]: it sees no noise and no delay but one sample."""
 WINDOW = 0.02
-"""Hann window over the gap [s]."""
+"""Hann window over the residual [s]."""
 SETTLE = 1.5
 """What is left out at the start of a log [s]: the hysteresis begins anew, the feedback settles."""
 APPROACH = 1.0
@@ -51,18 +51,18 @@ IDEAL = {"tau_step": 0.0, "theta_step": 0.0, "command_delay": 0.0, "measurement_
 
 @dataclass(frozen=True)
 class Replay:
-    """Gap (samples, n) [N m], smoothed, at times (samples,) [s] of the log; judged (samples,):
+    """Residual (samples, n) [N m], smoothed, at times (samples,) [s] of the log; judged (samples,):
     measured, settled. followed [rad]: RMS of the angle that the feedback left."""
 
     time: Array
-    gap: Array
+    residual: Array
     judged: NDArray[np.bool_]
     followed: float
 
     @property
     def rms(self) -> Array:
-        """RMS of the gap of each axis (n,) [N m]."""
-        return np.asarray(np.sqrt((self.gap[self.judged] ** 2).mean(axis=0)))
+        """RMS of the residual of each axis (n,) [N m]."""
+        return np.asarray(np.sqrt((self.residual[self.judged] ** 2).mean(axis=0)))
 
 
 def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
@@ -87,11 +87,11 @@ def replay(plant: Path, machine: Machine, p: Array, log: Log) -> Replay:
     corrections, left = with_feedback.run(plant, values, wanted, given, payload_of(log))
     window = hann(2 * round(WINDOW / base / 2) + 1)
     half = len(window) // 2
-    gap = smooth(np.pad(corrections[len(rise) :], ((half, half), (0, 0))), window)
+    residual = smooth(np.pad(corrections[len(rise) :], ((half, half), (0, 0))), window)
     bad = np.interp(time, angle.time, (~(angle.valid & known)).astype(float)) > 0
     judged = (time - start > SETTLE) & (smooth(np.pad(bad.astype(float), half), window) < 1e-9)
     judged[-half:] = False
-    return Replay(time, gap, judged, float(np.sqrt((left[len(rise) :][judged] ** 2).mean())))
+    return Replay(time, residual, judged, float(np.sqrt((left[len(rise) :][judged] ** 2).mean())))
 
 
 def plant_values(machine: Machine, p: Array) -> dict[str, Array]:

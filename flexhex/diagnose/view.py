@@ -15,7 +15,7 @@ from rich.console import Console, Group
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.words import title, verdict, where
-from flexhex.diagnosis.result.verdict import Diagnosis, Gap, Named, rms
+from flexhex.diagnosis.result.verdict import Diagnosis, Named, Residual, rms
 from flexhex.output import tables
 from flexhex.output.tables import Column
 
@@ -24,17 +24,17 @@ SIDES = ("before", "after")
 LOOPS = {"model": "extended model (a prediction)", "machine": "machine"}
 """Plants of the closed loop, as `flexhex.diagnose.rebuild` calls them."""
 WORSE = 1.02
-"""Growth of a gap from which on it counts as worse."""
+"""Growth of a residual from which on it counts as worse."""
 MOST_FINDINGS = 10
 """Findings that the terminal shows; the report has all."""
 EFFECTS = ("effect", "where", "parameter", "value, 95 %", "unit", "explains")
 CHANGED = ("parameter", "machine file", "estimate", "95 %", "unit")
-GAP = ("axis", "torque", "before", "after", "non-repeatable", "explained")
+RESIDUAL = ("axis", "torque", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
 def print_diagnosis(found: Diagnosis, invocation: Invocation, out: Console | None = None) -> None:
-    """Verdict, effects, rivals, parameters, gap, notes, findings, what to do next."""
+    """Verdict, effects, rivals, parameters, residual, notes, findings, what to do next."""
     out = out or Console()
     say(out, verdict(found), STYLES.get(found.verdict, "bold"))
     if found.effects:
@@ -44,8 +44,15 @@ def print_diagnosis(found: Diagnosis, invocation: Invocation, out: Console | Non
     if found.changed:
         rows = changed_rows(found)
         out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
-    if np.isfinite(found.gap.before).any():
-        out.print(table(gap_title(found.gap), GAP, gap_rows(found), total=bool(found.gap.unit)))
+    if np.isfinite(found.residual.before).any():
+        out.print(
+            table(
+                residual_title(found.residual),
+                RESIDUAL,
+                residual_rows(found),
+                total=bool(found.residual.unit),
+            )
+        )
     for text in (*shown_lines(found.shown), *remarks(found)):
         say(out, text)
     _print_findings(out, found.findings)
@@ -112,61 +119,60 @@ def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
 
     Where only parameters changed, `before` is the model with those of the machine file.
     """
-    gap = found.gap
+    residual = found.residual
     if found.verdict == "changed":
-        nominal = gap.locked.get("nominal", gap.nominal)
-        gap = replace(
-            gap, before=nominal, locked={k: v for k, v in gap.locked.items() if k != "before"}
-        )
-    own = {"before": gap.before, "after": gap.after, "floor": gap.floor}
-    return {**own, **{name: gap.locked[name] for name in own if name in gap.locked}}
+        nominal = residual.held_out.get("nominal", residual.nominal)
+        others = {k: v for k, v in residual.held_out.items() if k != "before"}
+        residual = replace(residual, before=nominal, held_out=others)
+    own = {name: getattr(residual, name) for name in ("before", "after", "non_repeatable")}
+    return {**own, **{name: residual.held_out[name] for name in own if name in residual.held_out}}
 
 
-def gap_title(gap: Gap) -> str:
+def residual_title(residual: Residual) -> str:
     """Title of the table: held-out runs where there are any."""
-    on = "held-out runs" if gap.locked else "the runs of the fit"
-    return f"Residual RMS{f' [{gap.unit}]' if gap.unit else ''} on {on}"
+    on = "held-out runs" if residual.held_out else "the runs of the fit"
+    return f"Residual RMS{f' [{residual.unit}]' if residual.unit else ''} on {on}"
 
 
-def axis_names(gap: Gap) -> list[str]:
+def axis_names(residual: Residual) -> list[str]:
     """Numbers of the axes, with their units where these differ."""
-    units = [""] * len(gap.units) if gap.unit else [f" [{unit}]" for unit in gap.units]
+    units = ["" if residual.unit else f" [{unit}]" for unit in residual.units]
     return [f"{i}{unit}" for i, unit in enumerate(units, start=1)]
 
 
-def closed(before: float, after: float, floor: float) -> str:
+def closed(before: float, after: float, non_repeatable: float) -> str:
     """Fraction of the repeatable residual's mean square that is explained; "" where there is none.
 
     A non-repeatable residual that is not known (NaN: no run was repeated) counts as zero.
     """
-    floor = floor if math.isfinite(floor) else 0.0
-    above = before**2 - floor**2
+    non_repeatable = non_repeatable if math.isfinite(non_repeatable) else 0.0
+    above = before**2 - non_repeatable**2
     if not (math.isfinite(above) and math.isfinite(after)) or above <= 0.02 * before**2:
         return ""
-    share = (before**2 - max(after, floor) ** 2) / above
+    share = (before**2 - max(after, non_repeatable) ** 2) / above
     return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
 
 
-def gap_rows(found: Diagnosis) -> Rows:
+def residual_rows(found: Diagnosis) -> Rows:
     """A row for each axis, then all of them together where they have one unit."""
-    gap, values = found.gap, judged(found)
-    before, after, floor = values["before"], values["after"], values["floor"]
-    lines = [("torque", gap.torque), ("before", before), ("after", after), ("floor", floor)]
+    residual, values = found.residual, judged(found)
+    before, after, non_repeatable = values["before"], values["after"], values["non_repeatable"]
+    columns = (residual.torque, before, after, non_repeatable)
     rows: Rows = []
-    for i, name in enumerate(axis_names(gap)):
-        part = closed(float(before[i]), float(after[i]), float(floor[i]))
-        rows.append((name, *(number(float(v[i])) for _, v in lines), part))
-    if len(rows) > 1 and gap.unit:
-        part = closed(rms(before), rms(after), rms(floor))
-        rows.append(("all", *(number(rms(v)) for _, v in lines), part))
+    for i, name in enumerate(axis_names(residual)):
+        part = closed(float(before[i]), float(after[i]), float(non_repeatable[i]))
+        rows.append((name, *(number(float(v[i])) for v in columns), part))
+    if len(rows) > 1 and residual.unit:
+        part = closed(rms(before), rms(after), rms(non_repeatable))
+        rows.append(("all", *(number(rms(v)) for v in columns), part))
     return rows
 
 
 def shown_lines(shown: Mapping[str, Any]) -> list[str]:
     """The replayed runs and the closed loops in a line each, where they were run."""
     lines = []
-    for run, gaps in shown.get("simulation_gap", {}).items():
-        before, after = (rms(np.asarray(gaps[side], dtype=np.float64)) for side in SIDES)
+    for run, residuals in shown.get("simulation_residual", {}).items():
+        before, after = (rms(np.asarray(residuals[side], dtype=np.float64)) for side in SIDES)
         lines.append(
             f"Rebuilt simulation of {Path(run).name}: residual {number(before)} N m before,"
             f" {number(after)} N m after"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnose.numbers import listed, measured, number, percent
 from flexhex.diagnose.sizes import SEVERAL, sizes
-from flexhex.diagnosis.result.verdict import Diagnosis, Gap, Rest, rms
+from flexhex.diagnosis.result.verdict import Diagnosis, Residual, Rest, rms
 from flexhex.fmus.common.effects import library
 
 Array = NDArray[Any]
@@ -60,23 +60,23 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def explained(gap: Gap) -> float:
+def explained(residual: Residual) -> float:
     """Fraction of the repeatable residual's mean square that all effects explain; NaN: unknown."""
-    before, after = rms(gap.repeat), rms(gap.repeat_after)
+    before, after = rms(residual.repeatable), rms(residual.repeatable_after)
     return 1 - (after / before) ** 2 if before > 0 else math.nan
 
 
-def gap_name(gap: Gap) -> str:
+def residual_name(residual: Residual) -> str:
     """What effects explain: without repeated runs the repeatable part is not known."""
-    return "the repeatable residual" if np.isfinite(gap.repeat).any() else "the residual"
+    return "the repeatable residual" if np.isfinite(residual.repeatable).any() else "the residual"
 
 
-def amount(gap: Gap, values: Array, axes: Array | None = None) -> str:
+def amount(residual: Residual, values: Array, axes: Array | None = None) -> str:
     """RMS over axes (from 0; all) with unit: `0.05 N m`, `0.05 N m and 2 N` where axes differ."""
-    at = np.arange(len(gap.units)) if axes is None else axes
+    at = np.arange(len(residual.units)) if axes is None else axes
     parts = []
-    for unit in dict.fromkeys(gap.units[i] for i in at):
-        own = [i for i in at if gap.units[i] == unit]
+    for unit in dict.fromkeys(residual.units[i] for i in at):
+        own = [i for i in at if residual.units[i] == unit]
         parts.append(f"{number(rms(values[own]))} {unit}")
     return listed(parts)
 
@@ -91,7 +91,7 @@ def verdict(found: Diagnosis) -> str:
 
 
 def _named(found: Diagnosis) -> str:
-    share = explained(found.gap)
+    share = explained(found.residual)
     if len(found.effects) == 1:
         (effect,) = found.effects
         share = effect.share if math.isfinite(effect.share) else share
@@ -104,11 +104,11 @@ def _named(found: Diagnosis) -> str:
     if math.isfinite(share):
         subject = "it explains" if len(found.effects) == 1 else "together they explain"
         there = " there" if len(found.effects) == 1 and _beside(found) else ""
-        text += f"; {subject} {percent(share)} of {gap_name(found.gap)}{there}"
+        text += f"; {subject} {percent(share)} of {residual_name(found.residual)}{there}"
     return " ".join([f"{text}.", *_beside(found), *_other_values(found)])
 
 
-def _set(found: Diagnosis) -> str:
+def _ambiguous(found: Diagnosis) -> str:
     sentences = []
     for e in (e for e in found.effects if e.rivals):
         names = listed([phrase(name) for name in (e.id, *e.rivals)], "or")
@@ -182,41 +182,41 @@ def _unknown(found: Diagnosis) -> str:
             f"A residual repeats that no effect of the library explains: {_rests(found.remains)}."
         )
         return text + same
-    gap = found.gap
-    left = gap.repeat_after
+    residual = found.residual
+    left = residual.repeatable_after
     # axes of different units compare as shares of their torque or force
-    torque = np.full(len(left), rms(gap.torque)) if gap.unit else gap.torque
+    torque = np.full(len(left), rms(residual.torque)) if residual.unit else residual.torque
     size = left / torque
     worst = [i + 1 for i, v in enumerate(size) if v > 0.5 * np.nanmax(size, initial=0.0)]
     on = "on all axes" if len(worst) == len(left) > 1 else f"on {where(worst)}"
     text = f"A repeatable residual remains {on} that no effect of the library explains"
     there = np.array(worst, dtype=int) - 1
-    share = rms(left[there]) / rms(gap.torque[there]) if gap.unit else rms(size[there])
+    share = rms(left[there]) / rms(residual.torque[there]) if residual.unit else rms(size[there])
     if math.isfinite(share):
-        text += f": {amount(gap, left, there)} RMS, {number(100 * share, 2)} % of the torque"
+        text += f": {amount(residual, left, there)} RMS, {number(100 * share, 2)} % of the torque"
     return f"{text}.{same}"
 
 
 def _none(found: Diagnosis) -> str:
-    gap = found.gap
+    residual = found.residual
+    whole, noise = (amount(residual, v) for v in (residual.before, residual.non_repeatable))
     return (
-        f"No effect is missing: {_fitted(gap)} explains these runs down to the non-repeatable"
-        f" residual ({amount(gap, gap.before)} RMS, of which {amount(gap, gap.floor)} is"
-        f" non-repeatable{_as_written(gap)})."
+        f"No effect is missing: {_fitted(residual)} explains these runs down to the non-repeatable"
+        f" residual ({whole} RMS, of which {noise} is non-repeatable{_as_written(residual)})."
     )
 
 
-def _fitted(gap: Gap) -> str:
-    written = np.isfinite(gap.nominal).any()
+def _fitted(residual: Residual) -> str:
+    written = np.isfinite(residual.nominal).any()
     return (
         "with its parameters fitted within their tolerances the model" if written else "the model"
     )
 
 
-def _as_written(gap: Gap) -> str:
-    if not np.isfinite(gap.nominal).any():
+def _as_written(residual: Residual) -> str:
+    if not np.isfinite(residual.nominal).any():
         return ""
-    return f"; with the values of its file it leaves {amount(gap, gap.nominal)}"
+    return f"; with the values of its file it leaves {amount(residual, residual.nominal)}"
 
 
 def _cannot(found: Diagnosis) -> str:
@@ -229,7 +229,7 @@ def _cannot(found: Diagnosis) -> str:
 
 SENTENCES = {
     "named": _named,
-    "set": _set,
+    "ambiguous": _ambiguous,
     "changed": _changed,
     "unknown": _unknown,
     "none": _none,

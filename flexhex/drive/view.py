@@ -73,7 +73,7 @@ def diagnosed(found: Diagnosis | str) -> str:
     """The verdict; of runs that are no pair no list of suspects."""
     if isinstance(found, str):
         return f"not possible: {found}."
-    if found.verdict != "cannot tell" and np.isnan(found.gap.floor).all():
+    if found.verdict != "cannot tell" and np.isnan(found.residual.non_repeatable).all():
         return "no verdict: the two passes do not repeat each other."
     return verdict(found)
 

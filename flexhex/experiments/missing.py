@@ -145,7 +145,7 @@ def write_log(result: Result, path: Path, trajectory: str, number: int) -> Path:
 def rows(result: Missing) -> list[dict[str, Any]]:
     """Adaptive loop on the machine, original and extended model: e [urad], tau_FB, residual of the
     held-out runs and its non-repeatable part [mN m]."""
-    gap = result.diagnosis.gap.data()
+    residual = result.diagnosis.residual.data()
     loops = result.rebuilt.loops.get("machine") if result.rebuilt else None
     listed = []
     for k, (title, key) in enumerate((("original", "before"), ("extended", "after"))):
@@ -155,8 +155,8 @@ def rows(result: Missing) -> list[dict[str, Any]]:
                 "model": title,
                 "e": tracked.e if tracked else None,
                 "tau_fb": MILLI * tracked.tau_fb if tracked else None,
-                "residual": MILLI * gap[key] if gap[key] else None,
-                "noise": MILLI * gap["floor"] if gap["floor"] else None,
+                "residual": MILLI * residual[key] if residual[key] else None,
+                "noise": MILLI * residual["non_repeatable"] if residual["non_repeatable"] else None,
             }
         )
     return listed

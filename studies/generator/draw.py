@@ -80,7 +80,7 @@ class Case:
     noise: Noise
     log: Log
     trajectories: tuple[tuple[str, int], ...]
-    """Kind and seed; all but the last for the diagnosis, the last one locked."""
+    """Kind and seed; all but the last for the diagnosis, the last one held out."""
     seconds: float = 12.0
     passes: int = 2
     closed: bool = False

@@ -22,7 +22,7 @@ class Run:
     time: Array
     channels: dict[str, Array]
     meta: dict[str, str]
-    locked: bool
+    held_out: bool
 
     @property
     def name(self) -> str:

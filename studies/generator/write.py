@@ -41,10 +41,10 @@ COGS = 36.0
 
 @dataclass(frozen=True)
 class Written:
-    """Files of a case: logs for the diagnosis, locked logs, sealed truth."""
+    """Files of a case: logs for the diagnosis, held-out logs, sealed truth."""
 
     paths: tuple[Path, ...]
-    locked: tuple[Path, ...]
+    held_out: tuple[Path, ...]
     sealed: Path
 
 
@@ -59,14 +59,14 @@ def write(case: Case, clean: Clean, logs: Path, sealed: Path, ending: str = "h5"
     logs.mkdir(parents=True, exist_ok=True)
     sealed.mkdir(parents=True, exist_ok=True)
     open_: list[Path] = []
-    locked: list[Path] = []
+    held_out: list[Path] = []
     for run in logged(case, clean):
         path = logs / f"{run.name}.{ending}"
         (_csv if ending == "csv" else _hdf5)(run, path)
-        (locked if run.locked else open_).append(path)
+        (held_out if run.held_out else open_).append(path)
     truth = sealed / f"{case.seed}{'c' if case.closed else ''}.json"
     truth.write_text(json.dumps(told(case, clean), indent=1) + "\n", encoding="utf-8")
-    return Written(tuple(open_), tuple(locked), truth)
+    return Written(tuple(open_), tuple(held_out), truth)
 
 
 def _hdf5(run: Run, path: Path) -> None:

@@ -77,5 +77,5 @@ def named(measured: Measured, folder: Path) -> dict[str, Any]:
             for effect in found.effects
         ],
         "notes": list(found.notes),
-        "residual": found.gap.data(),
+        "residual": found.residual.data(),
     }

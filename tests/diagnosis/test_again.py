@@ -102,15 +102,15 @@ def test_nothing_is_found_again(twice: Twice) -> None:
     for order in orders[1]:
         assert min(abs(order / (2 * first) - 1) for first in orders[0]) < 0.01
     assert twice.second.changed == ()
-    left = [np.nan_to_num(one.gap.repeat_after) for one in (twice.first, twice.second)]
+    left = [np.nan_to_num(one.residual.repeatable_after) for one in (twice.first, twice.second)]
     assert np.linalg.norm(left[1]) <= np.linalg.norm(left[0])
 
 
 def test_second_begins_where_the_first_ended_or_below(twice: Twice) -> None:
     """Below: the base model is fitted anew with the effect in it, widths and all."""
     axes = [axis - 1 for axis in twice.first.effects[0].axes]
-    before, after = (twice.first.gap.locked[name][axes] for name in ("before", "after"))
-    again = twice.second.gap.locked["before"][axes]
+    before, after = (twice.first.residual.held_out[name][axes] for name in ("before", "after"))
+    again = twice.second.residual.held_out["before"][axes]
     # measured: 73 mN m, 10.4 after the first and 7.3 at the start of the second
     assert (after < 0.3 * before).all(), "the effect must be large enough to matter"
     assert (again < 1.05 * after).all()

@@ -30,9 +30,9 @@ def said(folder: Path, extra: list[NDArray[np.float64]]) -> Diagnosis:
     return diagnose(paths[:4], paths[4:], options=OPTIONS)
 
 
-def creeping(locked: int = COUNT) -> list[NDArray[np.float64]]:
+def creeping(held_out: int = COUNT) -> list[NDArray[np.float64]]:
     """Of each run, one after the other; the last two end after so many samples."""
-    starts = [*(k * COUNT for k in range(5)), 4 * COUNT + locked]
+    starts = [*(k * COUNT for k in range(5)), 4 * COUNT + held_out]
     clocks = [TS * (start + np.arange(COUNT)) for start in starts]
     return [CREEP * TIME * (1 - np.exp(-clock / TIME)) for clock in clocks]
 
@@ -65,7 +65,7 @@ def test_random_walk_is_no_drift(tmp_path: Path, seed: int) -> None:
     assert found.effects == ()
 
 
-def test_drift_is_judged_on_short_locked_runs(tmp_path: Path) -> None:
+def test_drift_is_judged_on_short_held_out_runs(tmp_path: Path) -> None:
     """Enough for the mechanism, too little of what is smoothed as far as the other runs allow."""
     short = COUNT // 3
     paths = [

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexhex.diagnosis.machine_files.extend import extend, extended_file
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Named, Residual
 from flexhex.fmus.common.machine_file import load_machine, real_file, truth_file
 from flexhex.fmus.common.model.bodies import inertia, point_mass
 from tests.conftest import MACHINE_FILE
@@ -32,8 +32,8 @@ def named(id: str, parts: Parts, rivals: tuple[str, ...] = ()) -> Named:
 
 
 def diagnosis(effects: tuple[Named, ...] = (), changed: tuple[Changed, ...] = ()) -> Diagnosis:
-    gap = Gap(("N m",) * 6, *(NOTHING for _ in range(7)))
-    return Diagnosis("named", effects, changed, gap, runs=("logs/a1.h5",))
+    residual = Residual(("N m",) * 6, *(NOTHING for _ in range(7)))
+    return Diagnosis("named", effects, changed, residual, runs=("logs/a1.h5",))
 
 
 def changed(parameter: str, nominal: float, value: float, unit: str) -> Changed:

@@ -41,8 +41,10 @@ def test_sharp_friction_leaves_nothing(tmp_path: Path) -> None:
     (effect,) = found.effects
     assert effect.id == "coulomb_friction"
     assert effect.parameters["F_c"].value == pytest.approx(F, rel=0.03)
-    after, floor = (float(found.gap.locked[name][0]) for name in ("after", "floor"))
-    assert after < 1.1 * floor
+    after, non_repeatable = (
+        float(found.residual.held_out[name][0]) for name in ("after", "non_repeatable")
+    )
+    assert after < 1.1 * non_repeatable
 
 
 @several

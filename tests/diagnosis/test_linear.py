@@ -9,7 +9,7 @@ from tempfile import mkdtemp
 import numpy as np
 import pytest
 
-from flexhex.diagnose.view import effect_rows, gap_rows, gap_title
+from flexhex.diagnose.view import effect_rows, residual_rows, residual_title
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import read_log
@@ -61,7 +61,7 @@ def test_what_is_hidden_is_what_is_named() -> None:
 def test_the_same_numbers_as_angles_or_as_lengths_give_the_same_answer(hidden: str) -> None:
     turning, sliding = said(hidden, ("rad", "N m")), said(hidden)
     assert names(turning) == names(sliding)
-    assert (turning.gap.unit, sliding.gap.unit) == ("N m", "N")
+    assert (turning.residual.unit, sliding.residual.unit) == ("N m", "N")
     for one, other in zip(turning.effects, sliding.effects, strict=True):
         for name, value in one.parameters.items():
             theirs = other.parameters[name]
@@ -81,7 +81,7 @@ def test_millimetres_give_the_same_answer_as_metres(hidden: str, units: tuple[st
     """But for the rounding of a number that is multiplied and divided."""
     one, other = said(hidden), said(hidden, (units[0], "N"), (units[1], 1.0))
     assert names(one) == names(other)
-    assert other.gap.after == pytest.approx(one.gap.after, rel=1e-6)
+    assert other.residual.after == pytest.approx(one.residual.after, rel=1e-6)
     for mine, theirs in zip(one.effects, other.effects, strict=True):
         for name, value in mine.parameters.items():
             half = 0.5 * (value.ci95[1] - value.ci95[0])
@@ -96,7 +96,7 @@ def test_the_same_mass_on_a_longer_way_gives_the_same_answer(hidden: str, scale:
     """All lengths and forces larger by a factor: a mass stays what it is."""
     one, other = said(hidden), said(hidden, SLIDES, (scale, scale))
     assert names(one) == names(other)
-    assert other.gap.after == pytest.approx(scale * one.gap.after, rel=1e-3)
+    assert other.residual.after == pytest.approx(scale * one.residual.after, rel=1e-3)
     for mine, theirs in zip(one.effects, other.effects, strict=True):
         for name, times in (("F_c", scale), ("s_0", scale), ("a", scale), ("order", 1 / scale)):
             if name in mine.parameters:
@@ -118,11 +118,11 @@ def test_a_machine_of_both_kinds_has_the_units_of_each_axis(tmp_path: Path) -> N
         ("coulomb_friction", (1,)): {"F_c": "N m", "s_0": "rad"},
         ("cogging_harmonic", (2,)): {"a": "N", "b": "N", "order": "1/m"},
     }
-    data = found.data()["gap"]
+    data = found.data()["residual"]
     assert (data["unit"], data["before"]) == (None, None)
     assert [data["per_axis"][axis]["unit"] for axis in "12"] == ["N m", "N"]
-    assert "[" not in gap_title(found.gap)
-    assert [row[0] for row in gap_rows(found)] == ["1 [N m]", "2 [N]"]
+    assert "[" not in residual_title(found.residual)
+    assert [row[0] for row in residual_rows(found)] == ["1 [N m]", "2 [N]"]
     assert {row[4] for row in effect_rows(found)} == {"N m", "rad", "N", "1/m"}
     assert verdict(found)
 

@@ -207,6 +207,6 @@ def test_feedback_answers_noise_beside_a_payload_that_leaves_no_repeats(
 def test_held_out_runs_carry_what_suits_them(tmp_path: Path) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), motions=3)
     found = answer(paths[:8], paths[8:])
-    gap = found.gap.locked
-    assert gap["after"][0] == pytest.approx(gap["floor"][0], rel=0.05)
-    assert gap["nominal"][0] > 10 * gap["after"][0]
+    residual = found.residual.held_out
+    assert residual["after"][0] == pytest.approx(residual["non_repeatable"][0], rel=0.05)
+    assert residual["nominal"][0] > 10 * residual["after"][0]

@@ -33,13 +33,18 @@ class Workflow:
     def diagnose(
         self,
         paths: list[Path],
-        locked: list[Path],
+        held_out: list[Path],
         machine_file: Path | None,
         options: Options,
         progress: Callable[[str, int, int], None],
     ) -> Diagnosis:
         """As the real one is called."""
-        self.seen = {"paths": paths, "locked": locked, "machine": machine_file, "options": options}
+        self.seen = {
+            "paths": paths,
+            "held_out": held_out,
+            "machine": machine_file,
+            "options": options,
+        }
         progress("reading the runs", 0, 2)
         progress("fitting", 1, 2)
         if isinstance(self.found, Exception):
@@ -52,7 +57,7 @@ class Workflow:
         machine_file: Path,
         out: Path,
         runs: list[Path],
-        locked: list[Path],
+        held_out: list[Path],
         logs: LogOptions,
         say: Callable[[str], None],
     ) -> Diagnosis:

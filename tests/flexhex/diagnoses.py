@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from flexhex.diagnosis.result.pictured import Candidate, Map
-from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.result.verdict import Changed, Diagnosis, Estimate, Named, Residual
 
 N = 6
-FLOOR = np.full(N, 0.009)
+NON_REPEATABLE = np.full(N, 0.009)
 TORQUE = np.array([2.1, 2.0, 1.9, 2.2, 2.0, 2.1])
 QUANTITIES = (
     ("angle", "rad", 0.19),
@@ -28,14 +28,27 @@ def estimate(value: float, half: float, unit: str = "N m") -> Estimate:
     return Estimate(value, (value - half, value + half), unit)
 
 
-def gap(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Gap:
-    """A gap of `size` [N m] above the floor on one axis (from 1) or on all, `left` of it after."""
+def residual(axis: int | None = 3, size: float = 0.05, left: float = 0.0) -> Residual:
+    """A repeatable residual of `size` [N m] on one axis (from 1) or on all, `left` of it after."""
     shown = np.array([axis is None or i == axis - 1 for i in range(N)], dtype=float)
-    repeat, repeat_after = size * shown, left * shown
-    before, after = np.hypot(FLOOR, repeat), np.hypot(FLOOR, repeat_after)
-    locked = {"nominal": before * 1.2, "before": before, "after": after * 1.05, "floor": FLOOR}
-    return Gap(
-        ("N m",) * N, TORQUE, before * 1.2, before, after, FLOOR, repeat, repeat_after, locked
+    repeatable, repeatable_after = size * shown, left * shown
+    before, after = np.hypot(NON_REPEATABLE, repeatable), np.hypot(NON_REPEATABLE, repeatable_after)
+    held_out = {
+        "nominal": before * 1.2,
+        "before": before,
+        "after": after * 1.05,
+        "non_repeatable": NON_REPEATABLE,
+    }
+    return Residual(
+        ("N m",) * N,
+        TORQUE,
+        before * 1.2,
+        before,
+        after,
+        NON_REPEATABLE,
+        repeatable,
+        repeatable_after,
+        held_out,
     )
 
 
@@ -88,16 +101,16 @@ def maps(axes: tuple[int, ...] = (3,)) -> tuple[Map, ...]:
 
 
 def shown() -> dict[str, object]:
-    """Replay of a locked run and closed loops, as `flexhex.diagnose.rebuild` gives them."""
+    """Replay of a held-out run and closed loops, as `flexhex.diagnose.rebuild` gives them."""
 
     def loop(before: float, after: float) -> dict[str, object]:
         sides = {"before": before, "after": after}
         return {k: {"e": e, "tau_fb": e * 2e-4} for k, e in sides.items()} | {"unit": "urad, N m"}
 
-    gaps = {"unit": "N m", "before": [0.05] * N, "after": [0.01] * N}
+    residuals = {"unit": "N m", "before": [0.05] * N, "after": [0.01] * N}
     return {
         "machine": "out/diagnose/machine.toml",
-        "simulation_gap": {"out/run9.csv": gaps},
+        "simulation_residual": {"out/run9.csv": residuals},
         "closed_loop": {"model": loop(30.1, 2.2), "machine": loop(26.4, 8.5)},
     }
 
@@ -110,7 +123,7 @@ BASIC = Diagnosis(
     "named",
     (coulomb(),),
     (),
-    gap(left=0.012),
+    residual(left=0.012),
     candidates(),
     maps(),
     ("The shape v0 is not determined by these runs: its start value was kept.",),
@@ -120,10 +133,10 @@ BASIC = Diagnosis(
 )
 PAYLOAD = Changed("end_effector.m", 3.2, estimate(3.71, 0.1, "kg"))
 NAMED = replace(BASIC, machine="out/diagnose/machine.toml", shown=shown())
-PAIR = replace(BASIC, effects=(coulomb((2, 4)), cogging()), changed=(PAYLOAD,), locked=())
-SET = replace(
+PAIR = replace(BASIC, effects=(coulomb((2, 4)), cogging()), changed=(PAYLOAD,), held_out=())
+AMBIGUOUS = replace(
     BASIC,
-    verdict="set",
+    verdict="ambiguous",
     effects=(
         replace(
             coulomb(),
@@ -140,13 +153,17 @@ CARRIED = replace(
         Changed("payload.c_z", 0.0, estimate(0.0231, 0.0012, "m"), ("out/run1.csv", "run2.csv")),
     ),
 )
-UNKNOWN = replace(BASIC, verdict="unknown", effects=(), gap=gap(4, 0.031, 0.029), maps=maps((4,)))
-NONE = replace(BASIC, verdict="none", effects=(), gap=gap(size=0.0), candidates=(), maps=())
+UNKNOWN = replace(
+    BASIC, verdict="unknown", effects=(), residual=residual(4, 0.031, 0.029), maps=maps((4,))
+)
+NONE = replace(
+    BASIC, verdict="none", effects=(), residual=residual(size=0.0), candidates=(), maps=()
+)
 CANNOT = Diagnosis(
     "cannot tell",
     (),
     (),
-    Gap(("N m",) * N, TORQUE, *(np.full(N, np.nan) for _ in range(6))),
+    Residual(("N m",) * N, TORQUE, *(np.full(N, np.nan) for _ in range(6))),
     notes=("no trajectory was run twice, so what repeats is not known",),
     findings=FINDINGS,
     runs=("run1.csv",),
@@ -155,7 +172,7 @@ EXAMPLES = {
     "named": NAMED,
     "named, not applied": BASIC,
     "pair": PAIR,
-    "set": SET,
+    "ambiguous": AMBIGUOUS,
     "changed": CHANGED,
     "payload": CARRIED,
     "unknown": UNKNOWN,

@@ -45,7 +45,7 @@ def bare(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def logs(folder: Path, bare: Path) -> dict[str, list[Path]]:
-    """Runs of a machine with cubic stiffness on one axis: two trajectories and a locked one."""
+    """Runs of a machine with cubic stiffness on one axis: two trajectories and a held-out one."""
     file = extended_file(bare, diagnosis(stiffness(K_3)), folder / "stiff.toml")
     with one_at_a_time(OUT):
         builder = Builder(file, folder / "stiff")
@@ -78,7 +78,7 @@ def spoil(path: Path, random: np.random.Generator) -> None:
 def answer(logs: dict[str, list[Path]], bare: Path, folder: Path) -> dict[str, Any]:
     """What the command prints with --json."""
     fitted = [str(path) for trajectory in "ab" for path in logs[trajectory]]
-    words = ["diagnose", *fitted, "--locked", *map(str, logs["z"]), "--machine", str(bare)]
+    words = ["diagnose", *fitted, "--held-out", *map(str, logs["z"]), "--machine", str(bare)]
     done = CliRunner().invoke(app, [*words, "--apply", "--out", str(folder / "out"), "--json"])
     assert done.exit_code == 0, done.output
     found: dict[str, Any] = json.loads(done.stdout)
@@ -94,9 +94,11 @@ def test_apply_names_what_the_machine_has(answer: dict[str, Any]) -> None:
     assert high - low < 0.2 * K_3
 
 
-def test_apply_closes_the_gap_of_locked_runs(answer: dict[str, Any]) -> None:
-    gap = answer["gap"]
-    assert gap["before"] - gap["floor"] > 10 * abs(gap["after"] - gap["floor"])
+def test_apply_removes_the_residual_of_held_out_runs(answer: dict[str, Any]) -> None:
+    residual = answer["residual"]
+    assert residual["before"] - residual["non_repeatable"] > 10 * abs(
+        residual["after"] - residual["non_repeatable"]
+    )
 
 
 def test_apply_leaves_the_machine_file_alone_and_extends_a_copy(

@@ -72,7 +72,7 @@ def test_torque_over_time_is_that_of_the_held_out_run(found: Diagnosis) -> None:
     for name in ("before", "after"):
         left = strip.measured - getattr(strip, name)
         rms = float(np.sqrt(np.nanmean(left**2)))
-        assert rms == pytest.approx(float(found.gap.locked[name][0]), rel=0.02)
+        assert rms == pytest.approx(float(found.residual.held_out[name][0]), rel=0.02)
 
 
 def test_page_begins_with_the_torque_over_time(found: Diagnosis, tmp_path: Path) -> None:

@@ -14,11 +14,11 @@ import flexhex.diagnose.options as options
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.fmus.common.errors import LogError, UsageError
 from tests.flexhex.conftest import ADDED, Workflow
-from tests.flexhex.diagnoses import CANNOT, EXAMPLES, NONE, SET, UNKNOWN
+from tests.flexhex.diagnoses import AMBIGUOUS, CANNOT, EXAMPLES, NONE, UNKNOWN
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_exit_code_is_0_only_without_gap_or_with_what_was_added(
+def test_exit_code_is_0_only_without_residual_or_with_what_was_added(
     name: str, workflow: Workflow, call: Callable[..., Any], tmp_path: Path
 ) -> None:
     workflow.found = EXAMPLES[name]
@@ -78,7 +78,7 @@ def test_in_a_terminal_the_user_decides(
 def test_question_says_that_rivals_are_as_good(
     workflow: Workflow, call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    workflow.found = SET
+    workflow.found = AMBIGUOUS
     monkeypatch.setattr(command, "interactive", lambda: True)
     assert "(the best of 3 indistinguishable effects)" in call("run1.csv", answer="n\n").stderr
 
@@ -92,17 +92,17 @@ def test_json_is_all_that_stands_on_stdout(
     found = json.loads(done.stdout, parse_constant=lambda text: pytest.fail(f"{text} in JSON"))
     assert found["verdict"] == EXAMPLES[name].verdict
     assert [e["id"] for e in found["effects"]] == [e.id for e in EXAMPLES[name].effects]
-    assert found["gap"]["unit"] == "N m"
+    assert found["residual"]["unit"] == "N m"
     assert Path(found["report"]).is_file()
     assert "diagnosing" in done.stderr
 
 
-def test_locked_takes_all_words_to_the_next_option(
+def test_held_out_takes_all_words_to_the_next_option(
     workflow: Workflow, call: Callable[..., Any]
 ) -> None:
     call("a.csv", "b.csv", "--held-out", "c.csv", "d.csv", "--base", "axis", "--locked", "e.csv")
     assert [p.name for p in workflow.seen["paths"]] == ["a.csv", "b.csv"]
-    assert [p.name for p in workflow.seen["locked"]] == ["c.csv", "d.csv", "e.csv"]
+    assert [p.name for p in workflow.seen["held_out"]] == ["c.csv", "d.csv", "e.csv"]
     assert workflow.seen["options"].base == "axis"
 
 
@@ -155,7 +155,7 @@ def test_effect_with_rivals_gets_its_experiment_written(
     monkeypatch.setattr("flexhex.diagnosis.planning.experiment.with_experiments", planned)
     call("a.csv")
     assert seen == [], "no rivals, no experiment"
-    workflow.found = SET
+    workflow.found = AMBIGUOUS
     call("a.csv")
     limits, folder, ts = seen
     assert (limits.high[0], folder, ts) == (pytest.approx(0.5236, abs=1e-4), tmp_path, 0.25e-3)
@@ -173,7 +173,10 @@ MISTAKES = {
         r"--machine arm\.urdf: --base schunk reads no machine file",
     ),
     "base": (["a.csv", "--base", "robot"], "there are hexapod, axis, schunk"),
-    "run and locked": (["a.csv", "--locked", "./a.csv"], r"a\.csv is given as a run to fit and as"),
+    "run and held out": (
+        ["a.csv", "--held-out", "./a.csv"],
+        r"a\.csv is given as a run to fit and as",
+    ),
     "constant": (["a.csv", "--torque-constant", "strong"], "write a number, or one for each axis"),
     "sign": (["a.csv", "--torque-constant", "-1"], "must be positive"),
     "zero": (["a.csv", "--torque-constant", "0"], "must be positive"),

@@ -29,7 +29,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def rebuilt(path: Path, withdrawn: tuple[str, ...] = (), left_out: tuple[str, ...] = ()) -> Rebuilt:
-    """A model that follows one locked run better, in a loop that is better too."""
+    """A model that follows one held-out run better, in a loop that is better too."""
     residuals = {"c.csv": Residuals(np.full(6, 0.05), np.full(6, 0.01))}
     loops = {"model": (Tracking(26.4, 0.02), Tracking(8.5, 0.01))}
     notes = tuple(f"{name} was withdrawn" for name in withdrawn)
@@ -64,7 +64,7 @@ def test_changed_values_alone_make_a_machine(path: Path) -> None:
 
 
 def test_values_that_a_machine_file_has_no_place_for_make_none(path: Path) -> None:
-    """Else a gap that is as it was would end with exit code 0."""
+    """Else a residual that is as it was would end with exit code 0."""
     path.write_text(HEAD, encoding="utf-8")
     done = with_rebuilt(CHANGED, rebuilt(path, left_out=("lower[5].J_xx: no place for it",)))
     assert (done.verdict, done.machine, done.shown) == ("changed", None, {})
@@ -82,6 +82,6 @@ def test_runs_and_options_arrive(path: Path, monkeypatch: pytest.MonkeyPatch) ->
         return rebuilt(path)
 
     monkeypatch.setattr("flexhex.diagnose.apply.rebuild", fake)
-    logs, runs, locked = Options(3.0), [Path("a")], [Path("b")]
-    add(BASIC, MACHINE_FILE, Path("o"), runs, locked, logs)
-    assert seen == [MACHINE_FILE, BASIC, Path("o"), runs, locked, logs]
+    logs, runs, held_out = Options(3.0), [Path("a")], [Path("b")]
+    add(BASIC, MACHINE_FILE, Path("o"), runs, held_out, logs)
+    assert seen == [MACHINE_FILE, BASIC, Path("o"), runs, held_out, logs]

@@ -23,7 +23,7 @@ from flexhex.fmus.common.errors import LogError, UsageError
 from flexhex.fmus.common.machine.machine import Machine
 from tests.blocks.test_reference import CHIRP, MULTISINE, RANDOM, TRIANGLE, TS, one_pass
 from tests.compare import assert_close
-from tests.flexhex.diagnoses import BASIC, SET
+from tests.flexhex.diagnoses import AMBIGUOUS, BASIC
 
 SLOW = 2e-3
 """Sample time [s] of tests for which the exact one does not matter."""
@@ -189,12 +189,12 @@ def test_limits_of_logs_are_what_was_seen() -> None:
 
 
 def test_effects_with_rivals_get_a_file_and_others_none(tmp_path: Path) -> None:
-    (effect,) = SET.effects
-    asking = replace(SET, effects=(replace(effect, experiment=None),))
+    (effect,) = AMBIGUOUS.effects
+    asking = replace(AMBIGUOUS, effects=(replace(effect, experiment=None),))
     limits = replace(TIGHT, speed=np.array([2.0, 2.0]))
     (found,) = with_experiments(asking, limits, tmp_path, SLOW).effects
     assert found.experiment == str(tmp_path / "next-coulomb_friction.csv")
     assert read_trajectory(tmp_path / "next-coulomb_friction.csv").meta["kind"] == "triangle"
-    stranger = replace(SET, effects=(replace(effect, id="my_own_effect"),))
+    stranger = replace(AMBIGUOUS, effects=(replace(effect, id="my_own_effect"),))
     assert with_experiments(stranger, limits, tmp_path, SLOW).effects == stranger.effects
     assert with_experiments(BASIC, limits, tmp_path, SLOW).effects == BASIC.effects

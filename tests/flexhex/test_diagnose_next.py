@@ -6,19 +6,21 @@ from dataclasses import replace
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnosis.prepare import ONE_TRAJECTORY
-from tests.flexhex.diagnoses import BASIC, CHANGED, NAMED, NONE, PAIR, SET, UNKNOWN
+from tests.flexhex.diagnoses import AMBIGUOUS, BASIC, CHANGED, NAMED, NONE, PAIR, UNKNOWN
 
-INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
 def test_next_steps_are_commands_that_can_be_typed() -> None:
     assert next_steps(NAMED, INVOCATION)[0][1] == f"flexhex run -m {NAMED.machine}"
-    again = "flexhex diagnose 'run 1.csv' --locked run9.csv --apply"
+    again = "flexhex diagnose 'run 1.csv' --held-out run9.csv --apply"
     assert next_steps(BASIC, INVOCATION) == [
         ("Add what was found to a copy of the machine file:", again)
     ]
-    separate, best = next_steps(SET, INVOCATION)
-    assert separate[1].startswith("flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv' --locked run9")
+    separate, best = next_steps(AMBIGUOUS, INVOCATION)
+    assert separate[1].startswith(
+        "flexhex diagnose NEW_RUN_1 NEW_RUN_2 'run 1.csv' --held-out run9"
+    )
     assert "next-coulomb_friction.csv" in separate[0]
     assert best[0].startswith("Or add the best of them")
     assert [words for _, words in next_steps(PAIR, INVOCATION)][-1].endswith("--held-out OTHER_RUN")

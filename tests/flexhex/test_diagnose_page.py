@@ -14,20 +14,20 @@ import pytest
 
 from flexhex.diagnose.next import Invocation, next_steps
 from flexhex.diagnose.page import write_diagnosis
-from flexhex.diagnose.plots import MOST_BARS, candidate_bars, gap_bars, heat, shade
+from flexhex.diagnose.plots import MOST_BARS, candidate_bars, heat, residual_bars, shade
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import Diagnosis
 from tests.flexhex.diagnoses import (
+    AMBIGUOUS,
     BASIC,
     CANNOT,
     CARRIED,
     CHANGED,
     EXAMPLES,
     NAMED,
-    SET,
 )
 
-INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
 def page(found: Diagnosis, folder: Path) -> tuple[str, dict[str, Any]]:
@@ -53,7 +53,7 @@ def test_page_needs_no_network_and_says_the_verdict(name: str, tmp_path: Path) -
 
 def test_page_draws_what_there_is(tmp_path: Path) -> None:
     _, figures = page(NAMED, tmp_path)
-    expected = {"gap", "replay0", "loop", "round1", "round2", "spectrum3"}
+    expected = {"residual", "replay0", "loop", "round1", "round2", "spectrum3"}
     assert set(figures) == expected | {f"map3-{k}" for k in range(6)}
     assert set(page(CANNOT, tmp_path)[1]) == set()
 
@@ -65,11 +65,15 @@ def test_page_takes_text_as_text(tmp_path: Path) -> None:
     assert "<i>" not in text
 
 
-def test_bars_of_the_gap_are_its_figures() -> None:
-    before, after, floor = np.array([1.0, 2.0]), np.array([0.5, np.nan]), np.array([0.1, 0.1])
-    first, second, line = gap_bars("", "N m", before, after, floor)["data"]
+def test_bars_of_the_residual_are_its_figures() -> None:
+    before, after, non_repeatable = (
+        np.array([1.0, 2.0]),
+        np.array([0.5, np.nan]),
+        np.array([0.1, 0.1]),
+    )
+    first, second, line = residual_bars("", "N m", before, after, non_repeatable)["data"]
     assert (first["y"], second["y"], line["y"]) == ([1.0, 2.0], [0.5, None], [0.1, 0.1])
-    assert len(gap_bars("", "N m", before, after)["data"]) == 2
+    assert len(residual_bars("", "N m", before, after)["data"]) == 2
 
 
 def test_candidates_are_sorted_and_told_apart_by_colour() -> None:
@@ -117,7 +121,7 @@ def test_nothing_is_applied_to_a_base_without_machine_file() -> None:
 
 
 def test_page_says_how_large_a_candidate_is_and_what_its_nats_are(tmp_path: Path) -> None:
-    text, figures = page(SET, tmp_path)
+    text, figures = page(AMBIGUOUS, tmp_path)
     assert "3 nats are odds of 20" in text
     (hover, *_) = [bar["hovertext"][0] for bar in figures["round1"]["data"]]
     assert hover == "1.9 % of the torque"

@@ -14,7 +14,13 @@ from rich.console import Console
 
 from flexhex.diagnose.next import Invocation
 from flexhex.diagnose.numbers import listed, measured, number, percent
-from flexhex.diagnose.view import closed, diagnosis_json, effect_rows, gap_rows, print_diagnosis
+from flexhex.diagnose.view import (
+    closed,
+    diagnosis_json,
+    effect_rows,
+    print_diagnosis,
+    residual_rows,
+)
 from flexhex.diagnose.words import verdict
 from flexhex.diagnosis.result.verdict import VERDICTS, Diagnosis, Estimate
 from tests.flexhex.diagnoses import (
@@ -24,10 +30,10 @@ from tests.flexhex.diagnoses import (
     EXAMPLES,
     NAMED,
     estimate,
-    gap,
+    residual,
 )
 
-INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--locked", "run9.csv"))
+INVOCATION = Invocation(("flexhex", "diagnose", "run 1.csv", "--held-out", "run9.csv"))
 
 
 def shown(found: Diagnosis, width: int = 80) -> str:
@@ -98,7 +104,7 @@ def test_words_are_listed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "floor", "text"),
+    ("before", "after", "non_repeatable", "text"),
     [
         (0.05, 0.01, 0.01, "100 %"),
         (0.05, 0.005, 0.01, "100 %"),
@@ -110,30 +116,32 @@ def test_words_are_listed() -> None:
         (0.05, 0.03, math.nan, "64 %"),
     ],
 )
-def test_closed_gap_is_measured_above_the_floor(
-    before: float, after: float, floor: float, text: str
+def test_explained_share_is_measured_beyond_the_non_repeatable_part(
+    before: float, after: float, non_repeatable: float, text: str
 ) -> None:
-    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24; 16 / 25 where the floor is not known."""
-    assert closed(before, after, floor) == text
+    """(0.05^2 - 0.03^2) / (0.05^2 - 0.01^2) = 16 / 24; 16 / 25 where it is not known."""
+    assert closed(before, after, non_repeatable) == text
 
 
-def test_gap_is_that_of_the_locked_runs_where_there_are_any() -> None:
-    both = gap(left=0.02)
+def test_residual_is_that_of_the_held_out_runs_where_there_are_any() -> None:
+    both = residual(left=0.02)
     third = 2
-    own = gap_rows(replace(BASIC, gap=replace(both, locked={})))
+    own = residual_rows(replace(BASIC, residual=replace(both, held_out={})))
     assert own[third][3] == number(float(both.after[third]))
-    locked = gap_rows(replace(BASIC, gap=both))
-    assert locked[third][3] == number(1.05 * float(both.after[third]))
-    assert len(locked) == 7, "six axes and all of them"
+    held_out = residual_rows(replace(BASIC, residual=both))
+    assert held_out[third][3] == number(1.05 * float(both.after[third]))
+    assert len(held_out) == 7, "six axes and all of them"
 
 
 def test_changed_values_are_judged_against_those_of_the_machine_file() -> None:
     """Fitted parameters are what was found then: before and after would be the same."""
-    nominal = number(float(CHANGED.gap.locked["nominal"][2]))
-    assert gap_rows(CHANGED)[2][2] == nominal
-    assert gap_rows(BASIC)[2][2] == number(float(BASIC.gap.locked["before"][2])) != nominal
-    own = replace(CHANGED, gap=replace(CHANGED.gap, locked={}))
-    assert gap_rows(own)[2][2] == number(float(CHANGED.gap.nominal[2]))
+    nominal = number(float(CHANGED.residual.held_out["nominal"][2]))
+    assert residual_rows(CHANGED)[2][2] == nominal
+    assert (
+        residual_rows(BASIC)[2][2] == number(float(BASIC.residual.held_out["before"][2])) != nominal
+    )
+    own = replace(CHANGED, residual=replace(CHANGED.residual, held_out={}))
+    assert residual_rows(own)[2][2] == number(float(CHANGED.residual.nominal[2]))
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -19,8 +19,8 @@ SENTENCES = {
     "pair": "The model lacks 2 effects: Coulomb friction on axes 2 and 4 and a cogging harmonic on"
     " axis 5; together they explain 94 % of the repeatable residual. Parameters that deviate from"
     " the machine file: end_effector.m is 3.71 ± 0.10 kg, not 3.20 kg.",
-    "set": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second hysteresis;"
-    " these runs do not distinguish them.",
+    "ambiguous": "Axis 3 lacks one of these: Coulomb friction, Stribeck friction or a second"
+    " hysteresis; these runs do not distinguish them.",
     "changed": "No effect is missing. Parameters that deviate from the machine file: end_effector.m"
     " is 3.71 ± 0.10 kg, not 3.20 kg.",
     "unknown": "A repeatable residual remains on axis 4 that no effect of the library explains:"
@@ -54,7 +54,7 @@ def test_reason_that_asks_ends_as_it_does() -> None:
 
 
 def test_nothing_is_said_to_repeat_where_no_run_was_repeated() -> None:
-    single = replace(BASIC, gap=replace(BASIC.gap, repeat=np.full(6, np.nan)))
+    single = replace(BASIC, residual=replace(BASIC.residual, repeatable=np.full(6, np.nan)))
     assert verdict(single).endswith("it explains 93 % of the residual.")
 
 

@@ -1,4 +1,4 @@
-"""Replay and rebuild: a model that is right has no gap, one that lacks something has that gap."""
+"""Replay and rebuild: a model that is right leaves no residual, one that lacks something does."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from flexhex.diagnose.replay import plant_values, replay
 from flexhex.diagnosis.estimation.identify import Fit
 from flexhex.diagnosis.logs import Log, read_log
 from flexhex.diagnosis.machine_files.extend import extended_file
-from flexhex.diagnosis.result.verdict import Diagnosis, Estimate, Gap, Named
+from flexhex.diagnosis.result.verdict import Diagnosis, Estimate, Named, Residual
 from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.fmus.common.model.bodies import nominal_mechanism
@@ -47,7 +47,7 @@ def tilt(angle: float) -> Named:
 
 def diagnosis(*effects: Named) -> Diagnosis:
     nothing = np.full(6, np.nan)
-    return Diagnosis("named", effects, (), Gap(("N m",) * 6, *(nothing for _ in range(7))))
+    return Diagnosis("named", effects, (), Residual(("N m",) * 6, *(nothing for _ in range(7))))
 
 
 @pytest.fixture(scope="module")
@@ -90,16 +90,16 @@ def rebuilt(log: Path) -> Rebuilt:
         return rebuild(bare, found, folder, held_out=[log], seconds=3.0)
 
 
-def gap(builder: Builder, log: Log) -> Array:
+def residual(builder: Builder, log: Log) -> Array:
     machine = builder.machine
     made = replay(builder.out / "fmus" / "plant.fmu", machine, base_parameters(machine), log)
     assert made.followed < 1e-4, "the simulation must stay at the log's angles"
     return made.rms
 
 
-def test_replay_of_the_right_model_has_no_gap(stiff: Builder, log: Path) -> None:
+def test_replay_of_the_right_model_leaves_no_residual(stiff: Builder, log: Path) -> None:
     # torque in steps of 3 mN m at 4 kHz, its mean over a tick taken by the trapezoid: measured 0.2
-    assert (gap(stiff, read_log(log)) < 5e-4).all()
+    assert (residual(stiff, read_log(log)) < 5e-4).all()
 
 
 def test_replay_of_a_model_that_lacks_an_effect_shows_its_torque(
@@ -109,7 +109,7 @@ def test_replay_of_a_model_that_lacks_an_effect_shows_its_torque(
     theta = measured.theta[:, AXIS - 1]
     judged = np.arange(len(theta)) * measured.ts > 1.5
     wanted = float(np.sqrt(((K_3 * theta**3)[judged] ** 2).mean()))
-    found = gap(builder, measured)
+    found = residual(builder, measured)
     # the feedback sees the torque through its bandwidth: a tenth is lost or turned
     assert found[AXIS - 1] == pytest.approx(wanted, rel=0.1)
     assert found[AXIS - 1] > 10 * np.delete(found, AXIS - 1).max()
@@ -121,7 +121,7 @@ def test_replay_begins_where_the_log_begins(stiff: Builder, log: Path) -> None:
     part = Log.of("part", whole.ts, whole.theta[first:], whole.tau[first:])
     assert np.abs(part.theta[0]).max() > 0.01, "the case must be an approach"
     # the hysteresis has another past, which fades: hence more than from the start
-    assert (gap(stiff, part) < 5e-3).all()
+    assert (residual(stiff, part) < 5e-3).all()
 
 
 def test_plant_values_move_like_the_machine_file(builder: Builder, log: Path) -> None:
@@ -138,12 +138,12 @@ def test_plant_values_move_like_the_machine_file(builder: Builder, log: Path) ->
 
 
 @pytest.mark.slow
-def test_rebuild_withdraws_what_makes_a_locked_run_worse(rebuilt: Rebuilt) -> None:
+def test_rebuild_withdraws_what_makes_a_held_out_run_worse(rebuilt: Rebuilt) -> None:
     assert rebuilt.withdrawn == ("gravity_tilt",)
     uses = load_machine(rebuilt.machine_file).effects
     assert [use.id for use in uses] == ["cubic_stiffness"]
-    (gaps,) = rebuilt.residuals.values()
-    assert gaps.after[AXIS - 1] < 0.1 * gaps.before[AXIS - 1]
+    (residuals,) = rebuilt.residuals.values()
+    assert residuals.after[AXIS - 1] < 0.1 * residuals.before[AXIS - 1]
 
 
 def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
@@ -164,9 +164,9 @@ def test_model_that_no_fit_was_possible_for_is_judged_beside_one_without_a_fit(
     with one_at_a_time(OUT):
         made = rebuild(bare, diagnosis(stiffness(K_3)), folder, [log], [log], loops=False)
         plain = rebuild(bare, diagnosis(stiffness(K_3)), folder, [], [log], loops=False)
-    (gaps,), (expected,) = made.residuals.values(), plain.residuals.values()
-    assert np.array_equal(gaps.before, expected.before)
-    assert np.array_equal(gaps.after, expected.after)
+    (residuals,), (expected,) = made.residuals.values(), plain.residuals.values()
+    assert np.array_equal(residuals.before, expected.before)
+    assert np.array_equal(residuals.after, expected.after)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from flexhex.diagnosis.result.verdict import Diagnosis, Gap
+from flexhex.diagnosis.result.verdict import Diagnosis, Residual
 from flexhex.drive import cable, runs, view
 from flexhex.drive.cable import PATIENT, PROGRAM, Driven, check_means, drive
 from flexhex.drive.command import drive_command
@@ -69,7 +69,7 @@ def test_passes_that_cannot_be_diagnosed_are_no_error(tmp_path: Path) -> None:
     assert isinstance(why, str)
     assert "none.csv: no such file" in why
     assert view.diagnosed(why).startswith("not possible: ")
-    alone = Gap(("N m",) * 6, *(np.full(6, np.nan) for _ in range(7)), {})
+    alone = Residual(("N m",) * 6, *(np.full(6, np.nan) for _ in range(7)), {})
     found = Diagnosis("changed", (), (), alone)
     assert view.diagnosed(found) == "no verdict: the two passes do not repeat each other."
     found = Diagnosis("cannot tell", (), (), alone, notes=("too short",))

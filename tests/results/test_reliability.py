@@ -22,7 +22,7 @@ def test_right_answers_are_counted_by_verdict() -> None:
             case("named", "wrong"),
             case("named", "all+wrong", "pair"),
             case("named", "right", alone=True),
-            case("set", "in_set"),
+            case("ambiguous", "ambiguous"),
             case("unknown", "detected", "outside"),
             case("unknown", "unknown"),
             case("none", "silent", "nothing"),
@@ -32,7 +32,13 @@ def test_right_answers_are_counted_by_verdict() -> None:
             case("cannot tell", "silent"),
         ]
     )
-    wanted = {"named": (1, 3), "set": (1, 1), "unknown": (1, 2), "none": (1, 2), "changed": (1, 2)}
+    wanted = {
+        "named": (1, 3),
+        "ambiguous": (1, 1),
+        "unknown": (1, 2),
+        "none": (1, 2),
+        "changed": (1, 2),
+    }
     assert found == {name: {"right": a, "of": b} for name, (a, b) in wanted.items()}
 
 

@@ -49,7 +49,7 @@ def test_truth_is_not_beside_the_logs(tmp_path: Path) -> None:
     assert sorted(p.name for p in (tmp_path / "logs").iterdir()) == [
         f"run{k:02d}.h5" for k in range(1, 5)
     ]
-    assert [p.name for p in written.locked] == ["run03.h5", "run04.h5"]
+    assert [p.name for p in written.held_out] == ["run03.h5", "run04.h5"]
     text = b"".join(p.read_bytes() for p in (tmp_path / "logs").iterdir())
     for word in (b"torque_bump", b"single", b"hidden", b"sealed"):
         assert word not in text

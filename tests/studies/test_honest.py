@@ -52,7 +52,7 @@ SMALL_DENT = truth("outside", hides("dent", [1], 0.009, False))
 TWO = truth("pair", hides("drag", [2]), hides("bend", [4]))
 HEAVY = truth("changed", changed=[{"kind": "mass", "accept": ["link[2]."]}])
 LOAD = truth("payload", changed=[{"kind": "payload", "accept": ["payload"], "announced": True}])
-NONE, GAP, DUMB = said("none"), said("unknown"), said("cannot tell")
+NONE, UNKNOWN, DUMB = said("none"), said("unknown"), said("cannot tell")
 
 
 @pytest.mark.parametrize(
@@ -60,45 +60,45 @@ NONE, GAP, DUMB = said("none"), said("unknown"), said("cannot tell")
     [
         (truth("nothing"), NONE, "silent"),
         (truth("nothing"), said("changed", changed=["o[1]"]), "silent"),
-        (truth("nothing"), GAP, "unknown"),
+        (truth("nothing"), UNKNOWN, "unknown"),
         (truth("nothing"), said("named", effect("drag", [1])), "false_alarm"),
         (LOAD, NONE, "silent"),
         (LOAD, said("named", effect("drag", [1])), "false_alarm"),
         (DRAG, said("named", effect("drag", [2])), "right"),
         (DRAG, said("named", effect("drag_too", [2])), "right"),
-        (DRAG, said("set", effect("drag", [2], "drag_too")), "right"),
+        (DRAG, said("ambiguous", effect("drag", [2], "drag_too")), "right"),
         (DRAG, said("named", effect("drag", [2, 3])), "right_name_wrong_axes"),
         (DRAG, said("named", effect("drag", [3])), "right_name_wrong_axes"),
-        (DRAG, said("set", effect("bend", [2], "drag")), "in_set"),
-        (DRAG, said("set", effect("bend", [2], "a", "b", "drag")), "wrong"),
+        (DRAG, said("ambiguous", effect("bend", [2], "drag")), "ambiguous"),
+        (DRAG, said("ambiguous", effect("bend", [2], "a", "b", "drag")), "wrong"),
         (DRAG, said("named", effect("bend", [2])), "wrong"),
         (DRAG, said("named", effect("drag", [2]), effect("bend", [2])), "wrong"),
         (DRAG, NONE, "missed"),
         (DRAG, said("changed", changed=["o[1]"]), "missed"),
         (DRAG, DUMB, "cannot_tell"),
-        (DRAG, GAP, "unknown"),
+        (DRAG, UNKNOWN, "unknown"),
         (FAINT, NONE, "silent"),
         (FAINT, DUMB, "silent"),
         (FAINT, said("named", effect("bend", [2])), "wrong"),
-        (DENT, GAP, "detected"),
+        (DENT, UNKNOWN, "detected"),
         (DENT, NONE, "missed"),
         (DENT, said("changed", changed=["o[1]"]), "missed"),
         (DENT, DUMB, "cannot_tell"),
         (DENT, said("named", effect("drag", [1])), "wrong"),
         (SMALL_DENT, NONE, "silent"),
         (TWO, said("named", effect("drag", [2]), effect("bend", [4])), "all"),
-        (TWO, said("set", effect("drag", [2], "x"), effect("bend", [4])), "all"),
+        (TWO, said("ambiguous", effect("drag", [2], "x"), effect("bend", [4])), "all"),
         (TWO, said("named", effect("bend", [4])), "some"),
         (TWO, said("named", effect("bend", [4]), effect("x", [1])), "some+wrong"),
         (TWO, said("named", effect("x", [1])), "none+wrong"),
         (TWO, said("named", effect("drag", [2]), effect("bend", [3, 4])), "some"),
         (TWO, NONE, "none"),
-        (TWO, GAP, "unknown"),
+        (TWO, UNKNOWN, "unknown"),
         (HEAVY, said("changed", changed=["link[2].m"]), "right"),
         (HEAVY, said("changed", changed=["link[1].m"]), "wrong"),
         (HEAVY, said("named", effect("drag", [2]), changed=["link[2].m"]), "wrong"),
         (HEAVY, NONE, "missed"),
-        (HEAVY, GAP, "unknown"),
+        (HEAVY, UNKNOWN, "unknown"),
     ],
 )
 def test_outcome_of_an_answer(hidden: Found, answer: Found, outcome: str) -> None:
@@ -160,9 +160,9 @@ def test_table_counts_by_what_is_hidden_and_by_size() -> None:
     named = said("named", effect("drag", [2]))
     elsewhere = said("named", effect("drag", [3]))
     wrong = said("named", effect("bend", [2]))
-    outcomes = [score(a, DRAG) for a in (named, elsewhere, wrong, NONE, GAP, DUMB)]
+    outcomes = [score(a, DRAG) for a in (named, elsewhere, wrong, NONE, UNKNOWN, DUMB)]
     outcomes += [score(NONE, FAINT), score(wrong, FAINT), score(NONE, SMALL_DENT)]
-    outcomes += [score(GAP, DENT), score(wrong, DENT), score(None, DENT, "failed")]
+    outcomes += [score(UNKNOWN, DENT), score(wrong, DENT), score(None, DENT, "failed")]
     outcomes += [score(named, TWO), score(NONE, HEAVY), score(NONE, LOAD), score(wrong, LOAD)]
     found = rows(outcomes)
     assert found[SEEN, "right, alone"] == (1, 6)

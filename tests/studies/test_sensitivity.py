@@ -35,7 +35,7 @@ def test_every_criterion_is_varied_and_put_back() -> None:
 def test_engine_is_asked_with_each_value(monkeypatch: pytest.MonkeyPatch) -> None:
     def asked(*files: object) -> dict[str, Any]:
         verdict = f"{USUAL.odds:g} {guard.POOR:g}"
-        return {"verdict": verdict, "effects": [], "changed": [], "findings": [], "gap": {}}
+        return {"verdict": verdict, "effects": [], "changed": [], "findings": [], "residual": {}}
 
     monkeypatch.setattr(engines, "today", asked)
     found = sensitivity.varied((), (), Path())

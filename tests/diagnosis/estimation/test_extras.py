@@ -101,7 +101,9 @@ def test_gains_are_fitted_with_all_parameters_and_stand_in_the_fmu(tmp_path: Pat
         assert found[name].estimate.value == pytest.approx(true, abs=0.02 * abs(true) + 2e-4), name
         assert found[name].determined, name
     assert "F_c[1]" not in [one.name for one in found.parameters]
-    assert any("stribeck_friction is one of a set, with load_friction" in n for n in found.notes)
+    assert any(
+        "stribeck_friction is indistinguishable from load_friction" in n for n in found.notes
+    )
     alone = identify(paths[:1], paths[1:], options=Options("axis"))
     assert alone.held_out is not None
     assert found.held_out is not None

@@ -1,0 +1,27 @@
+"""What a residual says beside its figures: offsets of whole runs that no search looks at."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexhex.diagnosis.residuals import slow
+from flexhex.diagnosis.result.verdict import Residual
+
+NON_REPEATABLE = np.array([0.1, 0.1])
+
+
+def residual(repeats: float) -> Residual:
+    """Two axes with a torque of 10 N m, and what repeats of the first."""
+    torque, left = np.full(2, 10.0), np.full(2, 0.2)
+    repeatable = np.array([repeats, 0.0])
+    return Residual(
+        ("N m", "N m"), torque, left, left, left, NON_REPEATABLE, repeatable, repeatable
+    )
+
+
+def test_offset_of_whole_runs_is_told_where_it_is_more_than_noise() -> None:
+    (text,) = slow(residual(repeats=0.5), {0: 0.3, 1: 0.0})
+    assert text.startswith("axis 1: an offset or slope of whole runs is left, 0.4 N m")
+    assert not slow(residual(repeats=0.5), {0: 0.5, 1: 0.0}), "all of it is found by the search"
+    assert not slow(residual(repeats=0.08), {0: 0.0, 1: 0.0}), "noise"
+    assert not slow(residual(repeats=np.nan), {0: 0.0, 1: 0.0}), "no repeats"
