@@ -56,18 +56,18 @@ def main(arguments: list[str] | None = None) -> int:
         parser.error(f"--rounds {options.rounds}: at least 3, a median of fewer says nothing")
     try:
         if options.against:
-            found = versus(options.against, options.only)
+            measured = versus(options.against, options.only)
         else:
-            found = collect(options.only, options.rounds, options.long)
+            measured = collect(options.only, options.rounds, options.long)
     except FlexhexError as error:
         print(f"benchmarks: {error}", file=sys.stderr)
         return 3
     if options.json:
-        print(json.dumps(found, default=_plain, indent=1))
+        print(json.dumps(measured, default=_plain, indent=1))
     else:
-        tables.show(found, Console(width=None if sys.stdout.isatty() else 130))
-    missed = any(row.met(row.required) is False for row in found["rows"])
-    return int(missed or any(one.worse for one in found.get("changes", ())))
+        tables.show(measured, Console(width=None if sys.stdout.isatty() else 130))
+    missed = any(row.met(row.required) is False for row in measured["rows"])
+    return int(missed or any(one.worse for one in measured.get("changes", ())))
 
 
 def versus(revision: str, only: str | None) -> dict[str, Any]:
@@ -87,17 +87,17 @@ def collect(only: str | None, rounds: int, long: bool = False) -> dict[str, Any]
     try:
         short = [key for key in ROWS if long or key not in LONG]
         wanted = [only] if only else [*short, *MORE]
-        found: dict[str, Any] = {"where": computer(), "rows": []}
+        measured: dict[str, Any] = {"where": computer(), "rows": []}
         for name in wanted:
             if name in ROWS:
-                found["rows"].append(ROWS[name](machine, rounds))
+                measured["rows"].append(ROWS[name](machine, rounds))
         if "growth" in wanted:
-            found["growth"] = grown(machine, rounds, before)
+            measured["growth"] = grown(machine, rounds, before)
         if "profile" in wanted:
             ssp = loop.system(MACHINE_FILE)
-            found["profile"] = loop.where(ssp)
-            found["operations"] = {block: operations(block, machine) for block in BLOCKS}
-        return found
+            measured["profile"] = loop.where(ssp)
+            measured["operations"] = {block: operations(block, machine) for block in BLOCKS}
+        return measured
     finally:
         if before:
             os.sched_setaffinity(0, before)

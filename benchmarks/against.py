@@ -57,14 +57,14 @@ def compare(revision: str, keys: Sequence[str], turns: int = TURNS) -> list[Chan
     """Changes of the benchmarks of those keys since a revision. RunError when there is none."""
     here = Path.cwd()
     with worktree(commit(revision, here), here) as there:
-        found = []
+        rows = []
         for key in keys:
             most = min(turns, COMMANDS[key].most) if key in COMMANDS else turns
             # the first time is not counted: it fills the caches
             pairs = [(measured(key, there), measured(key, here)) for _ in range(most + 1)][1:]
             before, now = ([time for _, time in side] for side in zip(*pairs, strict=True))
-            found.append(change(key, pairs[0][1][0], before, now))
-        return found
+            rows.append(change(key, pairs[0][1][0], before, now))
+        return rows
 
 
 def recorded() -> dict[str, float]:

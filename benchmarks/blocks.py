@@ -159,8 +159,8 @@ def place(variables: Sequence[Variable], name: str) -> slice:
 def operations(name: str, machine: Machine) -> dict[str, int]:
     """Operations of each generated function of a block, as CasADi counts them."""
     equations: Any = importlib.import_module(f"flexhex.fmus.{name}.equations")
-    made: Sequence[ca.Function] = equations.functions(machine)
-    return {f.name(): codegen.straight_line(f, f.name()).n_instructions() for f in made}
+    listed: Sequence[ca.Function] = equations.functions(machine)
+    return {f.name(): codegen.straight_line(f, f.name()).n_instructions() for f in listed}
 
 
 def _at(array: Array) -> int:

@@ -50,6 +50,6 @@ def interface(machine: Machine) -> Interface:
 
 def dense(machine: Machine, rows: Array) -> Instance:
     """A started instance of the dense form; compiled with -O3, which suits its loops."""
-    made = interface(machine)
-    path = library(made, functions(machine), HERE / "dense.c", flags=("-O3",))
-    return Instance(path, made, rows)
+    described = interface(machine)
+    path = library(described, functions(machine), HERE / "dense.c", flags=("-O3",))
+    return Instance(path, described, rows)

@@ -23,8 +23,8 @@ SECONDS, BASE = 4.0, 0.00025
 
 def system(machine_file: Path) -> Path:
     """The adaptive loop around the model."""
-    made = Builder(machine_file, OUT)
-    made.systems()
+    builder = Builder(machine_file, OUT)
+    builder.systems()
     return OUT / "hexapod.ssp"
 
 
@@ -33,15 +33,15 @@ def _factor(simulate: Callable[[float], None], short: float, rounds: int) -> lis
 
     A run of twice the time less a run of `short` [s]: what opening the archive takes drops out.
     """
-    found = []
+    factors = []
     for _ in range(rounds):
         spent = []
         for seconds in (short, 2 * short):
             begin = time.process_time()
             simulate(seconds)
             spent.append(time.process_time() - begin)
-        found.append(short / (spent[1] - spent[0]))
-    return found
+        factors.append(short / (spent[1] - spent[0]))
+    return factors
 
 
 def _timing(name: str, factors: list[float], note: str = "") -> Timing:
@@ -122,11 +122,11 @@ def side_by_side(
     if cores:
         os.sched_setaffinity(0, cores)
     try:
-        found = [_threads(ssp, loops, seconds) for _ in range(2)]
+        times = [_threads(ssp, loops, seconds) for _ in range(2)]
     finally:
         if before:
             os.sched_setaffinity(0, before)
-    return max(clock for clock, _ in found), max(spent for _, spent in found)
+    return max(clock for clock, _ in times), max(spent for _, spent in times)
 
 
 def _threads(ssp: Path, loops: int, seconds: float) -> tuple[float, float]:

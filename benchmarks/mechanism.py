@@ -93,7 +93,7 @@ def _function(mujoco: Any, name: str) -> Any:
     from pathlib import Path
 
     folder = Path(mujoco.__file__).parent
-    found = sorted([*folder.glob("libmujoco*.so*"), *folder.glob("libmujoco*.dylib")])
-    if not found:
+    libraries = sorted([*folder.glob("libmujoco*.so*"), *folder.glob("libmujoco*.dylib")])
+    if not libraries:
         raise ImportError("MuJoCo's library is not where it is expected")
-    return ctypes.cast(getattr(ctypes.CDLL(str(found[0])), name), ctypes.c_void_p)
+    return ctypes.cast(getattr(ctypes.CDLL(str(libraries[0])), name), ctypes.c_void_p)

@@ -37,11 +37,11 @@ def poses(machine: Machine, rows: int, every: int = 1) -> Array:
     """x, xd, xdd, z (rows, 117) as N publishes them, every so many ticks."""
     N = kinematics(machine)
     N.ticks(ROWS)
-    found = []
+    listed = []
     for _ in range(rows):
         N.ticks(every)
-        found.append(np.concatenate([N.output(name) for name in ("x", "xd", "xdd", "z")]))
-    return np.array(found)
+        listed.append(np.concatenate([N.output(name) for name in ("x", "xd", "xdd", "z")]))
+    return np.array(listed)
 
 
 def feedforward_rows(machine: Machine, seen: Array) -> Array:
@@ -53,11 +53,11 @@ def feedforward_rows(machine: Machine, seen: Array) -> Array:
 def torques(machine: Machine, seen: Array) -> Array:
     """tau (rows, 6) [N m] of the poses, by F."""
     F = block("feedforward", machine, feedforward_rows(machine, seen))
-    found = []
+    listed = []
     for _ in seen:
         F.ticks(1)
-        found.append(F.output("tau_ff"))
-    return np.array(found)
+        listed.append(F.output("tau_ff"))
+    return np.array(listed)
 
 
 def estimator_rows(machine: Machine, rows: int = 100) -> Array:

@@ -33,12 +33,12 @@ def plant(machine: Machine, rows: Array, scheme: str, **parameters: float) -> In
 
 def path(one: Instance, ticks: int = 2000) -> Array:
     """theta (ticks, 6) [rad]."""
-    found = []
+    angles = []
     for _ in range(ticks):
         one.ticks(1)
-        found.append(one.output("theta"))
+        angles.append(one.output("theta"))
         _moving(one)
-    return np.array(found)
+    return np.array(angles)
 
 
 def _moving(one: Instance) -> None:
@@ -52,12 +52,12 @@ def errors(machine: Machine, rows: Array) -> dict[str, tuple[float, float]]:
     Open loop and from rest into a torque that jumps: nothing takes an error out again. Exact are
     fine substeps of the other scheme.
     """
-    found = {}
+    deviations = {}
     for scheme, other in zip(SCHEMES, reversed(SCHEMES), strict=True):
         exact = path(plant(machine, rows, other, substeps=FINE, **SMOOTH))
         off = np.abs(path(plant(machine, rows, scheme, **SMOOTH)) - exact)
-        found[scheme] = (float(np.max(off[: len(off) // 2])), float(np.max(off)))
-    return found
+        deviations[scheme] = (float(np.max(off[: len(off) // 2])), float(np.max(off)))
+    return deviations
 
 
 def from_rest(one: Instance) -> Run:

@@ -12,18 +12,18 @@ from benchmarks.against import WORSE, Change, recorded
 from benchmarks.clock import Row, Timing
 
 
-def show(found: dict[str, Any], console: Console) -> None:
+def show(measured: dict[str, Any], console: Console) -> None:
     """Print whatever `collect` found."""
-    at = found["where"]
+    at = measured["where"]
     console.print(f"{at['cpu']}, {at['cores']} cores, load {at['load']}; {at['compiler']}")
-    if found["rows"]:
-        _rows(found["rows"], console)
-    if "changes" in found:
-        _changes(found["changes"], console)
-    if "growth" in found:
-        _growth(found["growth"], console)
-    if "profile" in found:
-        _profile(found, console)
+    if measured["rows"]:
+        _rows(measured["rows"], console)
+    if "changes" in measured:
+        _changes(measured["changes"], console)
+    if "growth" in measured:
+        _growth(measured["growth"], console)
+    if "profile" in measured:
+        _profile(measured, console)
 
 
 def quantity(value: float, faster: bool) -> str:
@@ -74,29 +74,29 @@ def _changes(changes: Sequence[Change], console: Console) -> None:
     console.print(table)
 
 
-def _growth(found: dict[str, Any], console: Console) -> None:
+def _growth(measured: dict[str, Any], console: Console) -> None:
     table = Table(title="growth")
     for name in ("parameters of K", "median", "ns for a square of a parameter"):
         table.add_column(name, justify="right")
-    for timing in found["parameters"]:
+    for timing in measured["parameters"]:
         each = timing.median / int(timing.name) ** 2
         table.add_row(timing.name, quantity(timing.median, False), f"{each:.2f}")
     console.print(table)
     names = ("loops in threads", "simulated s in 1 s of the clock", "in 1 s of processor time")
     table = Table(*names, title="side by side")
-    for name, factors in found["loops"].items():
+    for name, factors in measured["loops"].items():
         table.add_row(name, *(f"{factor:.3g}" for factor in factors))
     console.print(table)
 
 
-def _profile(found: dict[str, Any], console: Console) -> None:
+def _profile(measured: dict[str, Any], console: Console) -> None:
     table = Table("FMU", "us a step", "ms a simulated second", "share", title="where the time goes")
-    total = sum(share for share, _ in found["profile"].values())
-    for name, (share, step) in found["profile"].items():
+    total = sum(share for share, _ in measured["profile"].values())
+    for name, (share, step) in measured["profile"].items():
         table.add_row(name, f"{step:.2f}", f"{share * 1e3:.2f}", f"{share / total:.0%}")
     console.print(table)
     table = Table("generated function", "operations", title="straight-line code")
-    for functions in found["operations"].values():
+    for functions in measured["operations"].values():
         for name, count in functions.items():
             table.add_row(name, str(count))
     console.print(table)

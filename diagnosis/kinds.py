@@ -51,8 +51,8 @@ Kinds = tuple[Kind, ...]
 
 def kinds_of(owner: object, n: int) -> Kinds:
     """Kinds of the n axes of a log or a base model: they turn unless it says otherwise."""
-    found: Kinds = getattr(owner, "kinds", ()) or (ROTARY,) * n
-    return found
+    kinds: Kinds = getattr(owner, "kinds", ()) or (ROTARY,) * n
+    return kinds
 
 
 def units_of(owner: object, n: int, unit: str) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Asked:
+class RunSet:
     """Runs to be explained, and those to be judged on, of n axes.
 
     units: of the torque of each axis. findings: what the runs had. names: files of both. coarse
@@ -76,9 +76,9 @@ class Asked:
         )
 
 
-def asked_of(
+def run_set_of(
     paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
-) -> tuple[Base, Asked, str]:
+) -> tuple[Base, RunSet, str]:
     """Runs of the files, and why nothing can be told from them, or nothing.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
@@ -106,8 +106,8 @@ def asked_of(
     units = units_of(base, base.n, "N m")
     if doubt := doubtful(base, runs):
         findings = (*findings, doubt)
-    asked = Asked(units, runs, judged, findings, names, np.zeros(base.n), own)
-    return base, asked, _trouble(ours, runs)
+    run_set = RunSet(units, runs, judged, findings, names, np.zeros(base.n), own)
+    return base, run_set, _trouble(ours, runs)
 
 
 def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
@@ -117,25 +117,25 @@ def fitted(base: Base, runs: Sequence[Run]) -> tuple[Calibrated, Array, str]:
     with np.errstate(over="ignore", invalid="ignore"):
         usual, done = base.window, ""
         while True:
-            made = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
-            longer = smoother(made, runs, usual)
+            model = calibrate(base, blocks(base, runs, spacing_for(base, runs)))
+            longer = smoother(model, runs, usual)
             if longer.window == base.window:
-                return made, longer.left, done
+                return model, longer.left, done
             base, done = longer.base(base), longer.text
 
 
-def misfit(made: Calibrated) -> str:
+def misfit(model: Calibrated) -> str:
     """Why the runs are not those of the base model's machine, or nothing."""
-    if not made.base.complete:
+    if not model.base.complete:
         return ""
-    poor = poor_axes(made, made.residual(made.regression.q))
+    poor = poor_axes(model, model.residual(model.regression.q))
     if poor:
         axes = ", ".join(str(i + 1) for i in poor)
         return (
             f"the base model leaves more than {POOR:.0%} of the torque of axis {axes} unexplained:"
             " another machine, another order or sign of the axes, or other units?"
         )
-    strange = strange_axes(made)
+    strange = strange_axes(model)
     if strange:
         axes = ", ".join(str(i + 1) for i in strange)
         return (
@@ -148,10 +148,10 @@ def misfit(made: Calibrated) -> str:
 def _findings(read: Sequence[logs.Log], groups: Sequence[logs.RunGroup]) -> tuple[str, ...]:
     listed = [finding for log in read for finding in log.findings]
     listed += [finding for group in groups for finding in group.findings]
-    told = [str(finding) for finding in listed]
+    sentences = [str(finding) for finding in listed]
     if len({group.motion for group in groups}) == 1:
-        told.append(ONE_TRAJECTORY)
-    return tuple(dict.fromkeys(told))
+        sentences.append(ONE_TRAJECTORY)
+    return tuple(dict.fromkeys(sentences))
 
 
 def _trouble(read: Sequence[logs.Log], runs: Sequence[Run]) -> str:

@@ -33,40 +33,40 @@ class Before:
 
 def before_of(side: Side) -> Before:
     """Of the base model that a side was searched beside."""
-    made, others = side.held.bench.made, side.others
-    plain, bare = made.regression.q, made.nominal
+    model, others = side.fit.bench.model, side.others
+    plain, bare = model.regression.q, model.nominal
     judged: dict[str, Array] = {}
     if others is not None:
         judged = {
             "nominal": axis_rms(others.blocks, others.residual((), (), bare)),
             "before": axis_rms(others.blocks, others.residual((), (), plain)),
         }
-    nominal, fitted = (axis_rms(made.blocks, made.residual(q)) for q in (bare, plain))
-    if not any(known.nominal for known in made.known):
-        nominal = np.full(made.base.n, np.nan)
-    repeatable, _ = repeat_rms(made, made.residual(plain))
-    return Before(made.torque_rms, nominal, fitted, repeatable, judged)
+    nominal, fitted = (axis_rms(model.blocks, model.residual(q)) for q in (bare, plain))
+    if not any(known.nominal for known in model.known):
+        nominal = np.full(model.base.n, np.nan)
+    repeatable, _ = repeat_rms(model, model.residual(plain))
+    return Before(model.torque_rms, nominal, fitted, repeatable, judged)
 
 
 def residual_of(before: Before, side: Side) -> Residual:
     """Before, and after what a side found."""
-    held, made = side.held, side.held.bench.made
-    repeatable, _ = repeat_rms(made, held.residual)
-    non_repeatable = np.full(made.base.n, np.nan)
-    if made.noise.repeats:
-        non_repeatable = measured(made.blocks, held.residual).rms
+    fit, model = side.fit, side.fit.bench.model
+    repeatable, _ = repeat_rms(model, fit.residual)
+    non_repeatable = np.full(model.base.n, np.nan)
+    if model.noise.repeats:
+        non_repeatable = measured(model.blocks, fit.residual).rms
     judged = dict(before.judged)
     if side.others is not None:
         others = side.others
-        left = others.residual(held.parts, held.beta, held.q)
+        left = others.residual(fit.parts, fit.beta, fit.q)
         own = measured(others.blocks, left)
         judged["after"] = axis_rms(others.blocks, left)
         if own.repeats:
             judged["non_repeatable"] = own.rms
-    after = axis_rms(made.blocks, held.residual)
+    after = axis_rms(model.blocks, fit.residual)
     usual = before.torque, before.nominal, before.fitted, after
     return Residual(
-        units_of(made.base, made.base.n, "N m"),
+        units_of(model.base, model.base.n, "N m"),
         *usual,
         non_repeatable,
         before.repeatable,
@@ -78,13 +78,13 @@ def residual_of(before: Before, side: Side) -> Residual:
 def slow(residual: Residual, rests: Mapping[int, float]) -> list[str]:
     """A sentence for each axis on which offsets and slopes of whole runs repeat by more than all
     that does not repeat. rests: RMS of what repeats beside them, by axis (from 0)."""
-    found = list[str]()
+    sentences = list[str]()
     for i, rest in rests.items():
         left = float(np.sqrt(max(residual.repeatable_after[i] ** 2 - rest**2, 0.0)))
         if left > max(residual.non_repeatable[i], USUAL.smallest_rest * residual.torque[i]):
-            found.append(
+            sentences.append(
                 f"axis {i + 1}: an offset or slope of whole runs is left, {left:.2g}"
                 f" {residual.units[i]}: a drift between them, or something slow that the model"
                 " lacks"
             )
-    return found
+    return sentences

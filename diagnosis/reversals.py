@@ -71,23 +71,23 @@ def hysteresis_filter(theta: Array, noise: Array) -> Array:
 
     Where an encoder shows its last step for a while, the angle turns in the middle of it.
     """
-    found = [_monotone(angle, sigma) for angle, sigma in zip(theta.T, noise, strict=True)]
-    return np.stack(found, axis=1)
+    filtered = [_monotone(angle, sigma) for angle, sigma in zip(theta.T, noise, strict=True)]
+    return np.stack(filtered, axis=1)
 
 
 def turning(theta: Array, noise: Array) -> Array:
     """How much later than its sample an angle turned (samples, n), in samples, -0.5 to 0.5: by the
     parabola through its neighbours, or the middle of equally extreme ones. Zero elsewhere."""
-    found = np.zeros_like(theta)
+    lateness = np.zeros_like(theta)
     for i, sigma in enumerate(noise):
         for first, last, _ in _reversals(theta[:, i], REACH * sigma):
             k = (first + last) // 2
-            found[k, i] = (first + last) / 2 - k
+            lateness[k, i] = (first + last) / 2 - k
             if first == last and 0 < k < len(theta) - 1:
                 before, now, after = theta[k - 1 : k + 2, i]
                 bend = before - 2 * now + after
-                found[k, i] = (before - after) / (2 * bend) if bend else 0.0
-    return np.clip(found, -0.5, 0.5)
+                lateness[k, i] = (before - after) / (2 * bend) if bend else 0.0
+    return np.clip(lateness, -0.5, 0.5)
 
 
 def _monotone(angle: Array, sigma: float) -> Array:
@@ -108,7 +108,7 @@ def _monotone(angle: Array, sigma: float) -> Array:
 def _reversals(angle: Array, least: float) -> list[tuple[int, int, int]]:
     """First and last of the equally extreme samples at which an angle turns to go back by more than
     the least way, and its way from there: 1 up, -1 down."""
-    found, way = list[tuple[int, int, int]](), 0
+    reversals, way = list[tuple[int, int, int]](), 0
     # of the highest and the lowest angle since the last turn: value, first sample, last sample
     high = low = (float(angle[0]), 0, 0)
     for k, value in enumerate(angle.tolist()):
@@ -117,9 +117,9 @@ def _reversals(angle: Array, least: float) -> list[tuple[int, int, int]]:
         if value <= low[0]:
             low = (value, k if value < low[0] else low[1], k)
         if way >= 0 and high[0] - value > least:
-            found.append((*high[1:], -1))
+            reversals.append((*high[1:], -1))
             way, low = -1, (value, k, k)
         elif way <= 0 and value - low[0] > least:
-            found.append((*low[1:], 1))
+            reversals.append((*low[1:], 1))
             way, high = 1, (value, k, k)
-    return found
+    return reversals

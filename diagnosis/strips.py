@@ -18,28 +18,28 @@ def strips(side: Side) -> tuple[Strip, ...]:
 
     The torque is smoothed by the window of the rows. Rows at which a channel is missing are NaN.
     """
-    held, others = side.held, side.others
-    made = held.bench.made
+    fit, others = side.fit, side.others
+    model = fit.bench.model
     if others is not None and others.blocks:
         block, where = others.blocks[0], others.there
-        before = others.residual((), (), made.regression.q)[0]
-        after = others.residual(held.parts, held.beta, held.q)[0]
+        before = others.residual((), (), model.regression.q)[0]
+        after = others.residual(fit.parts, fit.beta, fit.q)[0]
     else:
-        block, where = made.blocks[0], made
-        before = made.residual(made.regression.q)[0]
-        after = held.residual[0]
+        block, where = model.blocks[0], model
+        before = model.residual(model.regression.q)[0]
+        after = fit.residual[0]
     time = block.at + block.run.shift
     return tuple(
         Strip(block.run.name, others is not None, i + 1, kind.unit("N m"), time, *values)
-        for i, kind in enumerate(held.bench.scales.kinds)
+        for i, kind in enumerate(fit.bench.scales.kinds)
         for values in [_sides(block, where, before[:, i], after[:, i], i)]
     )
 
 
 def _sides(
-    block: Block, made: Calibrated, before: Array, after: Array, axis: int
+    block: Block, model: Calibrated, before: Array, after: Array, axis: int
 ) -> tuple[Array, Array, Array]:
     """Measured torque of an axis, that of the model before, after (m,)."""
-    measured = torque_at(block, made.base.window, made.fitted.delay)[:, axis]
+    measured = torque_at(block, model.base.window, model.fitted.delay)[:, axis]
     measured = np.where(block.usable, measured, np.nan)
     return measured, measured - before, measured - after

@@ -16,7 +16,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import Compiled, compiled
 from flexhex.diagnosis.jointfit.fit import beside
 from flexhex.diagnosis.jointfit.guard import delayed, poor_axes
-from flexhex.diagnosis.prepare import Asked, Options, asked_of, fitted, misfit
+from flexhex.diagnosis.prepare import Options, RunSet, fitted, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.residuals import Before, before_of, residual_of, slow
 from flexhex.diagnosis.result.confidence import Confidence, confidence_of
@@ -55,46 +55,46 @@ def diagnose(
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
     progress("reading", 0, 4)
-    base, asked, trouble = asked_of(paths, held_out, machine_file, options)
+    base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
     if trouble:
-        return asked.cannot_tell(trouble)
-    if len(asked.runs) == 1:
-        return asked.cannot_tell(
+        return run_set.cannot_tell(trouble)
+    if len(run_set.runs) == 1:
+        return run_set.cannot_tell(
             "one run cannot tell what its noise is: run it again, and another trajectory"
         )
-    if trouble := mispaired(base, asked.runs):
-        return asked.cannot_tell(trouble)
+    if trouble := mispaired(base, run_set.runs):
+        return run_set.cannot_tell(trouble)
     progress("fitting the base model", 1, 4)
-    made, coarse, smoothed = fitted(base, asked.runs)
+    model, coarse, smoothed = fitted(base, run_set.runs)
     if smoothed:
-        asked = replace(asked, findings=(*asked.findings, smoothed), coarse=coarse)
-    trouble = misfit(made)
+        run_set = replace(run_set, findings=(*run_set.findings, smoothed), coarse=coarse)
+    trouble = misfit(model)
     if trouble:
         # a payload may be most of what does not fit
-        bench = carrying(Bench(made, compiled(made.base.n, _sought(asked), made.base.holds)))
-        made, trouble = bench.made, misfit(bench.made)
+        bench = carrying(Bench(model, compiled(model.base.n, _sought(run_set), model.base.holds)))
+        model, trouble = bench.model, misfit(bench.model)
     if trouble:
-        return asked.cannot_tell(trouble)
-    return _searched(made, asked, progress)
+        return run_set.cannot_tell(trouble)
+    return _searched(model, run_set, progress)
 
 
-def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
+def _searched(model: Calibrated, run_set: RunSet, progress: Progress) -> Diagnosis:
     """The answer for a base model that fits the runs well enough."""
-    n, judged = made.base.n, asked.judged
-    known = compiled(n, _sought(asked), made.base.holds)
-    before, settled = _mechanism(made, known, judged, lambda text: progress(text, 2, 4))
-    made, sides = settled.held.bench.made, [settled]
-    if len(poor_axes(made, settled.held.residual)) == n:
-        return asked.cannot_tell(settled.notes[-1])
+    n, judged = model.base.n, run_set.judged
+    known = compiled(n, _sought(run_set), model.base.holds)
+    before, settled = _mechanism(model, known, judged, lambda text: progress(text, 2, 4))
+    model, sides = settled.fit.bench.model, [settled]
+    if len(poor_axes(model, settled.fit.residual)) == n:
+        return run_set.cannot_tell(settled.notes[-1])
     progress("commanded against reported torque", 3, 4)
-    late = delayed(settled.held, CRITERIA.deviations)
-    sides += drives_of(made, [block.run for block in made.blocks], judged)
+    late = delayed(settled.fit, CRITERIA.deviations)
+    sides += drives_of(model, [block.run for block in model.blocks], judged)
     drifts = drifts_of(settled, judged)
-    if drifts and settled.held.parts:
-        drift, made = drifts[0].held, without(settled.held, drifts[0].held)
-        settled.held.bench.made.forget()
+    if drifts and settled.fit.parts:
+        drift, model = drifts[0].fit, without(settled.fit, drifts[0].fit)
+        settled.fit.bench.model.forget()
         del drifts, sides[0]
-        settled = selected(Bench(made, known), judged, lambda text: progress(text, 3, 4), drift)
+        settled = selected(Bench(model, known), judged, lambda text: progress(text, 3, 4), drift)
         sides.insert(0, settled)
         drifts = drifts_of(settled, judged)
     sides += drifts
@@ -104,7 +104,7 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
     changed = settled.changed
     residual = residual_of(before if main is settled else before_of(main), main)
     notes += slow(residual, main.left)
-    verdict = _verdict(made, sides, named, changed, notes, asked.coarse)
+    verdict = _verdict(model, sides, named, changed, notes, run_set.coarse)
     progress("done", 4, 4)
     return Diagnosis(
         verdict,
@@ -112,42 +112,42 @@ def _searched(made: Calibrated, asked: Asked, progress: Progress) -> Diagnosis:
         tuple(c for c in changed if c.runs or verdict not in ("unknown", "cannot tell")),
         residual,
         main.candidates,
-        maps(main.held),
+        maps(main.fit),
         tuple(notes),
-        (*asked.findings, *filter(None, [late])),
-        *asked.names,
+        (*run_set.findings, *filter(None, [late])),
+        *run_set.names,
         strips=strips(main),
         remains=settled.rests,
-        confidence=_confidence(made, verdict),
+        confidence=_confidence(model, verdict),
     )
 
 
-def _confidence(made: Calibrated, verdict: str) -> Confidence | None:
+def _confidence(model: Calibrated, verdict: str) -> Confidence | None:
     """Of runs that repeat, on trajectories of which one can predict another."""
-    trajectories = {block.run.trajectory for block in made.blocks}
-    return confidence_of(verdict) if made.noise.repeats and len(trajectories) > 1 else None
+    trajectories = {block.run.trajectory for block in model.blocks}
+    return confidence_of(verdict) if model.noise.repeats and len(trajectories) > 1 else None
 
 
 def _mechanism(
-    made: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
+    model: Calibrated, known: Sequence[Compiled], judged: Sequence[Run], say: Callable[[str], None]
 ) -> tuple[Before, Side]:
     """What the mechanism lacks, beside the base model as it settles; and what the first fit left.
 
     What is missing bends the fit of widths and delay, and a bent fit asks for effects that are not
     there; so the search begins anew beside the base model that its own answer leaves.
     """
-    found = selected(Bench(made, known), judged, say)
-    before = before_of(found)
+    side = selected(Bench(model, known), judged, say)
+    before = before_of(side)
     for _ in range(SEARCHES - 1):
         # the columns and rows of one search at a time: they take most of the memory
-        found.held.bench.forget()
-        anew = ((beside(joint), joint.geared) for joint in found.accepted)
-        settled = next((m for m, axes in anew if _moved(made, m, axes)), None)
+        side.fit.bench.forget()
+        anew = ((beside(joint), joint.geared) for joint in side.accepted)
+        settled = next((m for m, axes in anew if _moved(model, m, axes)), None)
         if settled is None:
             break
-        made = settled
-        found = selected(Bench(made, known), judged, say)
-    return before, found
+        model = settled
+        side = selected(Bench(model, known), judged, say)
+    return before, side
 
 
 def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool:
@@ -160,11 +160,11 @@ def _moved(before: Calibrated, after: Calibrated, geared: Sequence[int]) -> bool
     return bool(widths > BENT or delay > LATER * before.fitted.late or turned)
 
 
-def _sought(asked: Asked) -> dict[str, Effect]:
+def _sought(run_set: RunSet) -> dict[str, Effect]:
     """The library for the mechanism, with what can stand behind the drives' reports; and the user's
     own effects."""
     known = {id: effect.behind or effect for id, effect in library().items()}
-    return known | dict(asked.own)
+    return known | dict(run_set.own)
 
 
 def diagnose_files(
@@ -178,7 +178,7 @@ def diagnose_files(
 
 
 def _verdict(
-    made: Calibrated,
+    model: Calibrated,
     sides: Sequence[Side],
     named: Sequence[Named],
     changed: Sequence[Changed],
@@ -187,7 +187,7 @@ def _verdict(
 ) -> str:
     if named:
         return "ambiguous" if any(effect.rivals for effect in named) else "named"
-    if not made.noise.repeats:
+    if not model.noise.repeats:
         notes.append("no trajectory was run twice, so noise cannot be set apart: run each again")
         return "changed" if changed else "cannot tell"
     if any(side.remains for side in sides):

@@ -38,11 +38,11 @@ def inside(text: str, folder: Path) -> str:
     """
     elsewhere = {(ROOT / file).resolve(): f"/{page}.md" for page, file in TAKEN.items()}
 
-    def link(found: re.Match[str]) -> str:
-        picture, words, target = found.groups()
+    def link(match: re.Match[str]) -> str:
+        picture, words, target = match.groups()
         path, _, anchor = target.partition("#")
         if picture or "://" in target or not path:
-            return found[0]
+            return match[0]
         full = (folder / path).resolve()
         page = elsewhere.get(full)
         if page is None and full.is_relative_to(HERE) and full.suffix == ".md":
@@ -61,7 +61,7 @@ def read(app: Any, page: str, source: list[str]) -> None:
     text = inside(text, path.parent)
     # a README begins with the name of its folder
     title = r"\A# (\w)" if page in TAKEN else r"\Z\A"
-    source[0] = re.sub(title, lambda found: f"# {found[1].upper()}", text)
+    source[0] = re.sub(title, lambda match: f"# {match[1].upper()}", text)
 
 
 def setup(app: Any) -> None:

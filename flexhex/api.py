@@ -14,7 +14,7 @@ from pathlib import Path
 
 from flexhex.arguments import SHIPPED
 from flexhex.compare.results import Comparison, Tolerance, compare
-from flexhex.diagnosis.estimation.extras import Extras, extras_of, read_found
+from flexhex.diagnosis.estimation.extras import Extras, extras_of, read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.identify import Fit, fit
 from flexhex.diagnosis.estimation.plausible import listed_names
@@ -146,9 +146,11 @@ def simulate_system(
     if not isinstance(seconds, int | float):
         raise UsageError(f"seconds = {seconds!r}: must be a number [s]")
     listed = [DEFAULT, *signals]
-    found = run(ssp, seconds, signals=listed, parameters=parameters, progress=progress)
-    made = results.provenance(command="flexhex.simulate_system")
-    return Result(found.groups, found.times, found.duration, found.wall, {**made, **found.meta})
+    result = run(ssp, seconds, signals=listed, parameters=parameters, progress=progress)
+    provenance = results.provenance(command="flexhex.simulate_system")
+    return Result(
+        result.groups, result.times, result.duration, result.wall, {**provenance, **result.meta}
+    )
 
 
 def with_trajectory(
@@ -230,7 +232,7 @@ def identify_runs(
     tolerance: Mapping[str, float] | None = None,
     joints: Sequence[str] = (),
     settle: float | None = None,
-    found: Diagnosis | File | None = None,
+    diagnosis: Diagnosis | File | None = None,
 ) -> Identified:
     """Parameters of a robot, of axes or of a model of your own from measured runs, with 95 %
     intervals, as values that a machine can have (docs/identify.md).
@@ -238,23 +240,23 @@ def identify_runs(
     runs: logs of one machine. held_out: logs that are not fitted. base: `axis` (each by itself),
     `schunk`, a robot's file, or one of your own, `base.py:Arm`. tolerance: of a robot's file,
     `{"mass": 0.1}`. joints: of a robot's file, in the order of the logs' axes. settle [s]: left
-    out at the start of each run. found: a diagnosis, or the diagnosis.json that `flexhex diagnose`
-    wrote, whose effects are fitted with all parameters.
+    out at the start of each run. diagnosis: one, or the diagnosis.json that `flexhex diagnose`
+    wrote; its effects are fitted with all parameters.
 
     Raises LogError, MachineError or UsageError for what cannot be read or does not fit.
 
-    >>> found = flexhex.identify_runs(["a.csv"], ["b.csv"], base="axis")
-    >>> found["J[1]"].estimate.ci95
+    >>> identified = flexhex.identify_runs(["a.csv"], ["b.csv"], base="axis")
+    >>> identified["J[1]"].estimate.ci95
     """
     if base == "hexapod":
         raise UsageError("base = 'hexapod': use identify_parameters")
     known = [Path(path) for path in runs], [Path(path) for path in held_out]
     options = Search(base, tolerance=tolerance or {}, joints=tuple(joints))
     more: Extras | None = None
-    if isinstance(found, Diagnosis):
-        more = extras_of(found.data(), "found")
-    elif found is not None:
-        more = read_found(Path(found))
+    if isinstance(diagnosis, Diagnosis):
+        more = extras_of(diagnosis.data(), "diagnosis")
+    elif diagnosis is not None:
+        more = read_diagnosis(Path(diagnosis))
     return identify(*known, None, options, settle, more=more)
 
 

@@ -29,7 +29,7 @@ Trajectory = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON on stdout")]
 
 
-def found_machine(path: Path) -> Path:
+def machine_file_of(path: Path) -> Path:
     """The machine file; the package's own if the default is not in the current folder."""
     if path == DEFAULT_MACHINE and not path.exists():
         return SHIPPED / path.name

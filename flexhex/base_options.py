@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, machine_file_of
 from flexhex.fmus.common.errors import UsageError
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def base_options(
         raise UsageError(
             f"--machine {machine}: --base {base} reads no machine file: take --machine out"
         )
-    file = found_machine(machine or DEFAULT_MACHINE) if base == "hexapod" else None
+    file = machine_file_of(machine or DEFAULT_MACHINE) if base == "hexapod" else None
     if tolerance and base != "hexapod" and not is_robot(base):
         raise UsageError(f"--tolerance: --base {base} reads no machine file: take it out")
     known = tolerances(tolerance or [])
@@ -78,12 +78,12 @@ def tolerances(words: list[str]) -> dict[str, float]:
     from flexhex.diagnosis.basemodels.bases import with_tolerance
     from flexhex.fmus.common.machine.sections import Tolerance
 
-    made: dict[str, float] = {}
+    values: dict[str, float] = {}
     for word in words:
         name, _, text = word.partition("=")
         try:
-            made[name] = float(text)
+            values[name] = float(text)
         except ValueError:
             raise UsageError(f"--tolerance {word}: write KEY=NUMBER, such as mass=0.1") from None
-    with_tolerance(Tolerance(), made)
-    return made
+    with_tolerance(Tolerance(), values)
+    return values

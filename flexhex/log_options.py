@@ -54,8 +54,8 @@ def log_options(constant: str | None, units: list[str], names: list[str]) -> Opt
 def _units(words: list[str]) -> dict[str, str]:
     from flexhex.diagnosis.logs.units import KNOWN
 
-    made = _pairs("--unit", words)
-    for name, unit in made.items():
+    units = _pairs("--unit", words)
+    for name, unit in units.items():
         if name not in KNOWN:
             plain = re.sub(r"\W*\d+\W*$", "", name)
             remedy = f"write {plain}={unit}, for all its axes" if plain in KNOWN else ""
@@ -63,27 +63,27 @@ def _units(words: list[str]) -> dict[str, str]:
                 f"--unit {name}={unit}: no channel of that name;"
                 f" {remedy or 'there are ' + ', '.join(KNOWN)}"
             )
-    return made
+    return units
 
 
 def _names(words: list[str]) -> dict[str, str]:
     from flexhex.diagnosis.logs.raw import CHANNELS
 
-    made = _pairs("--rename", words)
-    for name, channel in made.items():
+    names = _pairs("--rename", words)
+    for name, channel in names.items():
         if re.sub(r"\[\d+\]$", "", channel) not in ("time", *CHANNELS):
             raise UsageError(
                 f"--rename {name}={channel}: no such channel; there are time,"
                 f" {', '.join(CHANNELS)}, with or without an axis: theta[1]"
             )
-    return made
+    return names
 
 
 def _pairs(option: str, words: list[str]) -> dict[str, str]:
-    made = {}
+    pairs = {}
     for word in words:
         name, _, value = word.rpartition("=")
         if not (name and value):
             raise UsageError(f"{option} {word}: write NAME=VALUE")
-        made[name] = value
-    return made
+        pairs[name] = value
+    return pairs

@@ -36,13 +36,13 @@ class Recording:
 
     def places(self, channel: str) -> list[int]:
         """Columns of `theta` are those of theta[1], theta[2] ...; ValueError without any."""
-        found = [k for k, name in enumerate(self.names) if name.partition("[")[0] == channel]
-        return found or [self.names.index(channel)]
+        places = [k for k, name in enumerate(self.names) if name.partition("[")[0] == channel]
+        return places or [self.names.index(channel)]
 
     def __getitem__(self, channel: str) -> Array:
         """A channel: (cycles, n), or (cycles,) where it has one column."""
-        found = self.places(channel)
-        return self.rows[:, found] if len(found) > 1 else self.rows[:, found[0]]
+        places = self.places(channel)
+        return self.rows[:, places] if len(places) > 1 else self.rows[:, places[0]]
 
 
 OTHERS = "`flexhex view` and `flexhex plot` show results and logs"
@@ -69,13 +69,13 @@ def read_recording(path: str | Path) -> Recording:
         )
     try:
         data = np.loadtxt(rows[2:], delimiter=",", ndmin=2)
-        found = Recording(tuple(rows[0].split(",")), tuple(rows[1].split(",")), data, meta)
-        found.places("phase"), found.places("time")
-        if not found.base > 0.0 or len(found.names) != data.shape[1]:
-            raise ValueError(f"{data.shape[1]} columns, {len(found.names)} names")
+        recording = Recording(tuple(rows[0].split(",")), tuple(rows[1].split(",")), data, meta)
+        recording.places("phase"), recording.places("time")
+        if not recording.base > 0.0 or len(recording.names) != data.shape[1]:
+            raise ValueError(f"{data.shape[1]} columns, {len(recording.names)} names")
     except ValueError as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
-    return found
+    return recording
 
 
 def load_recording(path: str | Path) -> Result:
@@ -83,15 +83,17 @@ def load_recording(path: str | Path) -> Result:
     return as_result(path, read_recording(path))
 
 
-def as_result(path: str | Path, found: Recording) -> Result:
+def as_result(path: str | Path, recording: Recording) -> Result:
     """The cycles in which the controller ran, as a result that begins with the first of them.
 
     path: named by the LogError of a damaged one.
     """
     try:
-        running = found.rows[found["phase"] == RUNNING]
-        data = _bridged(_at_its_time(running, running[:, found.places("time")[0]] / found.base))
-        return _result(plans(found.meta), data, found)
+        running = recording.rows[recording["phase"] == RUNNING]
+        data = _bridged(
+            _at_its_time(running, running[:, recording.places("time")[0]] / recording.base)
+        )
+        return _result(plans(recording.meta), data, recording)
     except (ValueError, IndexError) as error:
         raise LogError(f"{path}: a damaged recording ({error})") from None
 
@@ -153,17 +155,17 @@ def _pair(text: str) -> tuple[str, str]:
     return channel, signal
 
 
-def _result(plans: list[tuple[str, str, int]], data: Array, found: Recording) -> Result:
+def _result(plans: list[tuple[str, str, int]], data: Array, recording: Recording) -> Result:
     groups: dict[str, Group] = {}
     for channel, signal, period in plans:
-        places = found.places(channel)
+        places = recording.places(channel)
         values = data[::period, places] if len(places) > 1 else data[::period, places[0]]
-        key = rate_name(period, found.base)
-        old = groups.get(key, Group(period, found.base, {}))
+        key = rate_name(period, recording.base)
+        old = groups.get(key, Group(period, recording.base, {}))
         groups[key] = Group(
             period,
-            found.base,
+            recording.base,
             {**old.signals, signal: values},
-            {**old.units, signal: found.units[places[0]]},
+            {**old.units, signal: recording.units[places[0]]},
         )
-    return Result(groups, duration=len(data) * found.base, meta=found.meta)
+    return Result(groups, duration=len(data) * recording.base, meta=recording.meta)

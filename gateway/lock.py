@@ -53,10 +53,10 @@ def registry() -> str:
         )
         if done.returncode:
             sys.exit(f"cargo cannot ask its registry:\n{done.stderr.strip()}")
-        found = _SOURCE.search((root / "Cargo.lock").read_text(encoding="utf-8"))
-    if found is None:
+        match = _SOURCE.search((root / "Cargo.lock").read_text(encoding="utf-8"))
+    if match is None:
         sys.exit("cargo wrote a Cargo.lock without a source")
-    return found[0]
+    return match[0]
 
 
 if __name__ == "__main__":

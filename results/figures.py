@@ -8,7 +8,7 @@ from typing import Any
 
 from flexhex.simulation.metrics import KEYS
 from results import tables, times
-from results.tables import Found
+from results.tables import Results
 
 CORRECTION = "kinematics_correct"
 EVERY = "*"
@@ -20,16 +20,16 @@ class Source:
     """Where a figure or a table comes from: results file and what makes text of its `found`."""
 
     file: str
-    text: Callable[[Found], str]
+    text: Callable[[Results], str]
 
 
-def number(form: str, *path: str | int) -> Callable[[Found], str]:
+def number(form: str, *path: str | int) -> Callable[[Results], str]:
     """The number at a path of keys, in a format."""
 
-    def text(found: Any) -> str:
+    def text(results: Any) -> str:
         for key in path:
-            found = found[key]
-        return format(found, form)
+            results = results[key]
+        return format(results, form)
 
     return text
 
@@ -39,19 +39,19 @@ def _missing(which: str) -> Source:
     return Source("missing", number(".1f", *path))
 
 
-def _below(limit: float) -> Callable[[Found], str]:
+def _below(limit: float) -> Callable[[Results], str]:
     """How many machines of the showcase end below a tracking error [urad], of how many."""
 
-    def text(lines: Found) -> str:
+    def text(lines: Results) -> str:
         ends = [n["shown"]["closed_loop"]["machine"]["after"]["e"] for n in lines if "shown" in n]
         return f"{sum(e < limit for e in ends)} of {len(lines)}"
 
     return text
 
 
-def _deviation(found: Any) -> str:
+def _deviation(results: Any) -> str:
     """The largest deviation of the feedback-only row from what is published [%]."""
-    simulated, wanted = found["cases"]["feedback"], found["paper"]["feedback"]
+    simulated, wanted = results["cases"]["feedback"], results["paper"]["feedback"]
     pairs = zip((simulated[key] for key in KEYS), wanted, strict=True)
     return f"{max(abs(value / paper - 1.0) for value, paper in pairs):.0%}".replace("%", " %")
 
@@ -89,7 +89,7 @@ TABLES: dict[str, Source] = {
     "measured payload": Source("measured", tables.measured_payload),
     "drive errors": Source("drive", times.drive_errors),
     "drive times": Source("drive", times.drive_times),
-    "made": Source(EVERY, tables.made),
+    "made": Source(EVERY, tables.provenance),
     "profile": Source("speed", times.profile),
     "quantisation": Source("quantisation", times.quantisation),
 }

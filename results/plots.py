@@ -83,32 +83,32 @@ class Call:
 
 def calls_of(code: str) -> list[Call]:
     """Run lines of FMPy, without what they print; the calls of simulate_fmu in their order."""
-    found: list[Call] = []
+    calls: list[Call] = []
     simulate = fmpy.simulate_fmu
 
     def recorded(filename: str, **options: Any) -> Any:
         rows = simulate(filename, **options)
-        found.append(Call(filename, options.get("start_values", {}), rows))
+        calls.append(Call(filename, options.get("start_values", {}), rows))
         return rows
 
     with patch.object(fmpy, "simulate_fmu", recorded), contextlib.redirect_stdout(io.StringIO()):
         exec(compile(code, "README.md", "exec"), {})
-    return found
+    return calls
 
 
 def lines_of(calls: Sequence[Call]) -> list[Line]:
     """Every output of every call."""
-    files, found = len({call.fmu for call in calls}) > 1, []
+    files, lines = len({call.fmu for call in calls}) > 1, []
     for call in calls:
         which = call.differing(files) if len(calls) > 1 else ""
         listed = fmpy.read_model_description(call.fmu).modelVariables
         units = {v.name: v.unit or "1" for v in listed}
-        found += [
+        lines += [
             Line(name, units[name], which, call.rows["time"], call.rows[name].astype(float))
             for name in call.rows.dtype.names
             if name != "time"
         ]
-    return found
+    return lines
 
 
 def drawn(lines: Sequence[Line]) -> str:

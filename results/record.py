@@ -32,14 +32,14 @@ def record(name: str, command: list[str]) -> Path:
     program = [sys.executable if command[0] == "python" else command[0], *command[1:]]
     done = subprocess.run(program, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     try:
-        found = json.loads(done.stdout)
+        printed = json.loads(done.stdout)
     except ValueError:
         raise ValueError(f"{shlex.join(command)}: exit {done.returncode}, no JSON") from None
-    made = {"command": shlex.join(command), "exit": done.returncode, **before}
-    made["minutes"] = round((time.monotonic() - began) / 60, 1)
+    origin = {"command": shlex.join(command), "exit": done.returncode, **before}
+    origin["minutes"] = round((time.monotonic() - began) / 60, 1)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    made["processor_minutes"] = round((used.ru_utime + used.ru_stime) / 60, 1)
-    return write(name, {"made": made, "found": found})
+    origin["processor_minutes"] = round((used.ru_utime + used.ru_stime) / 60, 1)
+    return write(name, {"made": origin, "found": printed})
 
 
 def write(name: str, content: dict[str, Any]) -> Path:

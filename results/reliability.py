@@ -29,6 +29,6 @@ def true(case: Mapping[str, Any]) -> bool:
     return case["outcome"] in RIGHT and changed
 
 
-def written(found: Mapping[str, Any]) -> str:
+def written(results: Mapping[str, Any]) -> str:
     """The file of the package, from the study's results."""
-    return json.dumps(counts(found["cases"]), indent=2) + "\n"
+    return json.dumps(counts(results["cases"]), indent=2) + "\n"

@@ -7,7 +7,7 @@ from typing import Any
 
 from results.shares import share
 
-Found = Any
+Results = Any
 Rows = Iterable[Sequence[str]]
 CASES = (
     ("feedback", "feedback only"),
@@ -25,16 +25,16 @@ def markdown(head: Sequence[str], rows: Rows) -> str:
     return "\n".join(f"| {' | '.join(c.replace('|', '/') for c in row)} |" for row in lines) + "\n"
 
 
-def paper(found: Found) -> str:
+def paper(results: Results) -> str:
     """RMS errors and torques beside [SH, Table I]."""
     head = ("RMS", "e [µrad]", "paper", "τ_FB [N m]", "paper")
-    rows = [_case(title, found["cases"][n], found["paper"].get(n)) for n, title in CASES]
-    alone, theirs = found["actuators"], found["paper_actuators"]
+    rows = [_case(title, results["cases"][n], results["paper"].get(n)) for n, title in CASES]
+    alone, theirs = results["actuators"], results["paper_actuators"]
     rows += [_case(f"actuators alone: {t}", alone[n], theirs[n]) for n, t in CASES[:3]]
     return markdown(head, rows)
 
 
-def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
+def _case(title: str, ours: Results, theirs: Sequence[float] | None) -> list[str]:
     def cells(e: float, tau: float) -> tuple[str, str]:
         return f"{e:.0f}" if e >= 100 else f"{e:.1f}", f"{tau:.4f}"
 
@@ -43,9 +43,9 @@ def _case(title: str, ours: Found, theirs: Sequence[float] | None) -> list[str]:
     return [title, e, their_e, tau, their_tau]
 
 
-def missing(found: Found) -> str:
+def missing(results: Results) -> str:
     """The adaptive loop on the machine, with the model as it was and with the extended one."""
-    run = found["experiments"]["missing"]
+    run = results["experiments"]["missing"]
     residual, loops = run["diagnosis"]["residual"], run["shown"]["closed_loop"]["machine"]
     rows = []
     for title, key in (("as it was", "before"), ("extended", "after")):
@@ -57,9 +57,9 @@ def missing(found: Found) -> str:
     return markdown((*head, "its non-repeatable part"), rows) + "\n" + named
 
 
-def hidden(found: Found) -> str:
+def hidden(results: Results) -> str:
     """How the cases of the study ended, a column for each family of truth; rows with a case."""
-    families, listed, before = found["families"], [], ""
+    families, listed, before = results["families"], [], ""
     for each in zip(*families.values(), strict=True):
         if any(c["n"] for c in each):
             first = each[0]
@@ -69,16 +69,16 @@ def hidden(found: Found) -> str:
     return markdown(("hidden", "said", "wanted", *families), listed)
 
 
-def _share(claim: Found) -> str:
+def _share(claim: Results) -> str:
     text = f"; {claim['text']}" if claim["text"] else ""
     return share(claim["hits"], claim["n"]) + text if claim["n"] else "–"
 
 
-def cases(found: Found) -> str:
+def cases(results: Results) -> str:
     """Every case of the study."""
     head = ("case", "hidden (axes)", "observable [% of torque RMS]", "verdict and names", "judged")
     listed = []
-    for c in found["cases"]:
+    for c in results["cases"]:
         truth = [f"{id} {_axes(a)}" for id, a in zip(c["hidden"], c["axes"], strict=False)]
         if not c["axes"]:
             truth = [f"changed: {name}" for name in c["hidden"]]
@@ -93,23 +93,23 @@ def cases(found: Found) -> str:
     return markdown(head, listed)
 
 
-def sensitivity(found: Found) -> str:
+def sensitivity(results: Results) -> str:
     """What becomes of the cases where a criterion is halved or doubled."""
-    known, usual = found["variations"], found["variations"]["as it is"]
+    known, usual = results["variations"], results["variations"]["as it is"]
     of = f"of {usual['n']} cases: well / wrong / changed"
     rows = [["as they are", "", f"{usual['good']} / {usual['wrong']}", ""]]
-    for name, value in found["values"].items():
+    for name, value in results["values"].items():
         each = [known.get(f"{name} x {factor:g}") for factor in (0.5, 2.0)]
         if any(each):
             rows.append([f"`{name}`", f"{value:g}", *map(_variation, each)])
     return markdown(("criterion", "value", f"halved, {of}", "doubled"), rows)
 
 
-def _variation(row: Found) -> str:
+def _variation(row: Results) -> str:
     return f"{row['good']} / {row['wrong']} / {len(row['moved'])}" if row else ""
 
 
-def machines(lines: Found) -> str:
+def machines(lines: Results) -> str:
     """Machines of the showcase, failures too."""
     head = (
         "machine",
@@ -122,30 +122,30 @@ def machines(lines: Found) -> str:
     return markdown(head, [_machine(line) for line in lines])
 
 
-def _machine(line: Found) -> list[str]:
+def _machine(line: Results) -> list[str]:
     hidden = "; ".join(f"{h['kind']} {_axes(h['axes'])} {h['size']:.3f}" for h in line["hidden"])
     name = str(line["number"]) if line["number"] else "default"
     if "error" in line:
         return [name, hidden, " ".join(line["error"].split())[:300], "failed", "", ""]
-    found, shown = line["diagnosis"], line["shown"]
-    names = [_names(found["effects"])] if found["effects"] else []
-    names += [f"changed {c['parameter']}" for c in found["changed"]]
+    diagnosis, shown = line["diagnosis"], line["shown"]
+    names = [_names(diagnosis["effects"])] if diagnosis["effects"] else []
+    names += [f"changed {c['parameter']}" for c in diagnosis["changed"]]
     names += [f"withdrawn {id}" for id in shown["withdrawn"]]
     before, after, rest = (
-        1e3 * found["residual"][k] for k in ("before", "after", "non_repeatable")
+        1e3 * diagnosis["residual"][k] for k in ("before", "after", "non_repeatable")
     )
     loop = shown["closed_loop"]["machine"]
     return [
         name,
         hidden,
-        ": ".join(filter(None, (found["verdict"], "; ".join(names)))),
+        ": ".join(filter(None, (diagnosis["verdict"], "; ".join(names)))),
         line["judged"],
         f"{before:.2f} → {after:.2f} ({rest:.2f})",
         f"{loop['before']['e']:.1f} → {loop['after']['e']:.1f}",
     ]
 
 
-def _names(effects: Sequence[Found]) -> str:
+def _names(effects: Sequence[Results]) -> str:
     return "; ".join(
         f"{e['id']} {_axes(e['axes'])}" + (f" (or {', '.join(e['rivals'])})" if e["rivals"] else "")
         for e in effects
@@ -156,11 +156,11 @@ def _axes(axes: Sequence[int]) -> str:
     return "all" if len(axes) in (0, 6) else ",".join(map(str, axes))
 
 
-def schunk(found: Found) -> str:
+def schunk(results: Results) -> str:
     """Effects of the measured arm and its residual, axis by axis."""
-    named = {str(axis): e for e in found["effects"] for axis in e["axes"]}
+    named = {str(axis): e for e in results["effects"] for axis in e["axes"]}
     rows = []
-    for axis, residual in found["residual"]["per_axis"].items():
+    for axis, residual in results["residual"]["per_axis"].items():
         names, values = "not named", ""
         if axis in named:
             effect = named[axis]
@@ -176,19 +176,19 @@ def schunk(found: Found) -> str:
     return markdown(head, rows)
 
 
-def measured(found: Found) -> str:
+def measured(results: Results) -> str:
     """What each method leaves of the torque of the measured machines, axis by axis."""
     rows = []
-    for one in found.values():
+    for one in results.values():
         for method in one["methods"]:
             each = (", ".join(f"{100 * v:.1f}" for v in method[part]) for part in ("fit", "test"))
             rows.append([one["title"], method["tool"], *each])
     return markdown(("machine", "method", "left, fit [%]", "left, test [%]"), rows)
 
 
-def emps(found: Found) -> str:
+def emps(results: Results) -> str:
     """Parameters of EMPS by each method beside those in print."""
-    published, methods = found["emps"]["published"], found["emps"]["methods"]
+    published, methods = results["emps"]["published"], results["emps"]["methods"]
     shown = [m for m in methods if "m" in m]
     rows = []
     for name, unit in (("m", "kg"), ("d", "N s/m"), ("F_c", "N"), ("o", "N")):
@@ -204,10 +204,10 @@ def emps(found: Found) -> str:
     return markdown(("", "published", *(m["tool"] for m in shown)), rows)
 
 
-def measured_names(found: Found) -> str:
+def measured_names(results: Results) -> str:
     """What the diagnosis says of each measured machine."""
     rows = []
-    for one in found.values():
+    for one in results.values():
         said = one["diagnosis"]
         names = "; ".join(
             " or ".join((e["name"], *e["rivals"])) + f", axes {_axes(e['axes'])}"
@@ -217,9 +217,9 @@ def measured_names(found: Found) -> str:
     return markdown(("machine", "verdict", "named", "notes"), rows)
 
 
-def measured_payload(found: Found) -> str:
+def measured_payload(results: Results) -> str:
     """The mass that came between runs of the UR10e."""
-    carried, true = found["ur10e"]["payload"], found["ur10e"]["published"]["payload"]
+    carried, true = results["ur10e"]["payload"], results["ur10e"]["published"]["payload"]
     low, high = carried["ci95"]
     own = f"{carried['value']:.2f} ({low:.2f} to {high:.2f})"
     return markdown(
@@ -228,7 +228,7 @@ def measured_payload(found: Found) -> str:
     )
 
 
-def made(files: Found) -> str:
+def provenance(files: Results) -> str:
     """How each results file was made."""
     rows = []
     for name, m in files.items():

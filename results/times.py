@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from results.tables import Found, markdown
+from results.tables import Results, markdown
 
 
-def speed(found: Found) -> str:
+def speed(results: Results) -> str:
     """Ours beside its rivals."""
     head = ("what", "median", "required", "stretch", "beside it", "ratio")
     rows = []
-    for row in found["rows"]:
+    for row in results["rows"]:
         first, *rivals = row["timings"]
         unit = _factor if row["faster"] else _micro
         limits = [unit(x) if x else "" for x in (row["required"], row["stretch"])]
@@ -41,53 +41,53 @@ def _factor(value: float) -> str:
     return f"{value:.3g} ×"
 
 
-def growth(found: Found) -> str:
+def growth(results: Results) -> str:
     """Time of K over its number of parameters."""
-    timings = found["growth"]["parameters"]
+    timings = results["growth"]["parameters"]
     rows = [[t["name"], f"{t['median'] / 1e3:.3g}", f"{t['median'] / int(t['name']) ** 2:.2f}"]
             for t in timings]  # fmt: skip
     return markdown(("parameters of K", "median [µs]", "ns for a square of a parameter"), rows)
 
 
-def profile(found: Found) -> str:
+def profile(results: Results) -> str:
     """Share of each FMU in the time of the loop."""
-    parts = found["profile"]
+    parts = results["profile"]
     total = sum(spent for spent, _ in parts.values())
     rows = [[name, f"{100 * spent / total:.0f} %"] for name, (spent, _) in parts.items()]
     return markdown(("FMU", "share of the loop's time"), rows)
 
 
-def operations(found: Found) -> str:
+def operations(results: Results) -> str:
     """Operations of the generated functions that run at every tick."""
     rows = [
         [block, name, str(count)]
-        for block, functions in found["operations"].items()
+        for block, functions in results["operations"].items()
         for name, count in functions.items()
     ]
     return markdown(("FMU", "generated function", "operations"), rows)
 
 
-def quantisation(found: Found) -> str:
+def quantisation(results: Results) -> str:
     """Tracking error with the drives' steps: the model, the machine."""
     names = ("model", "machine")
     head = ["steps of the drive", *(f"{name}: RMS, largest, change [µrad]" for name in names)]
     rows = []
-    for variants in zip(*found["systems"].values(), strict=True):
+    for variants in zip(*results["systems"].values(), strict=True):
         cells = [f"{v['rms']:.3f}, {v['max']:.2f}, {v['change']:.4f}" for v in variants]
         rows.append([variants[0]["title"], *cells])
     return markdown(head, rows)
 
 
-def drive_errors(found: Found) -> str:
+def drive_errors(results: Results) -> str:
     """Tracking error of the adaptive loop over emulated drives, and of the simulation."""
-    runs = found["tracking error [urad]"].items()
+    runs = results["tracking error [urad]"].items()
     rows = [[name, f"{rms:.1f}", f"{largest:.1f}"] for name, (rms, largest) in runs]
     return markdown(("run", "e RMS [µrad]", "largest [µrad]"), rows)
 
 
-def drive_times(found: Found) -> str:
+def drive_times(results: Results) -> str:
     """Quantiles of the parts of a cycle, both passes by the clock beside cyclictest."""
-    passes = {n: s for n, s in found["summary"].items() if n.startswith("clock")}
+    passes = {n: s for n, s in results["summary"].items() if n.startswith("clock")}
     parts = ("wake_up_us", "round_trip_us", "compute_us", "after_reply_us")
     quantiles = ("p50", "p99", "max")
     rows = [
@@ -99,7 +99,7 @@ def drive_times(found: Found) -> str:
         for part in parts
         for name, s in passes.items()
     ]
-    own = found["cyclictest [us]"]
+    own = results["cyclictest [us]"]
     if own:
         rows.append(["cyclictest", "", *(f"{own[q]:.1f}" for q in quantiles)])
     return markdown(("part of a cycle of 250 µs", "run", *(f"{q} [µs]" for q in quantiles)), rows)

@@ -80,7 +80,7 @@ def read_diagram(path: str | Path) -> Diagram:
     for wire in wires:
         pairs.setdefault((wire.get("startElement"), wire.get("endElement")), []).append(wire)
     known = {shape.name: shape for shape in shapes}
-    lines = [_line(known[a], known[b], found) for (a, b), found in pairs.items()]
+    lines = [_line(known[a], known[b], signals) for (a, b), signals in pairs.items()]
     return Diagram(str(document.get("name")), shapes, tuple(_spread(known, lines)))
 
 
@@ -89,15 +89,15 @@ def _shapes(document: Any, path: str) -> list[Shape]:
     base = 0.0 if schedule is None else float(schedule.get("baseStep"))
     entries = [] if schedule is None else schedule.iterfind("flexhex:Period", NAMESPACES)
     periods = {e.get("component"): int(e.get("steps")) * base for e in entries}
-    found = []
+    shapes = []
     for element in document.iterfind("ssd:System/ssd:Elements/ssd:Component", NAMESPACES):
         name, place = element.get("name"), element.find("ssd:ElementGeometry", NAMESPACES)
         if place is None:
             raise InterfaceError(f"{path}: {name} has no ssd:ElementGeometry, so no place")
         x1, y1, x2, y2 = (float(place.get(key)) for key in ("x1", "y1", "x2", "y2"))
         fmu = Path(element.get("source")).stem
-        found.append(Shape(name, fmu, periods.get(name), (x1, y1, x2, y2)))
-    return found
+        shapes.append(Shape(name, fmu, periods.get(name), (x1, y1, x2, y2)))
+    return shapes
 
 
 def _line(source: Shape, target: Shape, wires: Sequence[Any]) -> Line:
@@ -169,9 +169,9 @@ _DOTS = re.compile(r"(.*?)(_f)?(dd|d)?")
 
 def symbol(name: str) -> str:
     """A variable's name as the paper writes it, with its index after `_`: `theta_fd` is θ̇_f."""
-    found = _DOTS.fullmatch(name)
-    stem, dots = (found[1], found[3]) if found else (name, None)
-    filtered = "_f" if found and found[2] else ""
+    match = _DOTS.fullmatch(name)
+    stem, dots = (match[1], match[3]) if match else (name, None)
+    filtered = "_f" if match and match[2] else ""
     if stem not in _LETTERS:
         return name
     letter, _, index = _LETTERS[stem].partition("_")

@@ -79,11 +79,11 @@ def _base_steps(duration: float, base: float) -> int:
 
 def _overrides(package: Package, parameters: Parameters) -> dict[str, dict[str, float]]:
     """Scalar values by component and FMI name."""
-    found: dict[str, dict[str, float]] = {i.name: {} for i in package.instances}
+    overrides: dict[str, dict[str, float]] = {i.name: {} for i in package.instances}
     for text, value in parameters.items():
         component, _, name = text.partition(".")
-        if component not in found:
-            raise UsageError(f"parameter {text!r}: {unknown('component', component, found)}")
+        if component not in overrides:
+            raise UsageError(f"parameter {text!r}: {unknown('component', component, overrides)}")
         fmu = package.instance(component).fmu
         variables = fmu.of("parameter")
         known = arrays(variables) | {v.name: Signal(v.name, (v,)) for v in variables}
@@ -96,7 +96,7 @@ def _overrides(package: Package, parameters: Parameters) -> dict[str, dict[str, 
             raise UsageError(f"parameter {text!r}: {len(values)} values for {len(scalars)}")
         for v, x in zip(scalars, values, strict=True):
             try:
-                found[component][v.name] = number_for(f"{component}.{v.name}", x, v, fmu)
+                overrides[component][v.name] = number_for(f"{component}.{v.name}", x, v, fmu)
             except InterfaceError as error:
                 raise UsageError(f"parameter {error}") from None
-    return found
+    return overrides

@@ -146,11 +146,13 @@ def _arrays(names: Sequence[str], ours: bool) -> dict[str, str]:
     other makers: `a` of `a[1]` ... `a[n]` when these are all there."""
     if ours:
         return {name: array_of(name) for name in names}
-    found: dict[str, set[str]] = {}
+    arrays: dict[str, set[str]] = {}
     for name in names:
-        found.setdefault(_INDEX.sub("", name), set()).add(name)
-    whole = {a for a, members in found.items() if members == {a + k for k in indices(len(members))}}
-    return {name: array if array in whole else name for array, m in found.items() for name in m}
+        arrays.setdefault(_INDEX.sub("", name), set()).add(name)
+    whole = {
+        a for a, members in arrays.items() if members == {a + k for k in indices(len(members))}
+    }
+    return {name: array if array in whole else name for array, m in arrays.items() for name in m}
 
 
 def _variable(
@@ -189,8 +191,8 @@ def listed(items: Mapping[str, int]) -> str:
 
 def item_of(description: str, value: float) -> str:
     """Name of a value in what `listed` wrote behind a description; empty where it is not there."""
-    found = re.search(rf"(?:: |, ){value:.0f} (\w+)(?=, \d|$)", description)
-    return found[1] if found else ""
+    match = re.search(rf"(?:: |, ){value:.0f} (\w+)(?=, \d|$)", description)
+    return match[1] if match else ""
 
 
 def _enumerations(root: Any) -> dict[str, dict[str, int]]:

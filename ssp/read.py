@@ -213,9 +213,9 @@ class _Reader:
     def base_step(self, document: Any, instances: tuple[Instance, ...]) -> float:
         """[s]: our schedule, else a known annotation, else the FMUs' smallest step size."""
         for tag, key in BASE_STEPS:
-            found = document.find(f".//{tag}[@{key}]", NAMESPACES)
-            if found is not None:
-                return self.positive(found.get(key), tag)
+            element = document.find(f".//{tag}[@{key}]", NAMESPACES)
+            if element is not None:
+                return self.positive(element.get(key), tag)
         sizes = [i.fmu.step_size for i in instances if i.fmu.step_size]
         if not sizes:
             raise self.error("names no base step: write osp:FixedStepAlgorithm baseStepSize")

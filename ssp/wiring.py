@@ -88,9 +88,9 @@ def renamed(name: str, known: Iterable[str]) -> str:
 
     known: in the order of the model description, by which elements were counted before.
     """
-    if not (found := _INDEXED.fullmatch(name)):
+    if not (match := _INDEXED.fullmatch(name)):
         return ""
-    starts, k = (f"{found[1]}.", f"{found[1]}["), int(found[2])
+    starts, k = (f"{match[1]}.", f"{match[1]}["), int(match[2])
     elements = [other for other in known if other.startswith(starts)]
     return elements[k - 1] if 1 <= k <= len(elements) and name not in elements else ""
 

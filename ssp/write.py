@@ -44,11 +44,11 @@ def write_ssp(system: System, fmu_dir: str | Path, path: str | Path, *, stop: fl
 def _check_fmu(component: Component, fmu: Fmu) -> None:
     for variable in component.variables:
         for k, name in enumerate(variable.scalar_names):
-            found = fmu.variables.get(name)
-            if found is None:
+            actual = fmu.variables.get(name)
+            if actual is None:
                 text = unknown("variable", name, fmu.variables)
                 raise InterfaceError(f"{component.name}: in {fmu.file} {text}; build it anew")
-            is_so = (found.causality, found.type, found.unit)
+            is_so = (actual.causality, actual.type, actual.unit)
             wanted = (variable.causality, variable.type, unit_of(variable, k))
             if is_so != wanted:
                 raise InterfaceError(

@@ -113,14 +113,14 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
 
 def runs_of(case: Case) -> list[list[Run]]:
     """All runs [trajectory][pass]."""
-    scale, found = np.ones(case.n), list[list[Run]]()
+    scale, runs = np.ones(case.n), list[list[Run]]()
     for letter in range(TRAJECTORIES):
         reference = _reference(case, letter)
         if letter == 0:
             scale = np.std(_run(case, reference, np.zeros(case.n), 0).u, axis=0)
         first = 1 + letter * PASSES
-        found.append([_run(case, reference, scale, first + k) for k in range(PASSES)])
-    return found
+        runs.append([_run(case, reference, scale, first + k) for k in range(PASSES)])
+    return runs
 
 
 def _clock(case: Case) -> Array:

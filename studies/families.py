@@ -56,20 +56,20 @@ def _no_category(family: str, category: str | None) -> None:
 def _written(case: Case, logs: Path, sealed: Path) -> Files:
     clean = simulate_closed([case], CLOSED)[0] if case.closed else simulate(case)
     # every ninth case as CSV: slower to read, the same numbers
-    made = write(case, clean, logs, sealed, "csv" if case.seed % 9 == 4 else "h5")
-    return Files(made.paths, made.held_out, HEXAPOD, made.sealed)
+    written = write(case, clean, logs, sealed, "csv" if case.seed % 9 == 4 else "h5")
+    return Files(written.paths, written.held_out, HEXAPOD, written.sealed)
 
 
 def _mujoco(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
     # test seeds are refused before, for all families alike
-    made = make(seed, logs, sealed, category=category, test=True)
-    return Files(made.paths, made.test_paths, made.machine_file, made.sealed)
+    case = make(seed, logs, sealed, category=category, test=True)
+    return Files(case.paths, case.test_paths, case.machine_file, case.sealed)
 
 
 def _axes(seed: int, logs: Path, sealed: Path, category: str | None = None) -> Files:
     _no_category("axes", category)
-    made = axes_files.write(axes.draw(seed), logs, sealed)
-    return Files(made.paths, made.test_paths, made.machine_file, made.sealed)
+    case = axes_files.write(axes.draw(seed), logs, sealed)
+    return Files(case.paths, case.test_paths, case.machine_file, case.sealed)
 
 
 FAMILIES: Mapping[str, Family] = {

@@ -64,12 +64,12 @@ def trajectory(machine: Machine, ssp: Path, duration: float, seed: int) -> Traje
     """Simulate the random trajectory of a seed."""
     parameters = {"reference.seed": float(seed)}
     result = run(ssp, duration, signals=SIGNALS, parameters=parameters, timing=False)
-    found = {name: result[name][result.time(name) > SETTLE] for name in SIGNALS}
+    signals = {name: result[name][result.time(name) > SETTLE] for name in SIGNALS}
     row = figures(
-        machine, found["plant.theta"], found["feedback.e"], found["feedback.tau_fb"]
+        machine, signals["plant.theta"], signals["feedback.e"], signals["feedback.tau_fb"]
     ).row()
-    angle, torque = (float(np.abs(found[name]).max()) for name in ("plant.theta", "feedback.tau"))
-    return Trajectory(row, angle, torque, bool(found["plant.end_stop"].any()))
+    angle, torque = (float(np.abs(signals[name]).max()) for name in ("plant.theta", "feedback.tau"))
+    return Trajectory(row, angle, torque, bool(signals["plant.end_stop"].any()))
 
 
 def deviations(rows: Sequence[Sequence[float]], wanted: Sequence[float]) -> Array:
@@ -129,22 +129,22 @@ def measured(
     }
 
 
-def show(found: dict[str, Any]) -> None:
+def show(results: dict[str, Any]) -> None:
     """Tables for people, and the verdict."""
     columns = (Column("title", ""), *figure_columns())
-    titles = ["published", *(f"seed {seed}" for seed in found["seeds"])]
-    values = [found["published"], *found["rows"]]
+    titles = ["published", *(f"seed {seed}" for seed in results["seeds"])]
+    values = [results["published"], *results["rows"]]
     rows = [
         {"title": title} | dict(zip(KEYS, row, strict=True))
         for title, row in zip(titles, values, strict=True)
     ]
     out = console()
     out.print(table("feedback only", columns, rows))
-    shares = dict(zip(KEYS, (f"{d:+.0%}" for d in found["deviations"]), strict=True))
+    shares = dict(zip(KEYS, (f"{d:+.0%}" for d in results["deviations"]), strict=True))
     out.print(
         "mean square of the seeds against published:", ", ".join(map(" ".join, shares.items()))
     )
-    for name, (value, bound) in found["sense"].items():
+    for name, (value, bound) in results["sense"].items():
         out.print(f"{name}: {value:.3g}, at most {bound:.3g}: {'yes' if value <= bound else 'NO'}")
 
 
@@ -162,16 +162,16 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError:
         parser.error(f"--seeds {given.seeds!r}: whole numbers with commas between, as 1,2,3")
     try:
-        found = measured(given.machine, given.out, given.duration, seeds)
+        results = measured(given.machine, given.out, given.duration, seeds)
     except FlexhexError as error:
         print(f"studies.fidelity: {error}", file=sys.stderr)
         return 3
     if given.json:
-        print(json.dumps(found))
+        print(json.dumps(results))
     else:
-        show(found)
-    met = max(map(abs, found["deviations"])) <= WITHIN
-    return 0 if met and all(value <= bound for value, bound in found["sense"].values()) else 1
+        show(results)
+    met = max(map(abs, results["deviations"])) <= WITHIN
+    return 0 if met and all(value <= bound for value, bound in results["sense"].values()) else 1
 
 
 if __name__ == "__main__":

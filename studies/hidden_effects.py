@@ -58,31 +58,31 @@ def case(task: Task) -> Row:
     folder = tempfile.TemporaryDirectory
     # two folders that do not know each other: nothing near the logs leads to the truth
     with folder(prefix="logs-") as first, folder(prefix="truth-") as second:
-        made = FAMILIES[task.family](task.seed, Path(first), Path(second), task.category)
-        truth = json.loads(made.sealed.read_text(encoding="utf-8"))
-        found = answered(task.engine, made, task.seconds)
-    outcome = score(found["answer"], truth, found["error"])
-    answer = found["answer"]
+        files = FAMILIES[task.family](task.seed, Path(first), Path(second), task.category)
+        truth = json.loads(files.sealed.read_text(encoding="utf-8"))
+        response = answered(task.engine, files, task.seconds)
+    outcome = score(response["answer"], truth, response["error"])
+    answer = response["answer"]
     return {
         "family": task.family,
         "seed": task.seed,
         "category": task.category,
         "engine": task.engine,
         "outcome": asdict(outcome),
-        "processor_seconds": found["processor_seconds"],
-        "peak_bytes": found["peak_bytes"],
-        "error": found["text"],
+        "processor_seconds": response["processor_seconds"],
+        "peak_bytes": response["peak_bytes"],
+        "error": response["text"],
         "truth": truth,
         "answer": answer and {key: answer[key] for key in KEPT if key in answer},
     }
 
 
-def answered(engine: str, made: Files, seconds: float = SECONDS) -> Row:
+def answered(engine: str, files: Files, seconds: float = SECONDS) -> Row:
     """What the engine says in its own process."""
     wanted = {
-        "paths": [str(p) for p in made.paths],
-        "test_paths": [str(p) for p in made.test_paths],
-        "machine_file": str(made.machine_file),
+        "paths": [str(p) for p in files.paths],
+        "test_paths": [str(p) for p in files.test_paths],
+        "machine_file": str(files.machine_file),
     }
     with tempfile.TemporaryDirectory(prefix="answer-") as name:
         request, target = Path(name) / "request.json", Path(name) / "answer.json"
@@ -92,8 +92,8 @@ def answered(engine: str, made: Files, seconds: float = SECONDS) -> Row:
         try:
             done = subprocess.run(command, timeout=seconds, capture_output=True, text=True)
             if target.exists():
-                found: Row = json.loads(target.read_text(encoding="utf-8"))
-                return found
+                response: Row = json.loads(target.read_text(encoding="utf-8"))
+                return response
             said = f"ended with {done.returncode}: {done.stderr[-2000:]}"
         except subprocess.TimeoutExpired:
             said = f"no answer within {seconds:.0f} s"
@@ -174,11 +174,13 @@ def main(arguments: list[str] | None = None) -> int:
         append_line(store, row)
         done[task.key] = row
         _say(_line(row))
-    found = [done[task.key] for task in tasks if task.key in done]
-    outcomes = [outcome_of(row) for row in found]
+    rows = [done[task.key] for task in tasks if task.key in done]
+    outcomes = [outcome_of(row) for row in rows]
     if given.json:
         print(
-            json.dumps({"families": honest_tables.found(outcomes), "cases": [*map(_short, found)]})
+            json.dumps(
+                {"families": honest_tables.families_of(outcomes), "cases": [*map(_short, rows)]}
+            )
         )
     else:
         print(honest_tables.text(outcomes))
@@ -219,10 +221,10 @@ def _say(text: str) -> None:
 def seeds(text: str) -> range:
     """A:B, or A alone."""
     first, _, end = text.partition(":")
-    found = range(int(first), int(end) if end else int(first) + 1)
-    if not found or found[0] < 0:
+    chosen = range(int(first), int(end) if end else int(first) + 1)
+    if not chosen or chosen[0] < 0:
         raise argparse.ArgumentTypeError(f"{text}: A:B with 0 <= A < B, B not included")
-    return found
+    return chosen
 
 
 if __name__ == "__main__":

@@ -88,10 +88,10 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
     """
     if answer is None and error not in ("refused", "failed"):
         raise ValueError(f"error {error!r}: refused or failed where there is no answer")
-    found: Mapping[str, Any] = answer or {"verdict": error, "effects": [], "changed": []}
-    _check(found)
-    hidden, effects = truth["hidden"], found["effects"]
-    outcome = error if answer is None else _outcome(truth, found)
+    content: Mapping[str, Any] = answer or {"verdict": error, "effects": [], "changed": []}
+    _check(content)
+    hidden, effects = truth["hidden"], content["effects"]
+    outcome = error if answer is None else _outcome(truth, content)
     spare = [e for e in effects if not any(_met(h, e) for h in hidden)]
     changed = tuple(str(c["kind"]) for c in truth["changed"])
     return Outcome(
@@ -104,26 +104,27 @@ def score(answer: Mapping[str, Any] | None, truth: Mapping[str, Any], error: str
         tuple(h["size"] for h in hidden),
         tuple(h["observable"] for h in hidden),
         outcome,
-        found["verdict"],
+        content["verdict"],
         tuple(names_of(e) for e in effects),
         len(spare),
         errors_of(hidden, effects),
-        checks_of(truth, found) if truth["category"] == "plain" and answer else {},
-        found.get("confidence"),
-        closed_of(found),
+        checks_of(truth, content) if truth["category"] == "plain" and answer else {},
+        content.get("confidence"),
+        closed_of(content),
         truth["passes"] < 2 or len(truth["trajectories"]) < 3,
-        predicts(found),
+        predicts(content),
         any(
-            POSITIVE.search(str(c["parameter"])) and c.get("to", 1.0) <= 0 for c in found["changed"]
+            POSITIVE.search(str(c["parameter"])) and c.get("to", 1.0) <= 0
+            for c in content["changed"]
         ),
     )
 
 
-def _check(found: Mapping[str, Any]) -> None:
+def _check(answer: Mapping[str, Any]) -> None:
     for key, kind in (("verdict", str), ("effects", list), ("changed", list)):
-        if not isinstance(found.get(key), kind):
-            raise ValueError(f"answer: {key} is {found.get(key)!r}, wanted a {kind.__name__}")
-    for effect in found["effects"]:
+        if not isinstance(answer.get(key), kind):
+            raise ValueError(f"answer: {key} is {answer.get(key)!r}, wanted a {kind.__name__}")
+    for effect in answer["effects"]:
         if "id" not in effect:
             raise ValueError(f"answer: effects: {effect!r} has no id")
 
@@ -153,64 +154,64 @@ def _one(hidden: Mapping[str, Any], effects: Sequence[Mapping[str, Any]]) -> str
     return "right_name_wrong_axes" if alone or several else ""
 
 
-def _outcome(truth: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    hidden, effects = truth["hidden"], found["effects"]
+def _outcome(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> str:
+    hidden, effects = truth["hidden"], answer["effects"]
     if truth["changed"] and not all(c.get("announced") for c in truth["changed"]):
-        return _changed(truth["changed"], found)
+        return _changed(truth["changed"], answer)
     if not hidden:
         if effects:
             return "false_alarm"
-        return "unknown" if found["verdict"] == "unknown" else "silent"
+        return "unknown" if answer["verdict"] == "unknown" else "silent"
     if not any(h["inside"] for h in hidden):
-        return _outside(hidden, found)
+        return _outside(hidden, answer)
     if len(hidden) > 1:
-        return _several(hidden, found)
-    return _single(hidden[0], found)
+        return _several(hidden, answer)
+    return _single(hidden[0], answer)
 
 
-def _silence(found: Mapping[str, Any], seen: bool) -> str:
+def _silence(answer: Mapping[str, Any], seen: bool) -> str:
     """What it means that nothing is named."""
-    if found["verdict"] == "unknown":
+    if answer["verdict"] == "unknown":
         return "unknown"
     if not seen:
         return "silent"
-    return "cannot_tell" if found["verdict"] == "cannot tell" else "missed"
+    return "cannot_tell" if answer["verdict"] == "cannot tell" else "missed"
 
 
-def _single(hidden: Mapping[str, Any], found: Mapping[str, Any]) -> str:
-    if not found["effects"]:
-        return _silence(found, hidden["observable"] >= FAINT)
-    how = _one(hidden, found["effects"])
-    spare = [e for e in found["effects"] if not set(names_of(e)) & set(hidden["accept"])]
+def _single(hidden: Mapping[str, Any], answer: Mapping[str, Any]) -> str:
+    if not answer["effects"]:
+        return _silence(answer, hidden["observable"] >= FAINT)
+    how = _one(hidden, answer["effects"])
+    spare = [e for e in answer["effects"] if not set(names_of(e)) & set(hidden["accept"])]
     return "wrong" if spare or not how else how
 
 
-def _outside(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
-    if found["effects"]:
+def _outside(hidden: Sequence[Mapping[str, Any]], answer: Mapping[str, Any]) -> str:
+    if answer["effects"]:
         return "wrong"
-    word = _silence(found, max(h["observable"] for h in hidden) >= OBSERVABLE)
+    word = _silence(answer, max(h["observable"] for h in hidden) >= OBSERVABLE)
     return "detected" if word == "unknown" else word
 
 
-def _several(hidden: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
-    if not found["effects"]:
-        word = _silence(found, max(h["observable"] for h in hidden) >= FAINT)
+def _several(hidden: Sequence[Mapping[str, Any]], answer: Mapping[str, Any]) -> str:
+    if not answer["effects"]:
+        word = _silence(answer, max(h["observable"] for h in hidden) >= FAINT)
         return "none" if word == "missed" else word
-    count = sum(_one(h, found["effects"]) in ("right", "ambiguous") for h in hidden)
+    count = sum(_one(h, answer["effects"]) in ("right", "ambiguous") for h in hidden)
     every = set[str]().union(*(h["accept"] for h in hidden))
-    spare = any(not set(names_of(e)) & every for e in found["effects"])
+    spare = any(not set(names_of(e)) & every for e in answer["effects"])
     word = "all" if count == len(hidden) else "some" if count else "none"
     return word + ("+wrong" if spare else "")
 
 
-def _changed(changed: Sequence[Mapping[str, Any]], found: Mapping[str, Any]) -> str:
+def _changed(changed: Sequence[Mapping[str, Any]], answer: Mapping[str, Any]) -> str:
     """A change counts when one parameter of its kind is reported; an effect beside it is wrong."""
     starts = tuple(start for c in changed for start in c["accept"])
-    names = [str(c.get("parameter", "")) for c in found["changed"]]
-    names += [str(e["id"]) for e in found["effects"]]
-    spare = [e for e in found["effects"] if not str(e["id"]).startswith(starts)]
+    names = [str(c.get("parameter", "")) for c in answer["changed"]]
+    names += [str(e["id"]) for e in answer["effects"]]
+    spare = [e for e in answer["effects"] if not str(e["id"]).startswith(starts)]
     if any(name.startswith(starts) for name in names) and not spare:
         return "right"
-    if spare or found["changed"]:
+    if spare or answer["changed"]:
         return "wrong"
-    return "unknown" if found["verdict"] == "unknown" else "missed"
+    return "unknown" if answer["verdict"] == "unknown" else "missed"

@@ -116,8 +116,8 @@ def _named(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
 def _estimated(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     """Intervals and confidence."""
     flat = [covered for o in outcomes for covered in o.covered.values()]
-    held = "hold the true value"
-    yield Claim("95 % intervals", held, "90 to 98 %", sum(flat), len(flat))
+    coverage = "hold the true value"
+    yield Claim("95 % intervals", coverage, "90 to 98 %", sum(flat), len(flat))
     for k in range(FIFTHS):
         group = [o for o in outcomes if o.named and _fifth(o.confidence) == k]
         hits = sum(o.outcome in RIGHT for o in group)
@@ -144,8 +144,8 @@ def _plain(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     yield Claim(kind, "friction's interval holds the true value", "90 to 98 %", hits, n, text)
 
     def counted(start: str, ending: str, wanted: str, good: bool) -> Claim:
-        found = [v for o in plain for k, v in o.checks.items() if k.startswith(start)]
-        return Claim(kind, ending, wanted, sum(v is good for v in found), len(found))
+        families_of = [v for o in plain for k, v in o.checks.items() if k.startswith(start)]
+        return Claim(kind, ending, wanted, sum(v is good for v in families_of), len(families_of))
 
     yield counted("no delay", "a delay invented", "at most 1 %", False)
     yield counted("order", "order of the cogging exact", "", True)
@@ -174,7 +174,7 @@ def _guarded(outcomes: Sequence[Outcome]) -> Iterator[Claim]:
     )
 
 
-def found(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def families_of(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """The table as data: the claims of each family."""
     families = dict.fromkeys(o.family for o in outcomes)
     return {
@@ -185,4 +185,4 @@ def found(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 def text(outcomes: Sequence[Outcome]) -> str:
     """The table for a terminal or a page, in Markdown."""
-    return hidden({"families": found(outcomes)})
+    return hidden({"families": families_of(outcomes)})

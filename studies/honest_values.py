@@ -31,7 +31,7 @@ def errors_of(
     hidden: Sequence[Mapping[str, Any]], effects: Sequence[Mapping[str, Any]]
 ) -> dict[str, float]:
     """Errors of the parameters of right names in standard deviations, by `id.parameter[axis]`."""
-    found: dict[str, float] = {}
+    errors: dict[str, float] = {}
     for h in hidden:
         for effect in effects:
             if effect["id"] not in h["accept"]:
@@ -42,8 +42,8 @@ def errors_of(
                     if listed:
                         # of harmonics the one that is meant
                         near, sigma = min(listed, key=lambda s: abs(s[0] - value))
-                        found[f"{h['id']}.{name}[{axis}]"] = (near - value) / sigma
-    return found
+                        errors[f"{h['id']}.{name}[{axis}]"] = (near - value) / sigma
+    return errors
 
 
 def _values(value: Any, axes: Sequence[int]) -> list[tuple[int, float]]:
@@ -65,18 +65,18 @@ def _estimates(effect: Mapping[str, Any], name: str, axis: int) -> Iterator[tupl
             yield float(row["value"]), (high - low) / (2 * SIGMAS) if known else 0.0
 
 
-def checks_of(truth: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, bool]:
+def checks_of(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, bool]:
     """Of a machine without a delay: `no delay`; of its cogging, where that can be seen, `order
     [axis]` and `harmonic k [axis]`: whether they were found."""
-    said = "torque channel" in " ".join(found.get("findings") or [])
-    named = any(set(names_of(e)) & set(LATE) for e in found["effects"])
+    said = "torque channel" in " ".join(answer.get("findings") or [])
+    named = any(set(names_of(e)) & set(LATE) for e in answer["effects"])
     checks = {"no delay": not (said or named)}
     for h in truth["hidden"]:
         if "harmonics" not in h["parameters"]:
             continue
         heights = h["parameters"]["harmonics"]["value"]
         whole = sum(v * v for v in heights) ** 0.5
-        entries = [e for e in found["effects"] if set(names_of(e)) & set(h["accept"])]
+        entries = [e for e in answer["effects"] if set(names_of(e)) & set(h["accept"])]
         for axis, order in _values(h["parameters"]["order"]["value"], h["axes"]):
             said_orders = [s[0] for e in entries for s in _estimates(e, "order", axis)]
             turns = h["parameters"]["order"].get("unit", "1/rad") == "1/rad"
@@ -88,11 +88,11 @@ def checks_of(truth: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, b
     return checks
 
 
-def closed_of(found: Mapping[str, Any]) -> float | None:
+def closed_of(answer: Mapping[str, Any]) -> float | None:
     """(before - after) / (before - non_repeatable) on the test runs; None where no such
     residual is there."""
     before, after, non_repeatable = (
-        _left(found, key) for key in ("before", "after", "non_repeatable")
+        _left(answer, key) for key in ("before", "after", "non_repeatable")
     )
     if (
         before is None
@@ -104,17 +104,17 @@ def closed_of(found: Mapping[str, Any]) -> float | None:
     return (before - after) / (before - non_repeatable)
 
 
-def predicts(found: Mapping[str, Any]) -> bool:
+def predicts(answer: Mapping[str, Any]) -> bool:
     """Whether what is named leaves less of the test runs than the model without it."""
-    before, after = (_left(found, key) for key in ("before", "after"))
+    before, after = (_left(answer, key) for key in ("before", "after"))
     return before is not None and after is not None and after < before
 
 
-def _left(found: Mapping[str, Any], key: str) -> float | None:
+def _left(answer: Mapping[str, Any], key: str) -> float | None:
     """RMS that is left of the test runs over the axes that have a name; None where unknown."""
-    residual = found.get("residual") or {}
+    residual = answer.get("residual") or {}
     rows = residual.get("per_axis") or {}
-    named = {str(axis) for e in found["effects"] for axis in (e.get("axes") or rows)}
+    named = {str(axis) for e in answer["effects"] for axis in (e.get("axes") or rows)}
     values = [rows[axis].get(key) for axis in sorted(named & set(rows))]
     if residual.get("judged_on") != "held-out runs" or not values or None in values:
         return None

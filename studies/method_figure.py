@@ -65,9 +65,9 @@ def main(arguments: list[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     refuse(given.generator, False)
     with tempfile.TemporaryDirectory() as logs, tempfile.TemporaryDirectory() as truth:
-        made = FAMILIES["generator"](given.generator, Path(logs), Path(truth), None)
-        found = diagnose(made.paths, made.test_paths, made.machine_file, Options())
-    given.out.write_text(picture(found.candidates), encoding="utf-8")
+        case = FAMILIES["generator"](given.generator, Path(logs), Path(truth), None)
+        diagnosis = diagnose(case.paths, case.test_paths, case.machine_file, Options())
+    given.out.write_text(picture(diagnosis.candidates), encoding="utf-8")
     return 0
 
 

@@ -77,8 +77,10 @@ def variants() -> tuple[Steps, ...]:
 def moved(ssp: Path, seconds: float, steps: Steps) -> tuple[Array, Array]:
     """Tracking error and angle after the hold (samples, 6) [rad]."""
     signals = ["feedback.e", "plant.theta"]
-    found = run(ssp, SETTLE + seconds, signals=signals, parameters=steps.parameters(), timing=False)
-    e, theta = (found[name][found.time(name) > SETTLE] for name in signals)
+    result = run(
+        ssp, SETTLE + seconds, signals=signals, parameters=steps.parameters(), timing=False
+    )
+    e, theta = (result[name][result.time(name) > SETTLE] for name in signals)
     return e, theta
 
 
@@ -90,22 +92,22 @@ def rms(values: Array) -> float:
 def figures(ssp: Path, seconds: float) -> list[dict[str, Any]]:
     """For each variant: RMS and largest tracking error, RMS by which the angles moved from those of
     "no steps" [urad]."""
-    found: list[dict[str, Any]] = []
+    rows: list[dict[str, Any]] = []
     exact: Array | None = None
     for steps in variants():
         e, theta = moved(ssp, seconds, steps)
         exact = theta if exact is None else exact
         values = {"rms": rms(e), "max": float(np.abs(e).max()), "change": rms(theta - exact)}
-        found.append({"title": steps.title} | {k: 1e6 * v for k, v in values.items()})
-    return found
+        rows.append({"title": steps.title} | {k: 1e6 * v for k, v in values.items()})
+    return rows
 
 
-def table(title: str, found: list[dict[str, Any]]) -> Table:
+def table(title: str, rows: list[dict[str, Any]]) -> Table:
     """A row for each variant."""
     out = Table(title=title, box=MARKDOWN)
     for name in ("steps", "e RMS [µrad]", "e max [µrad]", "change of θ RMS [µrad]"):
         out.add_column(name, justify="left" if name == "steps" else "right", no_wrap=True)
-    for row in found:
+    for row in rows:
         figures = (row["rms"], row["max"], row["change"])
         shown = [f"{value:.{digits}f}" for value, digits in zip(figures, DIGITS, strict=True)]
         out.add_row(row["title"], *shown)
@@ -120,11 +122,11 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
     options = parser.parse_args(arguments)
     seconds = options.duration
-    found = {str(ssp): figures(ssp, seconds) for ssp in options.systems}
+    measured = {str(ssp): figures(ssp, seconds) for ssp in options.systems}
     if options.json:
-        print(json.dumps({"seconds": seconds, "systems": found}))
+        print(json.dumps({"seconds": seconds, "systems": measured}))
         return
-    for ssp, rows in found.items():
+    for ssp, rows in measured.items():
         Console(width=120).print(table(f"{ssp}, {seconds:g} s after the hold", rows))
 
 

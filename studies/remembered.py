@@ -17,15 +17,15 @@ def remembered() -> Iterator[None]:
     once."""
     workflow: Any = importlib.import_module("flexhex.diagnosis.workflow")
     search: Any = importlib.import_module("flexhex.diagnosis.selection.search")
-    before = workflow.asked_of, workflow.fitted, workflow.beside, search.effect_scores
-    workflow.asked_of = kept(workflow.asked_of, lambda *given: ())
+    before = workflow.run_set_of, workflow.fitted, workflow.beside, search.effect_scores
+    workflow.run_set_of = kept(workflow.run_set_of, lambda *given: ())
     workflow.fitted = kept(workflow.fitted, lambda *given: ())
-    workflow.beside = kept(workflow.beside, lambda held: (id(held.bench.made), *_held(held)))
+    workflow.beside = kept(workflow.beside, lambda fit: (id(fit.bench.model), *_key_of_fit(fit)))
     search.effect_scores = kept(search.effect_scores, key_of_scores)
     try:
         yield
     finally:
-        workflow.asked_of, workflow.fitted, workflow.beside, search.effect_scores = before
+        workflow.run_set_of, workflow.fitted, workflow.beside, search.effect_scores = before
 
 
 def kept(function: Function, key: Callable[..., Hashable]) -> Function:
@@ -33,19 +33,19 @@ def kept(function: Function, key: Callable[..., Hashable]) -> Function:
     none of them can have another one's `id`."""
     known: dict[Hashable, tuple[Any, Any]] = {}
 
-    def found(*given: Any) -> Any:
+    def lookup(*given: Any) -> Any:
         name = key(*given)
         if name not in known:
             known[name] = given, function(*given)
         return known[name][1]
 
-    return found
+    return lookup
 
 
-def _held(held: Any) -> tuple[Hashable, ...]:
+def _key_of_fit(fit: Any) -> tuple[Hashable, ...]:
     """What a joint fit is of: effects with their shapes, parameters that were freed."""
-    parts = [(part.id, part.axis, tuple(sorted(part.shape.items()))) for part in held.parts]
-    return (*parts, *sorted(held.freed.items()))
+    parts = [(part.id, part.axis, tuple(sorted(part.shape.items()))) for part in fit.parts]
+    return (*parts, *sorted(fit.freed.items()))
 
 
 def key_of_scores(
@@ -56,8 +56,8 @@ def key_of_scores(
         h = score.hypothesis
         shape = tuple(sorted(h.shapes[score.shape].items())) if hasattr(h, "shapes") else h.places
         accepted.append((h.id, h.axis, shape))
-    made = id(hypotheses.bench.made)
+    model = id(hypotheses.bench.model)
     decide = criteria.shortlist, criteria.loose, criteria.most
     # feedback's answer to noise is a term that no effect has; errors of a form depend on criteria
     terms = tuple((*term.white, term.prior.tobytes()) for term in moments.terms)
-    return made, tuple(accepted), terms, decide, tuple(axes)
+    return model, tuple(accepted), terms, decide, tuple(axes)

@@ -95,8 +95,8 @@ def criteria() -> Any:
 def value_of(module: str, name: str) -> float:
     """A number as it is."""
     holder = importlib.import_module(f"flexhex.diagnosis.{module}") if module else criteria()
-    found: float = getattr(holder, name)
-    return found
+    value: float = getattr(holder, name)
+    return value
 
 
 def variations(elsewhere: bool = False) -> list[Variation]:
@@ -145,23 +145,23 @@ def varied_elsewhere(
 def _varied(
     files: tuple[Sequence[Path], Sequence[Path], Path], listed: Sequence[Variation]
 ) -> Answer:
-    found = {USUAL: engines.today(*files)}
+    answers = {USUAL: engines.today(*files)}
     for variation in listed:
         with changed(variation):
-            found[variation.label] = engines.today(*files)
+            answers[variation.label] = engines.today(*files)
     keys = ("verdict", "effects", "changed", "findings")
-    return {name: {key: answer[key] for key in keys} for name, answer in found.items()}
+    return {name: {key: answer[key] for key in keys} for name, answer in answers.items()}
 
 
 def case(family: str, seed: int, engine: str) -> Answer:
     """The line of a case."""
     folder = tempfile.TemporaryDirectory
     with folder(prefix="logs-") as first, folder(prefix="truth-") as second:
-        made = FAMILIES[family](seed, Path(first), Path(second), None)
-        truth = json.loads(made.sealed.read_text(encoding="utf-8"))
-        found = answered(engine, made, SECONDS)
+        files = FAMILIES[family](seed, Path(first), Path(second), None)
+        truth = json.loads(files.sealed.read_text(encoding="utf-8"))
+        response = answered(engine, files, SECONDS)
     outcomes = {}
-    for name, answer in (found["answer"] or {}).items():
+    for name, answer in (response["answer"] or {}).items():
         judged = score(answer, truth)
         effects = [[e["id"], e.get("axes") or []] for e in answer["effects"]]
         outcomes[name] = {"outcome": judged.outcome, "verdict": judged.verdict, "effects": effects}
@@ -171,8 +171,8 @@ def case(family: str, seed: int, engine: str) -> Answer:
         "engine": engine,
         "category": truth["category"],
         "hidden": [[h["id"], h["axes"], h["observable"]] for h in truth["hidden"]],
-        "error": found["text"],
-        "processor_seconds": found["processor_seconds"],
+        "error": response["text"],
+        "processor_seconds": response["processor_seconds"],
         "outcomes": outcomes,
     }
 
@@ -228,8 +228,8 @@ def main(arguments: list[str] | None = None) -> int:
         moved = summary([done[task]])["variations"]
         said = [f"{name} ({row['moved'][0]})" for name, row in moved.items() if row["moved"]]
         print(f"{task[0]} {task[1]}: {'; '.join(said) or 'no change'}", file=sys.stderr, flush=True)
-    found = summary([done[task] for task in tasks])
-    print(json.dumps(found) if given.json else sensitivity(found))
+    results = summary([done[task] for task in tasks])
+    print(json.dumps(results) if given.json else sensitivity(results))
     return 0 if all(done[task]["outcomes"] for task in tasks) else 1
 
 

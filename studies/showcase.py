@@ -79,13 +79,13 @@ def show(number: int, seed: int, machines: int, out: Path) -> Line:
     line["hidden"] = [vars(h) for h in hidden] if number else _default_hidden()
     runs, held_out = record(machine_file, folder, own)
     _say(number, began, "recorded")
-    found = diagnose(runs, held_out, machine_file, Options())
-    _say(number, began, f"{found.verdict}: {', '.join(e.id for e in found.effects)}")
-    line["diagnosis"] = found.data()
+    diagnosis = diagnose(runs, held_out, machine_file, Options())
+    _say(number, began, f"{diagnosis.verdict}: {', '.join(e.id for e in diagnosis.effects)}")
+    line["diagnosis"] = diagnosis.data()
     for sub in ("model", "model/before"):
         _share_cache(folder / sub)
-    made = rebuild(machine_file, found, folder / "model", runs, held_out)
-    line["shown"] = made.data()
+    rebuilt = rebuild(machine_file, diagnosis, folder / "model", runs, held_out)
+    line["shown"] = rebuilt.data()
     line["minutes"] = (time.monotonic() - began) / 60
     for path in (*runs, *held_out):
         path.unlink()

@@ -18,15 +18,15 @@ def read_lines(path: Path, parse: Callable[[dict[str, Any]], Case]) -> list[Case
     """
     content = path.read_bytes() if path.exists() else b""
     whole = content.rfind(b"\n") + 1
-    found = []
+    rows = []
     for number, line in enumerate(content[:whole].splitlines(), start=1):
         try:
-            found.append(parse(json.loads(line)))
+            rows.append(parse(json.loads(line)))
         except (ValueError, TypeError, KeyError) as error:
             raise ValueError(f"{path}:{number}: no case of this study ({error})") from None
     if whole < len(content):
         os.truncate(path, whole)
-    return found
+    return rows
 
 
 def append_line(path: Path, row: Mapping[str, Any]) -> None:

@@ -154,11 +154,13 @@ class Source:
 
         def build() -> bytes:
             interface = self.interface(starts)
-            made = Generated.loaded(store.kept("equations", f"{self.name}-{equations}", generate))
+            generated = Generated.loaded(
+                store.kept("equations", f"{self.name}-{equations}", generate)
+            )
             with tempfile.TemporaryDirectory() as scratch:
                 folder = Path(scratch)
                 objects = store.objects(cache or out_dir / "cache")
-                return self._build(interface, made, folder, objects, platforms).read_bytes()
+                return self._build(interface, generated, folder, objects, platforms).read_bytes()
 
         def generate() -> bytes:
             return Generated.of(self.interface(), self.functions(), self.block).dumped()

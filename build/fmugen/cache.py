@@ -72,11 +72,11 @@ def kept(kind: str, name: str, make: Callable[[], bytes]) -> bytes:
     A damaged file is made anew. A cache that cannot be written to is not used.
     """
     path = root() / kind / name
-    found = _read(path)
-    if found is None:
-        found = make()
-        _write(path, found)
-    return found
+    value = _read(path)
+    if value is None:
+        value = make()
+        _write(path, value)
+    return value
 
 
 def _read(path: Path) -> bytes | None:

@@ -65,14 +65,14 @@ def _function(function: ca.Function, name: str) -> str:
     line = straight_line(function, name)
     ins, outs = ([_free(n) for n in names] for names in (line.name_in(), line.name_out()))
     graph = Graph.of(line)
-    made = body(graph, ins, outs)
+    code = body(graph, ins, outs)
     read = sorted({node.args[0] for node in graph.nodes if node.op == ca.OP_INPUT})
     arrays = [f"const double *{ins[k]} = arg[{k}];" for k in read]
     arrays += [f"double *{outs[k]} = res[{k}];" for k in sorted({k for k, _, _ in graph.outputs})]
-    lines = ["(void)arg, (void)res, (void)iw, (void)w, (void)mem;", *arrays, *made.lines]
+    lines = ["(void)arg, (void)res, (void)iw, (void)w, (void)mem;", *arrays, *code.lines]
     return (
         f"/* {function.name()}: {line.n_instructions()} operations with loads and stores;"
-        f" {made.pairs} on pairs, {made.singles} on single values */\n"
+        f" {code.pairs} on pairs, {code.singles} on single values */\n"
         f"int {name}(const double **arg, double **res, int *iw, double *w, int mem) {{\n"
         + "".join(f"  {text}\n" for text in lines)
         + "  return 0;\n}\n"

@@ -30,8 +30,8 @@ def build_container(
         texts |= part.texts
     objects = cache or out_dir / "cache"
     names = list(dict.fromkeys(part.interface.name for part in container.parts))
-    found = state_sizes([f"{NAME}_{name}" for name in names], texts, objects)
-    sizes = dict(zip(names, found, strict=True))
+    counts = state_sizes([f"{NAME}_{name}" for name in names], texts, objects)
+    sizes = dict(zip(names, counts, strict=True))
     texts[f"{NAME}_parts.h"] = parts_header(container, sizes)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / NAME

@@ -46,12 +46,12 @@ class Part:
         name = self.interface.name
         shared = {p.name for p in RUNTIME.glob("*.[ch]")} | {*FMI_HEADERS, CONFIG}
         with open_zip(self.fmu, self.name) as archive:
-            found = {
+            texts = {
                 file.removeprefix("sources/"): archive.read(file).decode()
                 for file in archive.namelist()
                 if file.startswith("sources/") and file.endswith((".c", ".h"))
             }
-        own = {f: t for f, t in found.items() if f not in shared and f != f"{name}_fmu.c"}
+        own = {f: t for f, t in texts.items() if f not in shared and f != f"{name}_fmu.c"}
         if f"{name}_step.c" not in own:
             raise InterfaceError(f"{self.name}: its FMU holds no {name}_step.c: build it anew")
         for header in [file for file in own if file.endswith(".h")]:
@@ -121,7 +121,7 @@ class Container:
 
     def _output(self, name: str, part: str, variable: str) -> Variable:
         listed = self.part(part).interface.outputs
-        found = next(v for v in listed if v.name == variable)
-        sources = tuple(f"{part}_{source}" for source in found.initial_from)
-        text = f"{part}: {found.description}"
-        return dataclasses.replace(found, name=name, description=text, initial_from=sources)
+        output = next(v for v in listed if v.name == variable)
+        sources = tuple(f"{part}_{source}" for source in output.initial_from)
+        text = f"{part}: {output.description}"
+        return dataclasses.replace(output, name=name, description=text, initial_from=sources)

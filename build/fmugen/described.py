@@ -63,10 +63,10 @@ def _initial_sources(root: Any, names: Sequence[str]) -> dict[str, tuple[str, ..
     """Output -> what its first value comes from, without indices."""
     sources: dict[str, dict[str, None]] = {}
     for unknown in root.iterfind("ModelStructure/InitialUnknowns/Unknown"):
-        found = sources.setdefault(array_of(names[int(unknown.get("index")) - 1]), {})
+        states = sources.setdefault(array_of(names[int(unknown.get("index")) - 1]), {})
         for index in (unknown.get("dependencies") or "").split():
-            found[array_of(names[int(index) - 1])] = None
-    return {name: tuple(found) for name, found in sources.items()}
+            states[array_of(names[int(index) - 1])] = None
+    return {name: tuple(states) for name, states in sources.items()}
 
 
 def _variable(

@@ -56,14 +56,14 @@ def build_fmu(
     for header in sorted(step_c.parent.glob("*.h")):
         texts[header.name] = header.read_text(encoding="utf-8")
     if isinstance(functions, Generated):
-        made = functions
+        generated = functions
     else:
-        made = Generated.of(interface, functions, block)
+        generated = Generated.of(interface, functions, block)
     texts[CONFIG] = sources.config(identifier)
-    texts[f"{block}.h"] = made.header
+    texts[f"{block}.h"] = generated.header
     texts[f"{identifier}_step.c"] = step_c.read_text(encoding="utf-8")
-    if made.source:
-        texts[f"{identifier}_casadi.c"] = made.source
+    if generated.source:
+        texts[f"{identifier}_casadi.c"] = generated.source
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, "")
     guid = _guid(texts, model_description(interface, base_step, "", ()))
     texts[f"{identifier}_fmu.c"] = sources.table(interface, base_step, guid)
@@ -79,7 +79,7 @@ def build_fmu(
             files |= _results(interface, files[place], guid)
     readme = step_c.with_name("README.md")
     about = readme.read_text(encoding="utf-8") if readme.exists() else ""
-    text = page(interface, made.operations, block, base_step, about)
+    text = page(interface, generated.operations, block, base_step, about)
     files["documentation/index.html"] = text.encode()
     files["documentation/licenses/license.txt"] = LICENSES.read_bytes()
     files["model.png"] = picture(interface)
@@ -117,7 +117,7 @@ def _guid(texts: dict[str, str], description: bytes) -> str:
 def _compile(
     texts: dict[str, str], units: Sequence[str], identifier: str, cache: Path, platform: str
 ) -> bytes:
-    made_by = tool(platform)
+    generator = tool(platform)
     cache.mkdir(parents=True, exist_ok=True)
     headers = hashlib.sha256(
         "\0".join(texts[name] for name in sorted(texts) if name.endswith(".h")).encode()
@@ -131,15 +131,15 @@ def _compile(
             # generated equations include nothing of ours: their object outlives header changes
             generated = name.endswith("_casadi.c")
             seen, more = ("", SMALL) if generated else (headers, (*LOOPS, *strict()))
-            return compile_object(work / name, seen, cache, (*HIDDEN, *more), made_by)
+            return compile_object(work / name, seen, cache, (*HIDDEN, *more), generator)
 
         library = work / f"{identifier}.{PLATFORMS[platform].suffix}"
         objects = [compiled(name) for name in units]
         try:
-            return link_shared(objects, library, tool=made_by).read_bytes()
+            return link_shared(objects, library, tool=generator).read_bytes()
         except BuildError:
             # a damaged file in the cache would stop every later build: once more without it
             for path in objects:
                 path.unlink(missing_ok=True)
             objects = [compiled(name) for name in units]
-            return link_shared(objects, library, tool=made_by).read_bytes()
+            return link_shared(objects, library, tool=generator).read_bytes()

@@ -60,12 +60,12 @@ class Lanes:
         at = bisect_left(group, a)
         window = group[max(0, at - WITHIN) : at + WITHIN + 1]
         free = [b for b in window if b != a and b not in self.pair]
-        best, found = 0, dict[int, int]()
+        best, pairing = 0, dict[int, int]()
         for b in sorted(free, key=lambda b: abs(a - b))[:NEAR]:
             trial, gain = self._follow(a, b)
             if gain > best:
-                best, found = gain, trial
-        return found
+                best, pairing = gain, trial
+        return pairing
 
     def _follow(self, a: int, b: int) -> tuple[dict[int, int], int]:
         """Pairs from (a, b) down to the inputs, and the instructions that they save.

@@ -30,8 +30,8 @@ def body(graph: Graph, ins: Sequence[str], outs: Sequence[str]) -> Body:
     In pairs where that takes fewer statements than one value at a time.
     """
     lanes = Lanes(graph)
-    made = [_Writer(graph, ins, outs, lanes, pair).body() for pair in (lanes.pair, {})]
-    return min(made, key=lambda one: len(one.lines))
+    bodies = [_Writer(graph, ins, outs, lanes, pair).body() for pair in (lanes.pair, {})]
+    return min(bodies, key=lambda one: len(one.lines))
 
 
 class _Writer:
@@ -51,13 +51,13 @@ class _Writer:
         self.lines: list[str] = []
         self.names: dict[Value, str] = {}
         self.needs: dict[Value, list[Value]] = {}
-        self.made = {"pair": 0, "double": 0}
+        self.counts = {"pair": 0, "double": 0}
 
     def body(self) -> Body:
         for result, element, node in self.outputs:
             self._compute(node)
             self.lines.append(f"{self.outs[result]}[{element}] = {self.names[node]};")
-        return Body(self.lines, self.made["pair"], self.made["double"])
+        return Body(self.lines, self.counts["pair"], self.counts["double"])
 
     def _compute(self, value: Value) -> None:
         waiting = [value]
@@ -99,7 +99,7 @@ class _Writer:
         if self._in_pair(value):
             whole = self._whole(value)
             return f"{'FIRST' if value == whole[0] else 'SECOND'}({self.names[whole]})"
-        self.made["double"] += 1
+        self.counts["double"] += 1
         return self._statement("double", written(node.op, [self.names[k] for k in node.args]))
 
     def _pair(self, a: int, b: int) -> str:
@@ -108,7 +108,7 @@ class _Writer:
             return self._statement("pair", f"{{{operands[0]}, {operands[1]}}}")
         if a > b:
             return self._statement("pair", f"{{SECOND({operands[0]}), FIRST({operands[0]})}}")
-        self.made["pair"] += 1
+        self.counts["pair"] += 1
         return self._statement("pair", f"{VECTOR[self.nodes[a].op]}({', '.join(operands)})")
 
     def _statement(self, kind: str, text: str) -> str:

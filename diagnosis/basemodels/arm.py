@@ -69,9 +69,9 @@ class RigidArmBase(ColumnBase):
 
     def loaded(self, p: Array, payload: float) -> Array:
         """A point mass at the centre of the last link: where it is nobody says."""
-        found = p.copy()
-        found[list(self.payload)] += payload * np.array(_ten(1.0, self.arm.links[-1].centre, 0.0))
-        return found
+        loaded = p.copy()
+        loaded[list(self.payload)] += payload * np.array(_ten(1.0, self.arm.links[-1].centre, 0.0))
+        return loaded
 
     def rows(self, motion: Motion, weights: csr_array) -> Array:
         """Smoothed columns (rows, n, n_p)."""

@@ -70,9 +70,9 @@ class AxisBase(ColumnBase):
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, len(linear)), of each axis as `terms` lists them."""
-        found = np.zeros((len(theta), self.n, len(self.linear)), dtype=theta.dtype)
+        columns = np.zeros((len(theta), self.n, len(self.linear)), dtype=theta.dtype)
         for i, (kind, own) in enumerate(zip(self.kinds, self._own, strict=True)):
             x, xd, xdd = theta[:, i], thetad[:, i], thetadd[:, i]
             more = (np.sin(x), np.cos(x)) if kind.turns else ()
-            found[:, i, own] = np.stack([np.ones_like(x), xdd, xd, x, *more], axis=1)
-        return found
+            columns[:, i, own] = np.stack([np.ones_like(x), xdd, xd, x, *more], axis=1)
+        return columns

@@ -39,10 +39,10 @@ class Derivatives:
         rows, n = np.flatnonzero(weights.sum(axis=1)), motion.theta.shape[1]
         state = [weights[rows] @ values for values in self.state(motion)]
         parameters = np.tile(p, (len(rows), 1))
-        found = np.zeros((weights.shape[0], n, len(self.known)))
+        derivatives = np.zeros((weights.shape[0], n, len(self.known)))
         for i, seed in enumerate(np.eye(n)):
-            (found[rows, i],) = self.pulled(*state, parameters, np.tile(seed, (len(rows), 1)))
-        return found
+            (derivatives[rows, i],) = self.pulled(*state, parameters, np.tile(seed, (len(rows), 1)))
+        return derivatives
 
 
 def pulled(name: str, states: Sequence[ca.SX], p: ca.SX, e: ca.SX, tau: ca.SX) -> ca.Function:

@@ -74,8 +74,8 @@ def geometry_of(
     xd = linkage.rates(thetad)
     motion = model.motion(xd, linkage.accelerations(xd, thetadd))
     tau = project(linkage, loads(linkage, motion, Mechanism.split(p[first:], n)))
-    (found,) = native([pulled("native_geometry", [x, thetad, thetadd], p, e, tau)])
-    return Derivatives(errors, state, found)
+    (derivatives,) = native([pulled("native_geometry", [x, thetad, thetadd], p, e, tau)])
+    return Derivatives(errors, state, derivatives)
 
 
 def displaced(frames: Frames, e: ca.SX) -> Frames:

@@ -70,24 +70,24 @@ class OwnBase(ColumnBase):
         for values in moved:
             values.flags.writeable = False
         try:
-            found = np.asarray(self._columns(*moved), dtype=np.float64)
+            columns = np.asarray(self._columns(*moved), dtype=np.float64)
         except FlexhexError:
             raise
         except Exception as error:
-            raise MachineError(f"{self.name}: columns: {told(error)}") from error
+            raise MachineError(f"{self.name}: columns: {error_line(error)}") from error
         wanted = len(theta), self.n, len(self.linear)
-        if found.shape != wanted:
+        if columns.shape != wanted:
             raise MachineError(
-                f"{self.name}: columns returned shape {found.shape} for {wanted[0]} samples of"
+                f"{self.name}: columns returned shape {columns.shape} for {wanted[0]} samples of"
                 f" {wanted[1]} axes and {wanted[2]} parameters: must be {wanted}"
             )
-        if not np.isfinite(found).all():
-            _, axis, place = np.argwhere(~np.isfinite(found))[0]
+        if not np.isfinite(columns).all():
+            _, axis, place = np.argwhere(~np.isfinite(columns))[0]
             raise MachineError(
                 f"{self.name}: columns: that of {self.linear[place].name} on axis {axis + 1} is"
                 " not finite"
             )
-        return found
+        return columns
 
     def bars(self, theta: Array) -> Array | None:
         """Ends (samples, bars, 2, 3) [m] of the machine's bars; None for a model without.
@@ -96,15 +96,15 @@ class OwnBase(ColumnBase):
         if self._bars is None:
             return None
         try:
-            found = np.asarray(self._bars(np.array(theta)), dtype=np.float64)
+            bars = np.asarray(self._bars(np.array(theta)), dtype=np.float64)
         except Exception as error:
-            raise MachineError(f"{self.name}: bars: {told(error)}") from error
-        if found.ndim != 4 or found.shape != (len(theta), max(found.shape[1], self.n), 2, 3):
+            raise MachineError(f"{self.name}: bars: {error_line(error)}") from error
+        if bars.ndim != 4 or bars.shape != (len(theta), max(bars.shape[1], self.n), 2, 3):
             raise MachineError(
-                f"{self.name}: bars returned shape {found.shape} for {len(theta)} samples: must be"
+                f"{self.name}: bars returned shape {bars.shape} for {len(theta)} samples: must be"
                 f" ({len(theta)}, bars, 2, 3), with at least a bar for each of {self.n} axes"
             )
-        return found
+        return bars
 
     @property
     def traceable(self) -> Callable[[Any, Any, Any], Any]:
@@ -126,7 +126,7 @@ class OwnBase(ColumnBase):
             )
 
 
-def told(error: BaseException, file: str = "") -> str:
+def error_line(error: BaseException, file: str = "") -> str:
     """An error of a user's code in a line: where in the file it was raised (last, or in `file`)."""
     at, trace = 0, error.__traceback__
     while trace is not None:
@@ -173,12 +173,12 @@ def _parameters(listed: Any, n: int, name: str) -> list[Known]:
         raise MachineError(
             f"{name}: parameters = {listed!r}: write a list of (name, unit, value, tolerance)"
         )
-    found = [_known(entry, f"{name}: parameters[{k}]", n) for k, entry in enumerate(listed)]
-    names = [known.name for known in found]
+    parameters = [_known(entry, f"{name}: parameters[{k}]", n) for k, entry in enumerate(listed)]
+    names = [known.name for known in parameters]
     twice = [own for k, own in enumerate(names) if own in names[:k]]
     if twice:
         raise MachineError(f"{name}: parameters: {twice[0]} is listed twice: rename one")
-    return found
+    return parameters
 
 
 def _known(entry: Any, where: str, n: int) -> Known:

@@ -13,7 +13,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 
-from flexhex.diagnosis.basemodels.own import NEEDED, told
+from flexhex.diagnosis.basemodels.own import NEEDED, error_line
 from flexhex.fmus.common.errors import FlexhexError, MachineError, UsageError
 
 GROUP = "flexhex.bases"
@@ -61,7 +61,7 @@ def from_file(
         missing = f"no {name!r} in it" if name else "no name given"
         example = usable[0] if usable else "NAME"
         raise MachineError(f"{file}: {missing}; {has}: write {option} {file}:{example}")
-    return made(getattr(module, name), f"{file}:{name}", str(file.resolve()))
+    return instance_of(getattr(module, name), f"{file}:{name}", str(file.resolve()))
 
 
 def from_package(entry: EntryPoint) -> object:
@@ -69,11 +69,13 @@ def from_package(entry: EntryPoint) -> object:
     try:
         model = entry.load()
     except Exception as error:
-        raise MachineError(f"base model {entry.name} ({entry.value}): {told(error)}") from error
-    return made(model, f"base model {entry.name}")
+        raise MachineError(
+            f"base model {entry.name} ({entry.value}): {error_line(error)}"
+        ) from error
+    return instance_of(model, f"base model {entry.name}")
 
 
-def made(model: object, name: str, file: str = "") -> object:
+def instance_of(model: object, name: str, file: str = "") -> object:
     """A class or function called, any other object as it is. MachineError where that fails."""
     if not callable(model):
         return model
@@ -83,7 +85,7 @@ def made(model: object, name: str, file: str = "") -> object:
         raise
     except Exception as error:
         raise MachineError(
-            f"{name}: called without arguments, it fails: {told(error, file)}"
+            f"{name}: called without arguments, it fails: {error_line(error, file)}"
         ) from error
 
 
@@ -103,5 +105,5 @@ def _run(file: Path) -> ModuleType:
     except SyntaxError as error:
         raise MachineError(f"{file}: {error.msg} (line {error.lineno})") from error
     except Exception as error:
-        raise MachineError(f"{file}: {told(error, str(path))}") from error
+        raise MachineError(f"{file}: {error_line(error, str(path))}") from error
     return module

@@ -106,8 +106,8 @@ def _model(pin: Any, file: Path, tree: ElementTree.Element) -> Any:
     try:
         if tree.tag == "robot":
             return pin.buildModelFromXML(ElementTree.tostring(tree, encoding="unicode"))
-        found = pin.buildModelFromMJCF(str(file.resolve()))
-        return found[0] if isinstance(found, tuple) else found
+        model = pin.buildModelFromMJCF(str(file.resolve()))
+        return model[0] if isinstance(model, tuple) else model
     except Exception as error:
         raise MachineError(f"{file}: Pinocchio cannot read it: {error}") from error
 
@@ -145,8 +145,8 @@ def _chosen(
 
 def _mimics(tree: ElementTree.Element) -> dict[str, str]:
     """Joints that follow another one, and which."""
-    found = [(joint, joint.find("mimic")) for joint in tree.iter("joint")]
-    return {j.get("name", ""): m.get("joint", "") for j, m in found if m is not None}
+    mimics = [(joint, joint.find("mimic")) for joint in tree.iter("joint")]
+    return {j.get("name", ""): m.get("joint", "") for j, m in mimics if m is not None}
 
 
 def _refuse_mimics(file: Path, tree: ElementTree.Element, chosen: Sequence[str]) -> None:

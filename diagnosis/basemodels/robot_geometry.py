@@ -20,15 +20,15 @@ ERRORS = (("x", "m"), ("y", "m"), ("z", "m"), ("roll", "rad"), ("pitch", "rad"),
 
 def configurations(robot: Robot, theta: Array) -> Array:
     """Configurations (samples, n_q): angle, or its cosine and sine where a joint has no end."""
-    found = np.zeros((len(theta), robot.model.nq))
+    configured = np.zeros((len(theta), robot.model.nq))
     for values, place in zip(theta.T, robot.places, strict=True):
         joint = robot.model.joints[place]
         at = joint.idx_q
         if joint.nq == 1:
-            found[:, at] = values
+            configured[:, at] = values
         else:
-            found[:, at], found[:, at + 1] = np.cos(values), np.sin(values)
-    return found
+            configured[:, at], configured[:, at + 1] = np.cos(values), np.sin(values)
+    return configured
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,17 @@ class Placements:
         rows = np.flatnonzero(weights.sum(axis=1))
         state = [weights[rows] @ v for v in (motion.theta, motion.thetad, motion.thetadd)]
         n = len(self.robot.places)
-        found = np.zeros((weights.shape[0], n, len(self.known)))
+        derivatives = np.zeros((weights.shape[0], n, len(self.known)))
         masses = p[: 10 * n : 10]
         if (masses > 0).all():
-            found[rows] = self._derivatives(state, p)
+            derivatives[rows] = self._derivatives(state, p)
         else:
             # Pinocchio adds up bodies by their centres, and those of no mass have none; the
             # derivatives are linear in the bodies: as of heavier ones, less those of what was added
             more = np.zeros_like(p)
             more[: 10 * n : 10] = 1.0 + np.maximum(-masses, 0.0)
-            found[rows] = self._derivatives(state, p + more) - self._derivatives(state, more)
-        return found
+            derivatives[rows] = self._derivatives(state, p + more) - self._derivatives(state, more)
+        return derivatives
 
     def _derivatives(self, state: Sequence[Array], p: Array) -> Array:
         """The same (samples, n, n_e) of angles, rates and accelerations (samples, n)."""
@@ -105,11 +105,11 @@ class Placements:
             q[:, part] = configuration[:, joint.idx_q : joint.idx_q + joint.nq]
         v, a = np.zeros((2, count, model.nv))
         v[:, at], a[:, at] = state[1], state[2]
-        found = np.zeros((count, len(own), len(self.known)))
+        derivatives = np.zeros((count, len(own), len(self.known)))
         pick = np.ix_(at, self._displaced.errors)
         for k in range(count):
-            found[k] = pin.computeRNEADerivatives(model, data, q[k], v[k], a[k])[0][pick]
-        return found
+            derivatives[k] = pin.computeRNEADerivatives(model, data, q[k], v[k], a[k])[0][pick]
+        return derivatives
 
     def _model(self, p: Array) -> tuple[Any, Any]:
         """The displaced model with the bodies of parameters p."""

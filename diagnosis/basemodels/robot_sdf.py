@@ -28,23 +28,23 @@ def as_urdf(file: Path, tree: ElementTree.Element) -> ElementTree.Element:
     # it also reads URDF, by a program of Gazebo, and warns that there is none
     logging.getLogger("rod").setLevel(logging.ERROR)
     try:
-        found = rod.Sdf.load(str(file), is_urdf=False)
+        sdf = rod.Sdf.load(str(file), is_urdf=False)
         # what it cannot read of one link it says of none
-        if not found.models()[0].links():
+        if not sdf.models()[0].links():
             raise MachineError(
                 f"{file}: ROD reads no <link> of it: each <inertial> wants a <mass> and an"
                 " <inertia> with ixx, iyy, izz"
             )
-        made = ElementTree.fromstring(exporter.UrdfExporter().to_urdf_string(found))
+        urdf = ElementTree.fromstring(exporter.UrdfExporter().to_urdf_string(sdf))
     except MachineError:
         raise
     except Exception as error:
         raise MachineError(f"{file}: ROD cannot make a URDF of it: {error}") from error
-    for joint in made.iter("joint"):
+    for joint in urdf.iter("joint"):
         # SDF may leave limits out, URDF may not
         if joint.get("type") in ("revolute", "prismatic") and joint.find("limit") is None:
             ElementTree.SubElement(joint, "limit", {"effort": "0", "velocity": "0"})
-    return made
+    return urdf
 
 
 def _refuse(file: Path, tree: ElementTree.Element) -> None:

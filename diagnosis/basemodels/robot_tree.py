@@ -29,7 +29,7 @@ def tree_torques(robot: Robot, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, bodi
 def _joints(robot: Robot, order: Sequence[int]) -> list[Joint]:
     """The joints of these places, which are all that the model has."""
     model, pin = robot.model, pinocchio()
-    data, neutral, found = model.createData(), pin.neutral(model), list[Joint]()
+    data, neutral, joints = model.createData(), pin.neutral(model), list[Joint]()
     for place in order:
         at, joint = model.jointPlacements[place], model.joints[place]
         jacobian = pin.computeJointJacobian(model, data, neutral, place)
@@ -38,8 +38,8 @@ def _joints(robot: Robot, order: Sequence[int]) -> list[Joint]:
         axis, before = column[3:] if turns else column[:3], model.parents[place]
         on = order.index(before) if before else -1
         rotation = ca.SX(ca.DM(at.rotation))
-        found.append(Joint(on, ca.SX(at.translation), rotation, ca.SX(axis), turns))
-    return found
+        joints.append(Joint(on, ca.SX(at.translation), rotation, ca.SX(axis), turns))
+    return joints
 
 
 def _body(ten: ca.SX) -> Body:

@@ -49,14 +49,14 @@ class RobotBase(ColumnBase):
 
     def columns(self, theta: Array, thetad: Array, thetadd: Array) -> Array:
         """Columns (samples, n, 11 n): bodies in the order of the axes, then rotors."""
-        model, data, found = self.robot.model, self._data, np.zeros((len(theta), *self._size))
+        model, data, columns = self.robot.model, self._data, np.zeros((len(theta), *self._size))
         q, v, a = configurations(self.robot, theta), self._sorted(thetad), self._sorted(thetadd)
         ten = 10 * self.n
         for k in range(len(theta)):
             Y = self._pin.computeJointTorqueRegressor(model, data, q[k], v[k], a[k])
-            found[k, :, :ten] = Y[self._pick]
-        found[:, :, ten:] = self._identity * thetadd[:, :, None]
-        return found
+            columns[k, :, :ten] = Y[self._pick]
+        columns[:, :, ten:] = self._identity * thetadd[:, :, None]
+        return columns
 
     def torque(self, motion: Motion, p: Array) -> Array:
         """B p (samples, n) [N m, N], by inverse dynamics: four times as fast as by columns."""
@@ -72,10 +72,10 @@ class RobotBase(ColumnBase):
             self._sorted(motion.thetad),
             self._sorted(motion.thetadd),
         )
-        found = np.empty_like(v)
+        torque = np.empty_like(v)
         for k in range(len(q)):
-            found[k] = pin.rnea(model, data, q[k], v[k], a[k])
-        return found[:, self._at]
+            torque[k] = pin.rnea(model, data, q[k], v[k], a[k])
+        return torque[:, self._at]
 
     def symbolic(self, theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
         """Torques (n,) as an expression of the motion (n,) and the parameters."""
@@ -84,10 +84,10 @@ class RobotBase(ColumnBase):
 
     def loaded(self, p: Array, payload: float) -> Array:
         """A point mass at the centre of the last body: where it is nobody says."""
-        found, inertia = p.copy(), self.robot.model.inertias[self.robot.places[-1]]
+        loaded, inertia = p.copy(), self.robot.model.inertias[self.robot.places[-1]]
         point = self._pin.Inertia(1.0, inertia.lever, np.zeros((3, 3)))
-        found[list(self.payload)] += payload * point.toDynamicParameters()
-        return found
+        loaded[list(self.payload)] += payload * point.toDynamicParameters()
+        return loaded
 
     @property
     def _size(self) -> tuple[int, int]:
@@ -95,9 +95,9 @@ class RobotBase(ColumnBase):
 
     def _sorted(self, values: Array) -> Array:
         """Rates (samples, n) in the order of the model."""
-        found = np.empty_like(values)
-        found[:, self._at] = values
-        return found
+        ordered = np.empty_like(values)
+        ordered[:, self._at] = values
+        return ordered
 
 
 def _length(robot: Robot) -> float:

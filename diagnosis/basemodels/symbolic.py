@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.basemodels.base import Base, Motion
-from flexhex.diagnosis.basemodels.own import told
+from flexhex.diagnosis.basemodels.own import error_line
 from flexhex.fmus.common.errors import MachineError
 from flexhex.fmus.inverse.equations import Torque
 
@@ -45,14 +45,15 @@ def _traced(base: Base, name: str) -> Torque:
     def torque(theta: ca.SX, thetad: ca.SX, thetadd: ca.SX, p: ca.SX) -> ca.SX:
         moved = (np.array([v.elements()], dtype=object) for v in (theta, thetad, thetadd))
         try:
-            found = np.asarray(columns(*moved))
+            traced = np.asarray(columns(*moved))
         except Exception as error:
             raise MachineError(
-                f"{name}: cannot be compiled: columns works with numbers alone: {told(error)}."
+                f"{name}: cannot be compiled: columns works with numbers alone:"
+                f" {error_line(error)}."
                 " It is called with symbols: use arithmetic and NumPy's elementary functions (sin,"
                 " tanh, abs, sqrt, stack), np.zeros_like in place of np.zeros, and no comparison"
             ) from error
-        each = [sum(value * p[k] for k, value in enumerate(row)) for row in found[0]]
+        each = [sum(value * p[k] for k, value in enumerate(row)) for row in traced[0]]
         whole: ca.SX = ca.vertcat(*each)
         return whole
 
@@ -68,9 +69,9 @@ def _refuse_other(base: Base, torque: Torque, name: str) -> None:
     q, v, a, given = (ca.SX.sym("", k) for k in (n, n, n, size))
     function = ca.Function("torque", [q, v, a, given], [torque(q, v, a, given)])
     moved = zip(theta, thetad, thetadd, strict=True)
-    found = np.array([function.call([*each, p])[0].full().ravel() for each in moved])
+    expressed = np.array([function.call([*each, p])[0].full().ravel() for each in moved])
     wanted = base.torque(motion, p)
-    if not np.abs(found - wanted).max() <= SAME * np.abs(wanted).max():
+    if not np.abs(expressed - wanted).max() <= SAME * np.abs(wanted).max():
         raise MachineError(
             f"{name}: cannot be compiled: called with symbols, columns gives other torques than"
             " with numbers"

@@ -57,13 +57,13 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
     trajectories better than an offset of its own for each run, or a random walk. Not searched where
     something repeats that nothing explains: it would be taken for a drift.
     """
-    made = first.held.bench.made
-    if not made.noise.repeats or first.remains:
+    model = first.fit.bench.model
+    if not model.noise.repeats or first.remains:
         return []
     known = {name: library()[name] for name in DRIFTS}
-    made = _slowly(first.held, first.others)
-    bench = Bench(made, compiled(made.base.n, known), across=True)
-    rows = Rows.of(made)
+    model = _slowly(first.fit, first.others)
+    bench = Bench(model, compiled(model.base.n, known), across=True)
+    rows = Rows.of(model)
     if len(rows.folds) < 2:
         return []
     hypotheses = Hypotheses(bench, rows)
@@ -77,31 +77,31 @@ def drifts_of(first: Side, judged: Sequence[Run], criteria: Criteria = USUAL) ->
         good = [s for s in best_first(scores) if beyond_chance(s, (), bars, criteria)]
         if good and shown(good[0], criteria):
             kept.append(simplest(good[0], good, 1, criteria))
-    kept, held = firm(bench, one_cause(kept), criteria)
+    kept, fit = firm(bench, one_cause(kept), criteria)
     if not kept:
         return []
     others = None
     if judged:
-        others = Elsewhere(held.bench, blocks(made.base, judged, made.spacing, JUDGED))
-    return [Side(held, others, tuple(named_of(held, mean_errors(criteria))))]
+        others = Elsewhere(fit.bench, blocks(model.base, judged, model.spacing, JUDGED))
+    return [Side(fit, others, tuple(named_of(fit, mean_errors(criteria))))]
 
 
 def _offsets(rows: Rows, axis: int) -> NamelessHypothesis:
     """An offset of its own for each run."""
-    count = len(rows.made.blocks)
+    count = len(rows.model.blocks)
     own = [
         np.tile(rows.torque_rms[axis] * np.eye(count)[k], (len(block.at), 1))
-        for k, block in enumerate(rows.made.blocks)
+        for k, block in enumerate(rows.model.blocks)
     ]
-    made = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
-    return nameless(axis, "offsets", made, (np.eye(count),))
+    columns = Columns({axis: rows.raw(own)}, {axis: rows.white(axis, own)})
+    return nameless(axis, "offsets", columns, (np.eye(count),))
 
 
 def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
     """A random walk of the offset, from run to run and within each: a straight line from the start
     of a run to its end, and to the next one's."""
-    runs = [block.run for block in rows.made.blocks]
-    clocks = [b.at + b.run.shift - b.run.motion.t0 + b.run.start for b in rows.made.blocks]
+    runs = [block.run for block in rows.model.blocks]
+    clocks = [b.at + b.run.shift - b.run.motion.t0 + b.run.start for b in rows.model.blocks]
     ends = [t for run in runs for t in (run.start, run.start + run.motion.ts * len(run.valid))]
     knots = np.unique(ends) - min(ends)
     hats = np.eye(len(knots)) * rows.torque_rms[axis]
@@ -109,42 +109,42 @@ def _walk(rows: Rows, axis: int) -> NamelessHypothesis:
         np.stack([np.interp(clock - min(ends), knots, hat) for hat in hats], axis=1)
         for clock in clocks
     ]
-    made = Columns({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
+    columns = Columns({axis: rows.raw(listed)}, {axis: rows.white(axis, listed)})
     far = np.minimum.outer(knots, knots) / knots[-1]
-    return nameless(axis, "walk", made, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
+    return nameless(axis, "walk", columns, (np.linalg.cholesky(far + FIRM * np.eye(len(knots))),))
 
 
-def without(held: Joint, drift: Joint) -> Calibrated:
+def without(fit: Joint, drift: Joint) -> Calibrated:
     """The calibrated base model of a fit, with a drift taken off its runs.
 
     Of a drift that slows down some repeats, as if the mechanism lacked it.
     """
-    made = steady(held.bench.made, drift)
-    off = [old - y for old, y in zip(held.bench.made.y, made.y, strict=True)]
-    left = [r - t for r, t in zip(held.residual, off, strict=True)]
-    noise = measured(made.blocks, left)
-    return replace(made, noise=unweighted(noise, made.noise.white))
+    model = steady(fit.bench.model, drift)
+    off = [old - y for old, y in zip(fit.bench.model.y, model.y, strict=True)]
+    left = [r - t for r, t in zip(fit.residual, off, strict=True)]
+    noise = measured(model.blocks, left)
+    return replace(model, noise=unweighted(noise, model.noise.white))
 
 
-def _slowly(held: Joint, others: Elsewhere | None) -> Calibrated:
+def _slowly(fit: Joint, others: Elsewhere | None) -> Calibrated:
     """What a fit leaves, smoothed for what is slow: noise of the angles, which a longer window
     takes away, would make a drift that goes with the torque too small.
 
     others: held-out runs, of which enough must be left too.
     """
-    old = held.bench.made
+    old = fit.bench.model
     spans = [_seconds(block) / LEAST for block in old.blocks]
     spans += [_seconds(block) / (2 * JUDGED) for block in others.blocks] if others else []
     factor = max(1.0, min(SLOWER, min(spans) / old.base.spacing))
     base = copy(old.base)
     base.window, base.spacing = factor * base.window, factor * base.spacing
     listed = blocks(base, [block.run for block in old.blocks], factor * old.spacing, JUDGED)
-    made = about_known(base, listed, old.fitted, old.noise)
-    bench = Bench(made, list(held.bench.effects.values()))
-    explained = torque_of(bench, held.parts, held.beta)
-    y = tuple(y - e for y, e in zip(made.y, explained, strict=True))
-    made = replace(made, y=y, between=False)
-    return replace(made, noise=measured(listed, _level(listed, made.residual(held.q))))
+    model = about_known(base, listed, old.fitted, old.noise)
+    bench = Bench(model, list(fit.bench.effects.values()))
+    explained = torque_of(bench, fit.parts, fit.beta)
+    y = tuple(y - e for y, e in zip(model.y, explained, strict=True))
+    model = replace(model, y=y, between=False)
+    return replace(model, noise=measured(listed, _level(listed, model.residual(fit.q))))
 
 
 def _seconds(block: Block) -> float:
@@ -154,10 +154,10 @@ def _seconds(block: Block) -> float:
 def _level(listed: Sequence[Block], residual: Sequence[Array]) -> list[Array]:
     """Residuals (m, n) [N m] of each block without what a straight line through it explains: else
     the drift, by which passes differ, would be a part of the noise."""
-    found = []
+    levelled = []
     for block, values in zip(listed, residual, strict=True):
         clock = np.stack([np.ones(len(block.at)), block.at - block.at[0]], axis=1)
         good = block.usable
         line = np.linalg.lstsq(clock[good], values[good], rcond=None)[0]
-        found.append(values - clock @ line)
-    return found
+        levelled.append(values - clock @ line)
+    return levelled

@@ -27,44 +27,46 @@ STEPS = 6
 WHERE = "between commanded and reported torque: "
 
 
-def drives_of(made: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
-    """What the drives do to a command, where logs have both; made: as the mechanism was fitted.
+def drives_of(model: Calibrated, runs: Sequence[Run], judged: Sequence[Run]) -> list[Side]:
+    """What the drives do to a command, where logs have both; model: as the mechanism was fitted.
 
     Lag and delay are one column. Where they can be told apart, the search begins anew with the
     exact form of what is late, so that only what that leaves is asked about.
     """
     if not driven(runs, 0.0):
         return []
-    base = made.base
-    path = PathBase(made.torque_rms, base.window, made.spacing, base.settle, kinds_of(base, base.n))
+    base = model.base
+    path = PathBase(
+        model.torque_rms, base.window, model.spacing, base.settle, kinds_of(base, base.n)
+    )
     common = common_lag(path, runs)
     there = calibrate(path, blocks(path, driven(runs, common), path.spacing))
     drives = compiled(base.n, {name: e for name, e in library().items() if e.reported})
-    asked = driven(judged, common)
-    side = selected(Bench(there, drives), asked, lambda text: None)
+    validation = driven(judged, common)
+    side = selected(Bench(there, drives), validation, lambda text: None)
     late = _late(side, path, runs, common)
     if late:
-        told = LateBench(there, drives, late)
-        side = selected(told, asked, lambda text: None)
+        refined = LateBench(there, drives, late)
+        side = selected(refined, validation, lambda text: None)
         texts = dict.fromkeys(each.text for each in late.values())
         side = replace(side, notes=(*side.notes, *texts))
     return [replace(side, notes=tuple(WHERE + note for note in side.notes))]
 
 
 def _late(side: Side, path: PathBase, runs: Sequence[Run], common: float) -> dict[int, Late]:
-    """Axes (from 0) whose drives are late in a way that could be told: all alike, or else those
+    """Axes (from 0) whose drives are late in a way that could be late: all alike, or else those
     of each effect that was found."""
-    known = [effect for effect in side.held.effects if effect.id in (LAG, DELAY)]
+    known = [effect for effect in side.fit.effects if effect.id in (LAG, DELAY)]
     if not known:
         return {}
-    found = enumerate(bends(path, driven(runs, common), range(path.n)))
+    estimates = enumerate(bends(path, driven(runs, common), range(path.n)))
     least = NOTICED * library()[LAG].gains[0].typical
-    times = {i: b.late for i, b in found if b.late > max(least, APART * b.late_deviation)}
-    told = lag_or_delay(path, runs, common, times, list(times)) if times else {}
-    for axes in [] if told else [[i for i in effect.axes if i in times] for effect in known]:
+    times = {i: b.late for i, b in estimates if b.late > max(least, APART * b.late_deviation)}
+    late = lag_or_delay(path, runs, common, times, list(times)) if times else {}
+    for axes in [] if late else [[i for i in effect.axes if i in times] for effect in known]:
         if axes:
-            told |= lag_or_delay(path, runs, common, times, axes)
-    return told
+            late |= lag_or_delay(path, runs, common, times, axes)
+    return late
 
 
 def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
@@ -77,8 +79,8 @@ def common_lag(path: PathBase, runs: Sequence[Run]) -> float:
     lag, sample = 0.0, max(run.tau.ts for run in runs)
     for _ in range(STEPS):
         listed = bends(path, driven(runs, lag), range(path.n))
-        found = [b for b in listed if b.late_deviation < np.inf]
-        step = quickest([b.late for b in found], [b.late_deviation**2 for b in found])
+        determined = [b for b in listed if b.late_deviation < np.inf]
+        step = quickest([b.late for b in determined], [b.late_deviation**2 for b in determined])
         lag += step
         if abs(step) < sample:
             break

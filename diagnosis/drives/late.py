@@ -79,34 +79,34 @@ class LateBench(Bench):
     (u - what the drive makes of u) / time, instead of u'."""
 
     def __init__(
-        self, made: Calibrated, effects: Sequence[Compiled], late: Mapping[int, Late]
+        self, model: Calibrated, effects: Sequence[Compiled], late: Mapping[int, Late]
     ) -> None:
         """late: by axis from 0."""
-        super().__init__(made, effects)
+        super().__init__(model, effects)
         self.late = late
 
-    def beside(self, made: Calibrated) -> Bench:
+    def beside(self, model: Calibrated) -> Bench:
         """The same candidates along other runs."""
-        return LateBench(made, list(self.effects.values()), self.late)
+        return LateBench(model, list(self.effects.values()), self.late)
 
     def names(self, axis: int | None) -> list[str]:
         """Without the one of lag and delay that a late drive has not."""
-        found = super().names(axis)
+        names = super().names(axis)
         if axis is None or axis not in self.late:
-            return found
-        return [name for name in found if name == self.late[axis].id or name not in (LAG, DELAY)]
+            return names
+        return [name for name in names if name == self.late[axis].id or name not in (LAG, DELAY)]
 
     def thin(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """See `Bench.thin`."""
         if name not in (LAG, DELAY) or axis not in self.late:
             return super().thin(name, axis, shape)
-        late, found = self.late[axis], []
-        for block in self.made.blocks:
+        late, thinned = self.late[axis], []
+        for block in self.model.blocks:
             motion = block.run.motion
             assert isinstance(motion, Driven)
             u = motion.command[:, axis]
-            found.append(block.smooth((u - late.of(u, motion.ts)) / late.time)[:, None])
-        return found
+            thinned.append(block.smooth((u - late.of(u, motion.ts)) / late.time)[:, None])
+        return thinned
 
 
 def lag_or_delay(
@@ -123,7 +123,7 @@ def lag_or_delay(
     """
     listed = blocks(path, driven(runs, common), path.spacing)
     others = [bend(listed, i) for i in range(path.n) if i not in late]
-    known = [found for found in others if np.isfinite(found.deviation)]
+    known = [one for one in others if np.isfinite(one.deviation)]
     if not known:
         return {}
     usual = _mean(known)
@@ -158,24 +158,24 @@ class _Tried:
 
 def _tried(listed: Sequence[Block], axis: int, name: str, time: float, usual: Bend) -> _Tried:
     """Its time in a few steps, with the exact form of what it is taken for."""
-    found = usual
+    estimate = usual
     for _ in range(STEPS):
         if time <= 0.0:
             return _Tried(0.0, np.inf, 1.0)
-        found = bend(listed, axis, Late(name, time, ""))
-        time += found.late - usual.late
+        estimate = bend(listed, axis, Late(name, time, ""))
+        time += estimate.late - usual.late
     whole = max(time, 1e-9) ** 2 / 2
-    spread = float(np.hypot(np.hypot(found.deviation, usual.deviation) / whole, INEXACT))
-    return _Tried(time, (found.k2 - usual.k2) / whole / spread, spread)
+    spread = float(np.hypot(np.hypot(estimate.deviation, usual.deviation) / whole, INEXACT))
+    return _Tried(time, (estimate.k2 - usual.k2) / whole / spread, spread)
 
 
-def _mean(found: Sequence[Bend]) -> Bend:
+def _mean(listed: Sequence[Bend]) -> Bend:
     """Weighted mean of several drives, with the spread that they show."""
-    k2, deviation = (np.array([getattr(b, name) for b in found]) for name in ("k2", "deviation"))
+    k2, deviation = (np.array([getattr(b, name) for b in listed]) for name in ("k2", "deviation"))
     weight = deviation**-2.0
     mean = float(weight @ k2 / weight.sum())
     apart = float(np.sqrt(((k2 - mean) ** 2).mean()))
-    late = float(np.mean([b.late for b in found]))
+    late = float(np.mean([b.late for b in listed]))
     return Bend(late, 0.0, mean, max(float(weight.sum() ** -0.5), apart))
 
 

@@ -96,17 +96,17 @@ def driven(runs: Sequence[Run], lag: float) -> list[Run]:
     if any(run.command is None for run in runs):
         return []
     listed = [(run, run.command) for run in runs if run.command is not None]
-    return [_driven(run, replace(asked, t0=asked.t0 + lag)) for run, asked in listed]
+    return [_driven(run, replace(command, t0=command.t0 + lag)) for run, command in listed]
 
 
 def _driven(run: Run, command: Signal) -> Run:
     """Both torques as means about the joints' instants: a command that is held has no instants
     of its own, and samples of it come half a hold too early."""
     m = run.motion
-    (asked, known), (told, heard) = (_at(signal, m) for signal in (command, run.tau))
-    motion = Driven(m.t0, m.ts, m.theta, m.thetad, m.thetadd, asked, told)
+    (commanded, known), (reported, heard) = (_at(signal, m) for signal in (command, run.tau))
+    motion = Driven(m.t0, m.ts, m.theta, m.thetad, m.thetadd, commanded, reported)
     valid = run.valid & known & heard
-    return replace(run, motion=motion, valid=valid, tau=Signal(m.t0, m.ts, asked, valid))
+    return replace(run, motion=motion, valid=valid, tau=Signal(m.t0, m.ts, commanded, valid))
 
 
 def _at(signal: Signal, motion: Motion) -> tuple[Array, NDArray[np.bool_]]:

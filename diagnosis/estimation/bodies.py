@@ -43,12 +43,12 @@ def bodies_of(known: Sequence[Known]) -> list[Body]:
     """Bodies among parameters: those of which all ten are there."""
     at = {k.name: place for place, k in enumerate(known)}
     owners = dict.fromkeys(k.name.rpartition(".")[0] for k in known if "." in k.name)
-    found = []
+    bodies = []
     for owner in owners:
         places = [at.get(f"{owner}.{name}") for name in TEN]
         if None not in places:
-            found.append(Body(owner, tuple(p for p in places if p is not None)))
-    return found
+            bodies.append(Body(owner, tuple(p for p in places if p is not None)))
+    return bodies
 
 
 def pseudo_inertia(ten: Array) -> Array:

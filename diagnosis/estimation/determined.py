@@ -31,35 +31,35 @@ UNSEEN = 1e-4
 class Seen:
     """What the runs say of parameters and their sums."""
 
-    def __init__(self, found: Estimated) -> None:
-        self.found, made, reg = found, found.made, found.regression
-        self.more = announced(made)
+    def __init__(self, estimated: Estimated) -> None:
+        self.estimated, model, reg = estimated, estimated.model, estimated.regression
+        self.more = announced(model)
         G = np.diag(reg.prior) + reg.gram[0]
         self.unseen = np.eye(len(G)) - reg.covariance @ G
         loose = reg.prior / WIDER**2
-        self.alone = found.level * safe_inverse(G - np.diag(reg.prior - loose), loose)
-        count = sum(len(y) for y in made.y)
-        squares = [[np.diag(B.squares(i)) for B in made.B] for i in range(made.base.n)]
+        self.alone = estimated.level * safe_inverse(G - np.diag(reg.prior - loose), loose)
+        count = sum(len(y) for y in model.y)
+        squares = [[np.diag(B.squares(i)) for B in model.B] for i in range(model.base.n)]
         rms = np.sqrt(np.sum(squares, axis=1) / count)
-        torque = np.maximum(made.torque_rms, np.finfo(float).tiny)
-        scale = np.where(made.scale > 0, made.scale, np.inf)
+        torque = np.maximum(model.torque_rms, np.finfo(float).tiny)
+        scale = np.where(model.scale > 0, model.scale, np.inf)
         self.share = (rms / torque[:, None]).max(axis=0) / scale
 
     def parameter(self, combination: Combination) -> Parameter:
         """A sum of parameters by their places."""
-        found, known = self.found, self.found.known
+        estimated, known = self.estimated, self.estimated.known
         places = [place for place, _ in combination.terms]
         c = np.zeros(len(known))
         c[places] = [factor for _, factor in combination.terms]
-        value = float(c @ (found.values + self.more))
+        value = float(c @ (estimated.values + self.more))
         file = float(c @ (np.array([k.nominal for k in known]) + self.more))
         # what is assumed of friction and effects is no file's
         ours = [known[p].group in (FRICTION, EFFECT) for p in places]
         wide = [np.inf if own else known[p].tolerance for own, p in zip(ours, places, strict=True)]
         tolerance = float(np.linalg.norm(np.abs(c[places]) * np.array(wide)))
-        q = c * found.made.scale
+        q = c * estimated.model.scale
         lost = np.linalg.norm(self.unseen.T @ q) > UNSEEN * np.linalg.norm(q)
-        deviation = math.inf if lost else math.sqrt(max(float(c @ found.covariance @ c), 0.0))
+        deviation = math.inf if lost else math.sqrt(max(float(c @ estimated.covariance @ c), 0.0))
         alone = math.sqrt(max(float(q @ self.alone @ q), 0.0))
         if math.isfinite(tolerance):
             determined = max(deviation, alone) < NARROWER * tolerance

@@ -42,7 +42,7 @@ APART = 0.5
 class Estimated:
     """A base model fitted to runs.
 
-    `made.known` are its parameters, friction among them, `values` (nb,) their estimates in their
+    `model.known` are its parameters, friction among them, `values` (nb,) their estimates in their
     units, `covariance` (nb, nb). free (nb,): the estimates before they had to be those of a
     machine; excess: what that adds to the sum of squares, in units of the noise; wrong: places of
     bodies and parameters, by name, that no machine has before. level: mean square of the rows,
@@ -50,7 +50,7 @@ class Estimated:
     beside priors. extras: effects that a diagnosis found, fitted beside.
     """
 
-    made: Calibrated
+    model: Calibrated
     values: Array
     covariance: Array
     free: Array
@@ -64,45 +64,47 @@ class Estimated:
     @property
     def known(self) -> tuple[Known, ...]:
         """The parameters."""
-        return self.made.known
+        return self.model.known
 
     @property
     def q(self) -> Array:
         """Coefficients of the rows (nb,)."""
         nominal = np.array([k.nominal for k in self.known])
-        scale = self.made.scale
+        scale = self.model.scale
         times = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0)
         return np.asarray((self.values - nominal) * times)
 
     def along(self, runs: Sequence[Run]) -> Calibrated:
         """The same columns for other runs."""
-        made, base = self.made, self.made.base
-        theirs = blocks(base, runs, made.spacing, JUDGED)
-        there = about_known(base, theirs, made.fitted, made.noise, made.blocks)
-        own = [known for known in made.known if known.group in (friction.GROUP, extras.GROUP)]
+        model, base = self.model, self.model.base
+        theirs = blocks(base, runs, model.spacing, JUDGED)
+        there = about_known(base, theirs, model.fitted, model.noise, model.blocks)
+        own = [known for known in model.known if known.group in (friction.GROUP, extras.GROUP)]
         return _beside(there, own, self.forms, self.extras)
 
 
 def estimate(base: Base, runs: Sequence[Run], more: Extras | None = None) -> tuple[Estimated, str]:
     """Fit a base model to runs; what was done about noise of the angles, or nothing."""
     more = more or Extras()
-    made, _, done = fitted(base, runs)
-    listed = more.beside(friction.parameters(made.base, made.blocks)) + more.parameters(made)
-    dry = _dry(made, listed)
-    made = about_known(made.base, made.blocks, made.fitted, _even(made, made.regression.q))
-    found = _settled(made, listed, dry, more)
-    if dry and abs(made.fitted.delay) > APART * made.fitted.late:
+    model, _, done = fitted(base, runs)
+    listed = more.beside(friction.parameters(model.base, model.blocks)) + more.parameters(model)
+    dry = _dry(model, listed)
+    model = about_known(model.base, model.blocks, model.fitted, _even(model, model.regression.q))
+    estimated = _settled(model, listed, dry, more)
+    if dry and abs(model.fitted.delay) > APART * model.fitted.late:
         # a wrong form of friction may be what is late
-        prompt = about_known(made.base, made.blocks, replace(made.fitted, delay=0.0), made.noise)
-        found = min(found, _settled(prompt, listed, dry, more), key=_left)
-    return _finished(found, more), done
+        prompt = about_known(
+            model.base, model.blocks, replace(model.fitted, delay=0.0), model.noise
+        )
+        estimated = min(estimated, _settled(prompt, listed, dry, more), key=_left)
+    return _finished(estimated, more), done
 
 
 @dataclass(frozen=True)
 class _Fit:
     """A base model with friction, its regression beside priors, and the friction's forms."""
 
-    made: Calibrated
+    model: Calibrated
     regression: Regression
     level: float
     forms: tuple[Form, ...]
@@ -110,66 +112,66 @@ class _Fit:
     @property
     def values(self) -> Array:
         """Of all parameters (nb,), in their units."""
-        nominal = np.array([k.nominal for k in self.made.known])
-        return np.asarray(nominal + self.made.scale * self.regression.q)
+        nominal = np.array([k.nominal for k in self.model.known])
+        return np.asarray(nominal + self.model.scale * self.regression.q)
 
 
 def _left(fit: _Fit) -> float:
     """Mean square of what is left, each axis relative to its torque."""
-    left = axis_rms(fit.made.blocks, fit.made.residual(fit.regression.q))
-    return float(((left / fit.made.torque_rms) ** 2).mean())
+    left = axis_rms(fit.model.blocks, fit.model.residual(fit.regression.q))
+    return float(((left / fit.model.torque_rms) ** 2).mean())
 
 
 def _settled(
-    made: Calibrated,
+    model: Calibrated,
     listed: Sequence[Known],
     dry: dict[int, dict[Form, list[Array]]],
     more: Extras,
 ) -> _Fit:
     """Fits until the delay stays, from this one on."""
     usual = Form("rate", 1.0, "")
-    forms = tuple(next(iter(dry.get(i, {usual: []}))) for i in range(made.base.n))
+    forms = tuple(next(iter(dry.get(i, {usual: []}))) for i in range(model.base.n))
     for turn in range(ROUNDS):
-        full = _beside(made, listed, forms, more)
+        full = _beside(model, listed, forms, more)
         if turn < FORMED:
             forms = _formed(full, dry, forms)
-            full = _beside(made, listed, forms, more)
+            full = _beside(model, listed, forms, more)
         regression, level = _levelled(full)
         fit = _Fit(full, regression, level, forms)
         late = next(i for i, k in enumerate(full.known) if k.group == "delay")
-        most = LATEST * made.fitted.late
+        most = LATEST * model.fitted.late
         moved = replace(
-            made.fitted,
-            p=fit.values[: len(made.base.linear)],
+            model.fitted,
+            p=fit.values[: len(model.base.linear)],
             delay=float(np.clip(fit.values[late], -most, most)),
             loads={load.name: fit.values[full.places(load)] for load in full.loads},
         )
-        settled = abs(moved.delay - made.fitted.delay) < LATER * made.fitted.late
+        settled = abs(moved.delay - model.fitted.delay) < LATER * model.fitted.late
         if settled and turn >= FORMED:
             break
-        made = about_known(made.base, made.blocks, moved, _even(full, regression.q))
+        model = about_known(model.base, model.blocks, moved, _even(full, regression.q))
     return fit
 
 
 def _beside(
-    made: Calibrated, listed: Sequence[Known], forms: Sequence[Form], more: Extras
+    model: Calibrated, listed: Sequence[Known], forms: Sequence[Form], more: Extras
 ) -> Calibrated:
     """A base model with friction and further effects after its own parameters."""
     own = [k for k in listed if k.group == friction.GROUP]
-    columns = friction.columns(made.blocks, own, forms)
+    columns = friction.columns(model.blocks, own, forms)
     if more.listed:
-        pairs = zip(columns, more.columns(made), strict=True)
+        pairs = zip(columns, more.columns(model), strict=True)
         columns = [np.concatenate(both, axis=2) for both in pairs]
-    return friction.beside(made, listed, columns)
+    return friction.beside(model, listed, columns)
 
 
-def _dry(made: Calibrated, listed: Sequence[Known]) -> dict[int, dict[Form, list[Array]]]:
+def _dry(model: Calibrated, listed: Sequence[Known]) -> dict[int, dict[Form, list[Array]]]:
     """Smoothed dry friction of each axis that has it as a parameter, for all forms."""
     axes = [known.axis or 0 for known in listed if known.name.startswith("F_c")]
     return {
         axis: {
-            form: [friction.dry(block, axis, form) for block in made.blocks]
-            for form in friction.forms_of(made.base, made.blocks, axis)
+            form: [friction.dry(block, axis, form) for block in model.blocks]
+            for form in friction.forms_of(model.base, model.blocks, axis)
         }
         for axis in axes
     }
@@ -180,7 +182,7 @@ def _formed(
 ) -> tuple[Form, ...]:
     """The form of each axis' dry friction that leaves least at this delay, beside the present ones
     of the other axes."""
-    whole, found = full.regression, list(forms)
+    whole, best_forms = full.regression, list(forms)
     for axis, columns in dry.items():
         name = f"F_c[{axis + 1}]"
         others = np.array([k.name != name and k.group != "delay" for k in full.known])
@@ -194,44 +196,44 @@ def _formed(
         best = max(columns, key=fall)
         for factor in FINER:
             best = max((best, *best.near(factor)), key=fall)
-        found[axis] = best
-    return tuple(found)
+        best_forms[axis] = best
+    return tuple(best_forms)
 
 
-def _even(made: Calibrated, q: Array) -> Noise:
+def _even(model: Calibrated, q: Array) -> Noise:
     """Each axis weighted by the RMS that is left of it, all frequencies alike: what a model lacks
     is more than noise, and has another spectrum."""
-    left = np.maximum(axis_rms(made.blocks, made.residual(q)), np.finfo(float).tiny)
-    n = made.base.n
-    return Noise(np.zeros((n, ORDER)), left, left, made.noise.repeats, np.ones((n, 2)))
+    left = np.maximum(axis_rms(model.blocks, model.residual(q)), np.finfo(float).tiny)
+    n = model.base.n
+    return Noise(np.zeros((n, ORDER)), left, left, model.noise.repeats, np.ones((n, 2)))
 
 
-def _levelled(made: Calibrated) -> tuple[Regression, float]:
+def _levelled(model: Calibrated) -> tuple[Regression, float]:
     """The regression with priors that count beside what is left of the rows, of which as many as
     repeat each other count as one."""
-    regression, level = made.regression, 1.0
+    regression, level = model.regression, 1.0
     for _ in range(2):
-        left = regression.residual.reshape(made.base.n, -1).T
+        left = regression.residual.reshape(model.base.n, -1).T
         level = max(1.0, float((left**2).mean()) * correlation_time(left))
-        scaled = {k: float(level * v) for k, v in enumerate(made.regression.prior) if v > 0}
-        regression = made.regression.loosened(scaled)
+        scaled = {k: float(level * v) for k, v in enumerate(model.regression.prior) if v > 0}
+        regression = model.regression.loosened(scaled)
     return regression, level
 
 
 def _finished(fit: _Fit, more: Extras) -> Estimated:
-    made, regression, values = fit.made, fit.regression, fit.values
+    model, regression, values = fit.model, fit.regression, fit.values
     curvature = (np.diag(regression.prior) + regression.gram[0]) / fit.level
-    found, wrong = possible_values(made, values, curvature)
-    spread = _covariance(fit) * np.outer(made.scale, made.scale)
+    result, wrong = possible_values(model, values, curvature)
+    spread = _covariance(fit) * np.outer(model.scale, model.scale)
     return Estimated(
-        made, found.values, spread, values, found.excess, wrong, fit.level, fit.forms, regression,
-        more,
+        model, result.values, spread, values, result.excess, wrong, fit.level, fit.forms,
+        regression, more,
     )  # fmt: skip
 
 
 def _covariance(fit: _Fit) -> Array:
     """Of the coefficients (nb, nb), robust to errors that go together within a cluster."""
-    layout, regression = fit.made.layout, fit.regression
+    layout, regression = fit.model.layout, fit.regression
     scores = np.zeros((len(regression.prior), regression.clusters))
     for i in range(layout.n):
         rows, places = layout.rows(i), regression.B.places(i)

@@ -46,20 +46,20 @@ class Excitation:
     narrowed: tuple[tuple[Parameter, float], ...]
 
 
-def excitation(found: Identified) -> Excitation:
+def excitation(identified: Identified) -> Excitation:
     """The best motion that was tried."""
-    estimated = found.estimated
-    made, regression = estimated.made, estimated.regression
-    limits = _limits(found)
-    ts = max(FINEST, made.blocks[0].run.motion.ts)
+    estimated = identified.estimated
+    model, regression = estimated.model, estimated.regression
+    limits = _limits(identified)
+    ts = max(FINEST, model.blocks[0].run.motion.ts)
     A = np.diag(regression.prior) + regression.gram[0]
     places = {known.name: k for k, known in enumerate(estimated.known)}
     rubbing = [known.name for known in estimated.known if known.group == FRICTION]
-    asked = [*found.combinations, *(found[name] for name in rubbing)]
-    C = np.zeros((len(asked), len(A)))
-    for row, one in zip(C, asked, strict=True):
+    requested = [*identified.combinations, *(identified[name] for name in rubbing)]
+    C = np.zeros((len(requested), len(A)))
+    for row, one in zip(C, requested, strict=True):
         for name, factor in one.terms:
-            row[places[name]] = factor * made.scale[places[name]]
+            row[places[name]] = factor * model.scale[places[name]]
     now = _spread(A, regression.prior, C)
     tried = []
     for base, seed in TRIED:
@@ -67,12 +67,12 @@ def excitation(found: Identified) -> Excitation:
             "multisine", {"f_base": base, "seed": seed, "duration": SECONDS, "n_sines": 10}
         )
         motion = make(spec, limits, ts, "next")
-        more = _information(found, motion)
+        more = _information(identified, motion)
         shrunk = _spread(A + more, regression.prior, C) / now
         tried.append((float(np.log(shrunk).sum()), shrunk, motion))
     _, shrunk, motion = min(tried, key=lambda one: one[0])
     order = np.argsort(shrunk)
-    return Excitation(motion, tuple((asked[k], float(shrunk[k])) for k in order))
+    return Excitation(motion, tuple((requested[k], float(shrunk[k])) for k in order))
 
 
 def _spread(A: Array, prior: Array, C: Array) -> Array:
@@ -81,20 +81,20 @@ def _spread(A: Array, prior: Array, C: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", C, inverse, C), 1e-300)))
 
 
-def _information(found: Identified, motion: Trajectory) -> Array:
+def _information(identified: Identified, motion: Trajectory) -> Array:
     """What one run along a motion adds to the normal matrix (nb, nb)."""
     theta = motion.r
     rate, acceleration = differences(theta, motion.ts)
     moved = Motion(0.0, motion.ts, theta[1:-1], rate, acceleration)
     valid = np.ones(len(rate), dtype=bool)
     run = Run("next", "next", moved, valid, Signal(0.0, motion.ts, np.zeros_like(rate), valid))
-    there = found.estimated.along([run]).regression
+    there = identified.estimated.along([run]).regression
     return there.gram[0]
 
 
-def _limits(found: Identified) -> Limits:
+def _limits(identified: Identified) -> Limits:
     """What the logs have shown to be possible."""
-    made = found.estimated.made
-    motions = [block.run.motion for block in made.blocks]
+    model = identified.estimated.model
+    motions = [block.run.motion for block in model.blocks]
     logs = [Log.of(str(k), m.ts, m.theta, m.theta) for k, m in enumerate(motions)]
-    return replace(Limits.of_logs(logs), kinds=kinds_of(made.base, made.base.n))
+    return replace(Limits.of_logs(logs), kinds=kinds_of(model.base, model.base.n))

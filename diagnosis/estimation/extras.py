@@ -68,39 +68,39 @@ class Extras:
                 f" model has {n}: diagnose these logs"
             )
 
-    def columns(self, made: Calibrated) -> list[Array]:
+    def columns(self, model: Calibrated) -> list[Array]:
         """Smoothed columns (m, n, k) of all gains in each block."""
-        n = made.base.n
+        n = model.base.n
         count = sum(len(one.effect.gains) for one in self.listed)
-        found = [np.zeros((len(block.at), n, count)) for block in made.blocks]
+        columns = [np.zeros((len(block.at), n, count)) for block in model.blocks]
         if self.listed:
-            bench = Bench(made, compiled(n, {one.effect.id: one.effect for one in self.listed}))
+            bench = Bench(model, compiled(n, {one.effect.id: one.effect for one in self.listed}))
         place = 0
         for one in self.listed:
             width = len(one.effect.gains)
             for whole, own in zip(
-                found, bench.thin(one.effect.id, one.axis, one.shape), strict=True
+                columns, bench.thin(one.effect.id, one.axis, one.shape), strict=True
             ):
                 whole[:, one.axis, place : place + width] = own
             place += width
-        return found
+        return columns
 
-    def parameters(self, made: Calibrated) -> list[Known]:
+    def parameters(self, model: Calibrated) -> list[Known]:
         """The gains, with weak priors: one standard deviation makes all of the axis' torque."""
-        known, place, kinds = list[Known](), 0, kinds_of(made.base, made.base.n)
-        columns = np.concatenate(self.columns(made)) if self.listed else None
+        known, place, kinds = list[Known](), 0, kinds_of(model.base, model.base.n)
+        columns = np.concatenate(self.columns(model)) if self.listed else None
         for one in self.listed:
             for gain in one.effect.gains:
                 assert columns is not None
                 size = float(np.sqrt((columns[:, one.axis, place] ** 2).mean()))
-                most = float(made.torque_rms[one.axis]) / max(size, np.finfo(float).tiny)
+                most = float(model.torque_rms[one.axis]) / max(size, np.finfo(float).tiny)
                 name, unit = one.parameter(gain.name), kinds[one.axis].unit(gain.unit)
                 known.append(Known(name, unit, 0.0, most, GROUP, one.axis, bounded=gain.low >= 0.0))
                 place += 1
         return known
 
 
-def read_found(path: Path) -> Extras:
+def read_diagnosis(path: Path) -> Extras:
     """The effects of a diagnosis that a file keeps (`flexhex diagnose`, `OUT/diagnosis.json`).
     UsageError for another file, or one in which nothing was found."""
     try:
@@ -157,7 +157,7 @@ def _reason(effect: Effect) -> str:
 
 def _on_axis(effect: Effect, axis: int, axes: int, values: Mapping[str, float]) -> list[Extra]:
     """All of it on an axis, from 1: it may be there twice with other shapes."""
-    found = []
+    extras = []
     for number in range(1, effect.most + 1):
         more = f"#{number}" if number > 1 else ""
         own = {
@@ -168,5 +168,5 @@ def _on_axis(effect: Effect, axis: int, axes: int, values: Mapping[str, float]) 
         there = f"{gain}[{axis}]{more}" in values or (axes == 1 and f"{gain}{more}" in values)
         if there and all(value is not None for value in own.values()):
             shape = {name: float(value) for name, value in own.items() if value is not None}
-            found.append(Extra(effect, axis - 1, shape, number))
-    return found
+            extras.append(Extra(effect, axis - 1, shape, number))
+    return extras

@@ -49,8 +49,8 @@ class Form:
     def near(self, factor: float) -> list[Form]:
         """Forms with one number larger or smaller by a factor."""
         both = (factor, 1 / factor)
-        found = [replace(self, size=self.size * f) for f in both]
-        return found + ([replace(self, lead=self.lead * f) for f in both] if self.lead else [])
+        neighbours = [replace(self, size=self.size * f) for f in both]
+        return neighbours + ([replace(self, lead=self.lead * f) for f in both] if self.lead else [])
 
 
 def parameters(base: Base, blocks: Sequence[Block]) -> list[Known]:
@@ -80,9 +80,9 @@ def forms_of(base: Base, blocks: Sequence[Block], axis: int) -> list[Form]:
     """All forms of the dry friction of an axis."""
     unit = kinds_of(base, base.n)[axis].unit("rad")
     rate, way = (float(_rms(blocks, name)[axis]) for name in ("thetad", "theta"))
-    found = [Form("rate", size * rate, f"{unit}/s") for size in RATES]
-    found += [Form("way", size * way, unit) for size in WAYS]
-    return found + [Form("rate", v * rate, f"{unit}/s", T) for T in LEADS for v in LEADING]
+    forms = [Form("rate", size * rate, f"{unit}/s") for size in RATES]
+    forms += [Form("way", size * way, unit) for size in WAYS]
+    return forms + [Form("rate", v * rate, f"{unit}/s", T) for T in LEADS for v in LEADING]
 
 
 def dry(block: Block, axis: int, form: Form) -> Array:
@@ -98,29 +98,29 @@ def dry(block: Block, axis: int, form: Form) -> Array:
 
 def columns(blocks: Sequence[Block], listed: Sequence[Known], forms: Sequence[Form]) -> list[Array]:
     """Smoothed columns (m, n, k) of these parameters in each block."""
-    found = []
+    smoothed = []
     for block in blocks:
-        made = np.zeros((len(block.at), len(forms), len(listed)))
+        sampled = np.zeros((len(block.at), len(forms), len(listed)))
         for k, known in enumerate(listed):
             axis, name = known.axis or 0, known.name.partition("[")[0]
             if name == "F_c":
-                made[:, axis, k] = dry(block, axis, forms[axis])
+                sampled[:, axis, k] = dry(block, axis, forms[axis])
             elif name == "d":
-                made[:, axis, k] = block.smooth(block.run.motion.thetad[:, axis])
+                sampled[:, axis, k] = block.smooth(block.run.motion.thetad[:, axis])
             else:
-                made[:, axis, k] = 1.0
-        found.append(made)
-    return found
+                sampled[:, axis, k] = 1.0
+        smoothed.append(sampled)
+    return smoothed
 
 
-def beside(made: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:
+def beside(model: Calibrated, listed: Sequence[Known], columns: Sequence[Array]) -> Calibrated:
     """A base model with further parameters after its own."""
     scale = np.array([known.tolerance for known in listed])
-    B = [beside_of(b, c * scale) for b, c in zip(made.B, columns, strict=True)]
+    B = [beside_of(b, c * scale) for b, c in zip(model.B, columns, strict=True)]
     return replace(
-        made,
-        known=(*made.known, *listed),
-        scale=np.concatenate([made.scale, scale]),
+        model,
+        known=(*model.known, *listed),
+        scale=np.concatenate([model.scale, scale]),
         B=tuple(B),
     )
 

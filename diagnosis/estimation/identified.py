@@ -17,7 +17,7 @@ from flexhex.diagnosis.estimation.records import Errors, Identified
 from flexhex.diagnosis.estimation.structure import Combination, structure
 from flexhex.diagnosis.estimation.unannounced import with_payload
 from flexhex.diagnosis.kinds import units_of
-from flexhex.diagnosis.prepare import Options, asked_of, misfit
+from flexhex.diagnosis.prepare import Options, misfit, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import torque_at
 from flexhex.diagnosis.runs.pairing import mispaired
@@ -47,30 +47,30 @@ def identify(
     of geometry are fitted only where `options.tolerance` names a tolerance of them. Raises
     LogError, MachineError or UsageError for what cannot be read or does not fit.
     """
-    asked_for = options or Options()
+    options = options or Options()
     more = more or Extras()
     progress("reading", 0, 3)
-    base, asked, trouble = asked_of(paths, held_out, machine_file, asked_for)
-    base = _plain(base, asked_for.tolerance, settle)
-    if trouble := trouble or mispaired(base, asked.runs):
+    base, run_set, trouble = run_set_of(paths, held_out, machine_file, options)
+    base = _plain(base, options.tolerance, settle)
+    if trouble := trouble or mispaired(base, run_set.runs):
         raise LogError(trouble)
     more.check(base.n)
     progress("fitting the parameters", 1, 3)
-    found, smoothed = estimate(base, asked.runs, more)
-    if trouble := misfit(found.made):
+    estimated, smoothed = estimate(base, run_set.runs, more)
+    if trouble := misfit(estimated.model):
         raise LogError(trouble)
-    found, carried = with_payload(base, asked.runs, found)
+    estimated, carried = with_payload(base, run_set.runs, estimated)
     progress("on held-out runs", 2, 3)
-    errors = _errors(found, found.made)
-    other = _errors(found, found.along(asked.judged)) if asked.judged else None
-    seen = Seen(found)
-    which = structure(found.made.base, found.made.blocks)
-    names = [known.name for known in found.known]
-    late = next(i for i, k in enumerate(found.known) if k.group == "delay")
-    shown = [i for i, k in enumerate(found.known) if k.group != "delay"]
+    errors = _errors(estimated, estimated.model)
+    other = _errors(estimated, estimated.along(run_set.judged)) if run_set.judged else None
+    seen = Seen(estimated)
+    which = structure(estimated.model.base, estimated.model.blocks)
+    names = [known.name for known in estimated.known]
+    late = next(i for i, k in enumerate(estimated.known) if k.group == "delay")
+    shown = [i for i, k in enumerate(estimated.known) if k.group != "delay"]
     progress("done", 3, 3)
     return Identified(
-        asked_for.base,
+        options.base,
         tuple(seen.parameter(Combination(((place, 1.0),))) for place in shown),
         tuple(seen.parameter(c) for c in which.combinations),
         tuple(names[place] for place in which.silent),
@@ -78,24 +78,24 @@ def identify(
         errors,
         other,
         seen.parameter(Combination(((late, 1.0),))).estimate,
-        (*filter(None, [carried]), *more.notes, *_notes(found, errors)),
-        (*asked.findings, *filter(None, [smoothed])),
-        *asked.names,
-        found,
+        (*filter(None, [carried]), *more.notes, *_notes(estimated, errors)),
+        (*run_set.findings, *filter(None, [smoothed])),
+        *run_set.names,
+        estimated,
     )
 
 
 def _plain(base: Base, tolerance: Mapping[str, float], settle: float | None) -> Base:
     """The base model with the geometry of its file, unless its tolerance was given."""
-    found = copy(base)
+    plain = copy(base)
     if "geometry" not in tolerance:
-        found.geometry = None
+        plain.geometry = None
     if settle is not None:
-        found.settle = settle
-    return found
+        plain.settle = settle
+    return plain
 
 
-def _errors(found: Estimated, there: Calibrated) -> Errors:
+def _errors(estimated: Estimated, there: Calibrated) -> Errors:
     kept = [block.usable for block in there.blocks]
 
     def rms(parts: Sequence[Array]) -> Array:
@@ -106,13 +106,13 @@ def _errors(found: Estimated, there: Calibrated) -> Errors:
     torque = rms([torque_at(block, window, delay) for block in there.blocks])
     size = np.maximum(torque, np.finfo(float).tiny)
     file = rms(there.residual(there.nominal))
-    return Errors(torque, file / size, rms(there.residual(found.q)) / size)
+    return Errors(torque, file / size, rms(there.residual(estimated.q)) / size)
 
 
-def _notes(found: Estimated, errors: Errors) -> list[str]:
-    deviation = np.maximum(np.sqrt(np.diag(found.covariance)), np.finfo(float).tiny)
-    off = np.abs(found.free - found.values) / deviation
-    against = {name: float(max(off[k] for k in own)) for name, own in found.wrong.items()}
+def _notes(estimated: Estimated, errors: Errors) -> list[str]:
+    deviation = np.maximum(np.sqrt(np.diag(estimated.covariance)), np.finfo(float).tiny)
+    off = np.abs(estimated.free - estimated.values) / deviation
+    against = {name: float(max(off[k] for k in own)) for name, own in estimated.wrong.items()}
     sure = [name for name, size in against.items() if size > SURE]
     within = [name for name in against if name not in sure]
     notes = []
@@ -127,8 +127,8 @@ def _notes(found: Estimated, errors: Errors) -> list[str]:
             f"{', '.join(within)}: the best fit lies at values that no machine has, within the"
             " noise; these are the nearest that one can have"
         )
-    there = {known.name for known in found.known}
-    same = [str(i + 1) for i in range(found.made.base.n) if f"o[{i + 1}]" not in there]
+    there = {known.name for known in estimated.known}
+    same = [str(i + 1) for i in range(estimated.model.base.n) if f"o[{i + 1}]" not in there]
     if same:
         notes.append(
             f"an offset of axis {', '.join(same)} acts as parameters of the base model do, on these"

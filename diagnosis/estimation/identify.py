@@ -104,9 +104,9 @@ def fit(
         return _solve(machine, R, kept)
     if tolerance is None:
         raise LogError(f"{confounded}: use a trajectory that moves all joints differently")
-    found = _solve(machine, _beside_file(machine, R, kept, tolerance), kept)
-    told = f"{confounded}: they are kept near the machine file's, {tolerance:.0%} of each"
-    return replace(found, warnings=(*found.warnings, told))
+    estimate = _solve(machine, _beside_file(machine, R, kept, tolerance), kept)
+    warning = f"{confounded}: they are kept near the machine file's, {tolerance:.0%} of each"
+    return replace(estimate, warnings=(*estimate.warnings, warning))
 
 
 def spacing(machine: Machine, logs: Sequence[Log]) -> Callable[[Log], int]:

@@ -19,19 +19,19 @@ from flexhex.fmus.inverse import equations
 from flexhex.fmus.inverse.equations import Friction, Parameter
 
 
-def inverse_model(found: Identified) -> equations.Identified:
+def inverse_model(identified: Identified) -> equations.Identified:
     """The base model with its estimates, and friction in the form that was found.
 
     A payload of the logs and the delay of their torques are left out. UsageError for a fit with
     errors of geometry, MachineError for a base model that cannot be compiled.
     """
-    estimated, base = found.estimated, found.estimated.made.base
+    estimated, base = identified.estimated, identified.estimated.model.base
     if base.geometry is not None:
         raise UsageError(
             "--fmu: places of joints were fitted, too, which the FMU takes from the file: take"
             " --tolerance geometry out"
         )
-    values = {one.name: one.estimate.value for one in found.parameters}
+    values = {one.name: one.estimate.value for one in identified.parameters}
     own = [Parameter(k.name, k.unit, values[k.name]) for k in base.linear]
     rubbing = [k for k in estimated.known if k.group == GROUP]
     listed = [*own, *(Parameter(k.name, k.unit, values[k.name]) for k in rubbing)]
@@ -49,10 +49,10 @@ def inverse_model(found: Identified) -> equations.Identified:
                 rubs = replace(rubs, lead=len(listed) - 1)
         frictions.append(rubs)
     terms = tuple(_term(one, values, base, listed) for one in compiled_extras(estimated.extras))
-    torque, size = symbolic_torque(base, f"--base {found.base}"), len(own)
+    torque, size = symbolic_torque(base, f"--base {identified.base}"), len(own)
     return equations.Identified(
         units_of(base, base.n, "rad"),
-        found.units,
+        identified.units,
         lambda theta, thetad, thetadd, p: torque(theta, thetad, thetadd, p[:size]),
         tuple(listed),
         tuple(frictions),
@@ -81,8 +81,8 @@ def _asks(one: Extra) -> str:
     state = ca.SX.sym("state", max(1, len(effect.states)))
     own = signals(n, u)
     then = effect.advance(own, own, state, dict(one.shape), ca.SX.sym("Ts"))
-    asked = ca.which_depends(ca.vertcat(effect.columns(own, state, dict(one.shape)), then), u)
-    rate, time = (any(asked[k::N_SIGNAL]) for k in (4, 5))
+    depends = ca.which_depends(ca.vertcat(effect.columns(own, state, dict(one.shape)), then), u)
+    rate, time = (any(depends[k::N_SIGNAL]) for k in (4, 5))
     if time:
         return "it drifts with the time of a run"
     return "it follows the rate of the torque" if rate else ""

@@ -15,33 +15,33 @@ Array = NDArray[np.float64]
 
 
 def possible_values(
-    made: Calibrated, values: Array, curvature: Array
+    model: Calibrated, values: Array, curvature: Array
 ) -> tuple[Possible, dict[str, tuple[int, ...]]]:
     """Values that a machine can have, and the places, by name, of what none has before."""
-    known, more = made.known, announced(made)
+    known, more = model.known, announced(model)
     # a parameter that the file has exactly has no scale, and no curvature
-    times = np.divide(1.0, made.scale, out=np.zeros_like(made.scale), where=made.scale > 0)
+    times = np.divide(1.0, model.scale, out=np.zeros_like(model.scale), where=model.scale > 0)
     curved = curvature * np.outer(times, times)
     file = np.array([one.nominal for one in known]) + more
     bodies = [(body, file[list(body.places)]) for body in bodies_of(known)]
     inside = {place for body, _ in bodies for place in body.places}
     positive = [k for k, one in enumerate(known) if k not in inside and never_negative(one)]
-    found = possible(values + more, curved, bodies, positive)
+    result = possible(values + more, curved, bodies, positive)
     whole = values + more
     wrong = {b.name: b.places for b, _ in bodies if not consistent(whole[list(b.places)])}
     wrong |= {known[k].name: (k,) for k in positive if whole[k] < 0}
-    return replace(found, values=found.values - more), wrong
+    return replace(result, values=result.values - more), wrong
 
 
-def announced(made: Calibrated) -> Array:
+def announced(model: Calibrated) -> Array:
     """What the logs' heads say of payloads (nb,): their parameters are differences from it."""
-    found, base = np.zeros(len(made.known)), made.base
+    values, base = np.zeros(len(model.known)), model.base
     p = np.array([known.nominal for known in base.linear])
     places = list(base.payload)
-    for load in made.loads:
+    for load in model.loads:
         if load.mass:
-            found[made.places(load)] = (base.loaded(p, float(load.mass)) - p)[places]
-    return found
+            values[model.places(load)] = (base.loaded(p, float(load.mass)) - p)[places]
+    return values
 
 
 def never_negative(known: Known) -> bool:

@@ -82,14 +82,14 @@ def structure(base: Base, blocks: Sequence[Block]) -> Structure:
             chosen.append(k)
             basis = np.column_stack([basis, column / left])
     beta = np.linalg.lstsq(W[:, chosen] / size[chosen], W[:, dependent] / size[dependent])[0]
-    found = []
+    combinations = []
     for row, k in enumerate(chosen):
         terms = [(k, 1.0)]
         for column, other in enumerate(dependent):
             if abs(beta[row, column]) > NEGLIGIBLE:
                 terms.append((other, float(beta[row, column] * size[other] / size[k])))
-        found.append((k, Combination(tuple(terms))))
-    return Structure(tuple(c for _, c in sorted(found, key=lambda pair: pair[0])), silent)
+        combinations.append((k, Combination(tuple(terms))))
+    return Structure(tuple(c for _, c in sorted(combinations, key=lambda pair: pair[0])), silent)
 
 
 @dataclass(frozen=True)

@@ -30,18 +30,18 @@ SURE, LOWER = 5.0, 0.8
 more with one), and what may be left of the mean square with it (0.997 and 0.1)."""
 
 
-def with_payload(base: Base, runs: Sequence[Run], found: Estimated) -> tuple[Estimated, str]:
+def with_payload(base: Base, runs: Sequence[Run], estimated: Estimated) -> tuple[Estimated, str]:
     """The fit with a payload on those runs that carry one, and a sentence; or as it was."""
-    heavier = _heavier(found)
+    heavier = _heavier(estimated)
     if not heavier:
-        return found, ""
+        return estimated, ""
     bit = 1 << max(run.loads for run in runs).bit_length()
     loaded = [replace(r, loads=r.loads | bit) if r.name in heavier else r for r in runs]
-    again, _ = estimate(base, loaded, found.extras)
+    again, _ = estimate(base, loaded, estimated.extras)
     mass = _mass(again)
     value, deviation = again.values[mass], np.sqrt(again.covariance[mass, mass])
-    if value < SURE * deviation or _left(again) > LOWER * _left(found):
-        return found, ""
+    if value < SURE * deviation or _left(again) > LOWER * _left(estimated):
+        return estimated, ""
     names = ", ".join(Path(name).name for name in heavier)
     verb = "carries" if len(heavier) == 1 else "carry"
     size = f"{value:.3g} ± {1.96 * deviation:.2g} {again.known[mass].unit}"
@@ -51,19 +51,19 @@ def with_payload(base: Base, runs: Sequence[Run], found: Estimated) -> tuple[Est
     )
 
 
-def _heavier(found: Estimated) -> list[str]:
+def _heavier(estimated: Estimated) -> list[str]:
     """Names of runs that may carry more than the others; none where nothing looks like it."""
-    made = found.made
-    places = list(made.base.payload)
-    if not places or len(made.blocks) < 2:
+    model = estimated.model
+    places = list(model.base.payload)
+    if not places or len(model.blocks) < 2:
         return []
-    massive = _massive([made.base.linear[place].unit for place in places])
+    massive = _massive([model.base.linear[place].unit for place in places])
     if massive is None:
         return []
-    rests = made.residual(found.q)
-    weight = 1 / np.maximum(axis_rms(made.blocks, rests), np.finfo(float).tiny)
+    rests = model.residual(estimated.q)
+    weight = 1 / np.maximum(axis_rms(model.blocks, rests), np.finfo(float).tiny)
     sizes, shares = [], []
-    for block, rest in zip(made.blocks, rests, strict=True):
+    for block, rest in zip(model.blocks, rests, strict=True):
         y = (rest * weight)[block.usable].ravel()
         A = block.linear[:, :, places] * weight[None, :, None]
         A = A[block.usable].reshape(len(y), -1)
@@ -75,7 +75,7 @@ def _heavier(found: Estimated) -> list[str]:
         return []
     order = np.sort(sizes)
     k = int(np.argmax(np.diff(order)))
-    names = [block.run.name for block in made.blocks]
+    names = [block.run.name for block in model.blocks]
     return [n for n, size in zip(names, sizes, strict=True) if size > order[k]]
 
 
@@ -83,14 +83,14 @@ def _massive(units: Sequence[str]) -> int | None:
     return next((units.index(unit) for unit in MASSIVE if unit in units), None)
 
 
-def _mass(found: Estimated) -> int:
+def _mass(estimated: Estimated) -> int:
     """Where the mass of the last payload stands among the parameters."""
-    place = found.made.places(found.made.loads[-1])
-    units = [known.unit for known in found.known[place]]
+    place = estimated.model.places(estimated.model.loads[-1])
+    units = [known.unit for known in estimated.known[place]]
     return int(place.start) + (_massive(units) or 0)
 
 
-def _left(found: Estimated) -> float:
+def _left(estimated: Estimated) -> float:
     """Mean square of what is left, of each axis relative to its torque."""
-    rms = axis_rms(found.made.blocks, found.made.residual(found.q))
-    return float(np.mean((rms / np.maximum(found.made.torque_rms, np.finfo(float).tiny)) ** 2))
+    rms = axis_rms(estimated.model.blocks, estimated.model.residual(estimated.q))
+    return float(np.mean((rms / np.maximum(estimated.model.torque_rms, np.finfo(float).tiny)) ** 2))

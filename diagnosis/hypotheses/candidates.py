@@ -26,26 +26,28 @@ STEP = 1e-4
 class Bench:
     """Candidate columns beside a calibrated base model."""
 
-    def __init__(self, made: Calibrated, effects: Sequence[Compiled], across: bool = False) -> None:
+    def __init__(
+        self, model: Calibrated, effects: Sequence[Compiled], across: bool = False
+    ) -> None:
         """across: time goes on from run to run instead of starting anew."""
-        self.made, self.n, self.across = made, made.base.n, across
+        self.model, self.n, self.across = model, model.base.n, across
         self.effects = {c.effect.id: c for c in effects}
         self._kept: dict[tuple[int, bool, str, bool], list[Array]] = {}
         self._grids: dict[tuple[str, int], list[tuple[dict[str, float], Columns]]] = {}
         self._errors: dict[tuple[str, int], tuple[Mapping[str, float], list[Array]]] = {}
 
-    def beside(self, made: Calibrated) -> Bench:
+    def beside(self, model: Calibrated) -> Bench:
         """The same candidates along other runs."""
-        return Bench(made, list(self.effects.values()), self.across)
+        return Bench(model, list(self.effects.values()), self.across)
 
     @cached_property
     def signals(self) -> list[Array]:
         """Signals of all axes (samples, n, 6) of each block."""
-        return signals_of(self.made, self.across)
+        return signals_of(self.model, self.across)
 
     @cached_property
     def _misread(self) -> Misread:
-        return Misread(self.made)
+        return Misread(self.model)
 
     @cached_property
     def _torques(self) -> dict[str, list[Array]]:
@@ -54,14 +56,14 @@ class Bench:
 
     def _elsewhere(self, place: str) -> list[Array]:
         if place not in self._torques:
-            self._torques[place] = {"drive": entering, "link": passed_on}[place](self.made)
+            self._torques[place] = {"drive": entering, "link": passed_on}[place](self.model)
         return self._torques[place]
 
     def grid(self, name: str, axis: int) -> list[tuple[dict[str, float], Columns]]:
         """Whitened columns of an effect on an axis for all shapes of its grid; kept."""
         if (name, axis) not in self._grids:
-            found = [(shape, self.columns(name, axis, shape)) for shape in self.shapes(name, axis)]
-            self._grids[name, axis] = found
+            grid = [(shape, self.columns(name, axis, shape)) for shape in self.shapes(name, axis)]
+            self._grids[name, axis] = grid
         return self._grids[name, axis]
 
     def forget(self) -> None:
@@ -78,7 +80,7 @@ class Bench:
     @cached_property
     def scales(self) -> Scales:
         """Sizes of the library for each axis."""
-        return Scales.of(self.made, [item.effect for item in self.effects.values()])
+        return Scales.of(self.model, [item.effect for item in self.effects.values()])
 
     def searched(self, name: str, axis: int) -> list[Shape]:
         """Shapes of an effect that may take any value between bounds for an axis."""
@@ -95,7 +97,7 @@ class Bench:
         effect = item.effect
         if effect.turning and not self.scales.kinds[axis].turns:
             return []
-        if effect.geared and not self.made.base.rotors:
+        if effect.geared and not self.model.base.rotors:
             return []
         listed = [self.scales.sized(name, axis, shape) for shape in item.shapes]
         own = [shape for shape in listed if self.scales.possible(name, axis, shape)]
@@ -105,9 +107,9 @@ class Bench:
         """Whitened columns of an effect on an axis."""
         thin = self.thin(name, axis, shape)
         if thin[0].ndim == 3:
-            rows = [self.made.white(i, [v[:, i] for v in thin]) for i in range(self.n)]
+            rows = [self.model.white(i, [v[:, i] for v in thin]) for i in range(self.n)]
             return Columns(None, np.concatenate(rows))
-        return Columns(axis, self.made.white(axis, thin))
+        return Columns(axis, self.model.white(axis, thin))
 
     def thin(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """Smoothed columns of each block: (m, k), or (m, n, k) where all axes feel it."""
@@ -121,10 +123,10 @@ class Bench:
         states = [np.zeros((len(x), 1)) for x in listed]
         if item.along is not None:
             whole = self._states(item, shape, axis, fixed)
-            states = [z[b.seen] for z, b in zip(whole, self.made.blocks, strict=True)]
+            states = [z[b.seen] for z, b in zip(whole, self.model.blocks, strict=True)]
         return [
             block.smooth_seen(item.columns(x, z, np.tile(fixed, (len(x), 1)))[0])
-            for block, x, z in zip(self.made.blocks, listed, states, strict=True)
+            for block, x, z in zip(self.model.blocks, listed, states, strict=True)
         ]
 
     def _felt(self, item: Compiled, axis: int, shape: Mapping[str, float]) -> list[Array]:
@@ -135,24 +137,24 @@ class Bench:
             fixed = np.array([shape[s.name] for s in item.effect.shapes] or [0.0])
             inputs = self._inputs(item, axis)
             rest = [(np.zeros((len(x), 1)), np.tile(fixed, (len(x), 1))) for x in inputs]
-            made = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
+            columns = [item.columns(x, *r)[0] for x, r in zip(inputs, rest, strict=True)]
             turned = self._misread.geared if item.effect.geared else self._misread.turned
-            self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(made)]
+            self._errors[key] = dict(shape), [turned(k, axis, e) for k, e in enumerate(columns)]
         return self._errors[key][1]
 
     def taken(self, name: str, axis: int, shape: Mapping[str, float]) -> list[Array]:
         """Share (m,) of a small change of the reported torque that an effect with a gain of one
         takes away, of each block."""
-        item, step = self.effects[name], STEP * float(self.made.torque_rms[axis])
+        item, step = self.effects[name], STEP * float(self.model.torque_rms[axis])
         fixed = np.array([shape[s.name] for s in item.effect.shapes])
-        found = []
-        for block, inputs in zip(self.made.blocks, self._inputs(item, axis), strict=True):
+        shares = []
+        for block, inputs in zip(self.model.blocks, self._inputs(item, axis), strict=True):
             pushed = np.zeros_like(inputs)
             pushed[:, TORQUES.start] = step
             state, fixes = np.zeros((len(inputs), 1)), np.tile(fixed, (len(inputs), 1))
             above, below = (item.columns(inputs + way * pushed, state, fixes)[0] for way in (1, -1))
-            found.append(block.smooth((above - below)[:, 0] / (2 * step)))
-        return found
+            shares.append(block.smooth((above - below)[:, 0] / (2 * step)))
+        return shares
 
     def _inputs(self, item: Compiled, axis: int, seen: bool = False) -> list[Array]:
         """Signals of each block: of the axis (samples, 6), then of all unless the effect is alone;
@@ -163,19 +165,19 @@ class Bench:
         if kind not in self._kept:
             if self._kept and next(iter(self._kept))[0] != axis:
                 self._kept.clear()
-            self._kept[kind] = self._made(*kind)
+            self._kept[kind] = self._signals_of(*kind)
         return self._kept[kind]
 
-    def _made(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
-        found = []
+    def _signals_of(self, axis: int, alone: bool, place: str, seen: bool) -> list[Array]:
+        inputs_of_blocks = []
         for k, signals in enumerate(self.signals):
             own = np.ascontiguousarray(signals[:, axis])
             inputs = own if alone else np.hstack([own, signals.reshape(len(signals), -1)])
             if place:
                 inputs = inputs.copy()
                 inputs[:, TORQUES] = self._elsewhere(place)[k][:, axis]
-            found.append(inputs[self.made.blocks[k].seen] if seen else inputs)
-        return found
+            inputs_of_blocks.append(inputs[self.model.blocks[k].seen] if seen else inputs)
+        return inputs_of_blocks
 
     def _states(
         self, item: Compiled, shape: Mapping[str, float], axis: int, fixed: Array
@@ -186,8 +188,8 @@ class Bench:
         next one.
         """
         assert item.along is not None
-        found: dict[int, Array] = {}
-        blocks, state, now = self.made.blocks, None, 0.0
+        states: dict[int, Array] = {}
+        blocks, state, now = self.model.blocks, None, 0.0
         for k in sorted(range(len(blocks)), key=lambda k: blocks[k].run.start):
             run = blocks[k].run
             signals = followed(item, self._inputs(item, axis)[k], run.motion, axis)
@@ -199,20 +201,20 @@ class Bench:
                 for _ in range(round((run.start - now) / length)):
                     state = item.along(state, signals, fixed)[-1]
                 now = run.start + length
-            found[k] = states_along(item, state, signals, fixed, run.motion, axis)
-            state = found[k][-1]
-        return [found[k] for k in range(len(blocks))]
+            states[k] = states_along(item, state, signals, fixed, run.motion, axis)
+            state = states[k][-1]
+        return [states[k] for k in range(len(blocks))]
 
     @cached_property
     def _whole(self) -> list[Mapping[str, Array]]:
-        found: list[Mapping[str, Array]] = []
-        for (motion, weights), block in zip(self._misread.slow, self.made.blocks, strict=True):
-            columns = self.made.base.whole(motion, self.made.linear(block.run)).items()
+        values: list[Mapping[str, Array]] = []
+        for (motion, weights), block in zip(self._misread.slow, self.model.blocks, strict=True):
+            columns = self.model.base.whole(motion, self.model.linear(block.run)).items()
             own = {
                 n: (weights @ c.reshape(len(c), -1)).reshape(-1, *c.shape[1:]) for n, c in columns
             }
-            found.append(own)
-        return found
+            values.append(own)
+        return values
 
     @property
     def whole(self) -> list[str]:

@@ -70,8 +70,10 @@ def compiled(
         )
     )
     pairs = zip(chosen, columns, strict=True)
-    made = [Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs]
-    return made + own
+    from_library = [
+        Compiled(e, c, along.get(e.id), _is_alone(e, n), _is_by_way(e, n)) for e, c in pairs
+    ]
+    return from_library + own
 
 
 def signals(n: int, symbol: ca.SX) -> Signals:
@@ -94,8 +96,8 @@ def _is_alone(effect: Effect, n: int) -> bool:
     u, state = ca.SX.sym("u", N_SIGNAL * (n + 1)), ca.SX.sym("state", max(1, len(effect.states)))
     shape = _shape(effect, ca.SX.sym("shape", max(1, len(effect.shapes))))
     then = effect.advance(signals(n, u), signals(n, u), state, shape, ca.SX.sym("Ts"))
-    found = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
-    return not any(ca.which_depends(found, u[N_SIGNAL:]))
+    outputs = ca.vertcat(effect.columns(signals(n, u), state, shape), then)
+    return not any(ca.which_depends(outputs, u[N_SIGNAL:]))
 
 
 def _is_by_way(effect: Effect, n: int) -> bool:
@@ -106,8 +108,8 @@ def _is_by_way(effect: Effect, n: int) -> bool:
     state, fixed = ca.SX.sym("state", len(effect.states)), ca.SX.sym("shape", len(effect.shapes))
     u, v = signals(n, before), signals(n, now)
     then = effect.advance(u, v, state, _shape(effect, fixed), v.time - u.time)
-    asked = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
-    return bool(asked[:, 0].any() and not asked[:, 2].any())
+    depends = np.array(ca.which_depends(then, ca.vertcat(before, now))).reshape(-1, N_SIGNAL)
+    return bool(depends[:, 0].any() and not depends[:, 2].any())
 
 
 def _columns(effect: Effect, n: int) -> ca.Function:

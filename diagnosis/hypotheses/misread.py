@@ -21,13 +21,13 @@ TURN = 1e-5
 class Misread:
     """The base model at angles that differ from those that the encoders read."""
 
-    def __init__(self, made: Calibrated) -> None:
-        self.made = made
+    def __init__(self, model: Calibrated) -> None:
+        self.model = model
 
     @cached_property
     def slow(self) -> list[tuple[Motion, csr_array]]:
         """See `slow_motions`."""
-        return slow_motions(self.made)
+        return slow_motions(self.model)
 
     def turned(self, k: int, axis: int, error: Array) -> Array:
         """Torques (m, n, k) of block k for errors (samples, k) of an axis, which it reads more than
@@ -36,13 +36,13 @@ class Misread:
 
     def geared(self, k: int, axis: int, error: Array) -> Array:
         """The same of what a gear gives way: the axis' rotor moves as its encoder reads."""
-        base, run = self.made.base, self.made.blocks[k].run
-        return self._felt(k, axis, error, float(self.made.linear(run)[base.rotors[axis]]))
+        base, run = self.model.base, self.model.blocks[k].run
+        return self._felt(k, axis, error, float(self.model.linear(run)[base.rotors[axis]]))
 
     def _felt(self, k: int, axis: int, error: Array, rotor: float) -> Array:
         motion, weights = self.slow[k]
-        step = round(motion.ts / self.made.blocks[k].run.motion.ts)
-        found = []
+        step = round(motion.ts / self.model.blocks[k].run.motion.ts)
+        columns = []
         for column in error[::step].T:
             angle, rate, acceleration = (np.zeros_like(motion.theta) for _ in range(3))
             angle[:, axis] = TURN * column
@@ -55,16 +55,16 @@ class Misread:
                 thetadd=motion.thetadd + acceleration,
             )
             more = self._torque(k, moved) - self._level[k] - rotor * acceleration
-            found.append(-(weights @ more) / TURN)
-        return np.stack(found, axis=2)
+            columns.append(-(weights @ more) / TURN)
+        return np.stack(columns, axis=2)
 
     @cached_property
     def _level(self) -> list[Array]:
         return [self._torque(k, motion) for k, (motion, _) in enumerate(self.slow)]
 
     def _torque(self, k: int, motion: Motion) -> Array:
-        fitted, base = self.made.fitted, self.made.base
-        tau = base.torque(motion, self.made.linear(self.made.blocks[k].run))
+        fitted, base = self.model.fitted, self.model.base
+        tau = base.torque(motion, self.model.linear(self.model.blocks[k].run))
         if len(base.curved):
             tau = tau + base.bend(motion, fitted.widths)[0] * fitted.gains
         return tau

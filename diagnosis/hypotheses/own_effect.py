@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.basemodels.own import told
+from flexhex.diagnosis.basemodels.own import error_line
 from flexhex.diagnosis.basemodels.own_file import from_file, refuse_missing, split
 from flexhex.fmus.common.effects import Effect, Experiment, Gain, Shape, library
 from flexhex.fmus.common.errors import FlexhexError, MachineError, UsageError
@@ -89,35 +89,35 @@ class OwnEffect(Effect):
         first.others = others
         values = dict(zip([s.name for s in self.shapes], map(float, fixed[0]), strict=False))
         try:
-            found = np.asarray(self._columns(first, **values), dtype=np.float64)
+            columns = np.asarray(self._columns(first, **values), dtype=np.float64)
         except FlexhexError:
             raise
         except Exception as error:
-            raise MachineError(f"{self.name}: columns: {told(error)}") from error
+            raise MachineError(f"{self.name}: columns: {error_line(error)}") from error
         wanted = len(inputs), len(self.gains)
-        if found.shape == wanted[:1] and wanted[1] == 1:
-            found = found[:, None]
-        if found.shape != wanted:
+        if columns.shape == wanted[:1] and wanted[1] == 1:
+            columns = columns[:, None]
+        if columns.shape != wanted:
             raise MachineError(
-                f"{self.name}: columns returned shape {found.shape} for {wanted[0]} samples and"
+                f"{self.name}: columns returned shape {columns.shape} for {wanted[0]} samples and"
                 f" {wanted[1]} gains: must be {wanted}"
             )
-        if not np.isfinite(found).all():
-            place = int(np.argwhere(~np.isfinite(found))[0][1])
+        if not np.isfinite(columns).all():
+            place = int(np.argwhere(~np.isfinite(columns))[0][1])
             at = ", ".join(f"{n} = {v:g}" for n, v in values.items())
             raise MachineError(
                 f"{self.name}: columns: that of {self.gains[place].name} is not finite"
                 + (f" where {at}" if at else "")
             )
-        return [np.ascontiguousarray(found)]
+        return [np.ascontiguousarray(columns)]
 
     def _try(self, n: int) -> None:
         rng = np.random.default_rng(0)
         inputs = 0.3 * rng.standard_normal((PROBE, (n + 1) * len(SIGNALS)))
         for values in product(*(shape.grid for shape in self.shapes)):
             fixed = np.tile(np.array([*values, 0.0][: max(1, len(values))]), (PROBE, 1))
-            (found,) = self.along(inputs, np.zeros((PROBE, 1)), fixed)
-        if not found.any():
+            (columns,) = self.along(inputs, np.zeros((PROBE, 1)), fixed)
+        if not columns.any():
             raise MachineError(f"{self.name}: columns are zero for any motion")
 
 
@@ -126,7 +126,7 @@ def own_effects(texts: Sequence[str]) -> dict[str, OwnEffect]:
 
     Raises UsageError for a file that is not there, MachineError for what is no effect.
     """
-    found: dict[str, OwnEffect] = {}
+    effects: dict[str, OwnEffect] = {}
     for text in texts:
         place = split(text)
         if place is None:
@@ -137,10 +137,10 @@ def own_effects(texts: Sequence[str]) -> dict[str, OwnEffect]:
         refuse_missing(file, text, "--effect")
         model = from_file(file, name, NEEDED, "--effect", "effect")
         id = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
-        if id in found:
+        if id in effects:
             raise UsageError(f"--effect {text}: there are two effects {id}: rename one")
-        found[id] = OwnEffect(model, id, text)
-    return found
+        effects[id] = OwnEffect(model, id, text)
+    return effects
 
 
 def _axis(signals: Array) -> SimpleNamespace:
@@ -171,21 +171,21 @@ def _listed(value: Any, what: str, how: str) -> Sequence[Any]:
 
 def _gains(value: Any, name: str) -> list[Gain]:
     how = '(name, unit) or (name, unit, "positive")'
-    found = []
+    gains = []
     for entry in _listed(value, f"{name}: gains", how):
         texts = all(isinstance(v, str) for v in entry)
         if not texts or len(entry) not in (2, 3) or entry[2:] not in ((), ("positive",), []):
             raise MachineError(f"{name}: gains: {entry!r}: write {how}")
         low = 0.0 if len(entry) == 3 else -math.inf
-        found.append(Gain(entry[0], entry[1], 1.0, low))
-    if not found:
+        gains.append(Gain(entry[0], entry[1], 1.0, low))
+    if not gains:
         raise MachineError(f"{name}: gains is empty: list a parameter, {how}")
-    return found
+    return gains
 
 
 def _shapes(value: Any, name: str) -> list[Shape]:
     how = '(name, unit, (values to try)), as in ("pitch", "m", (0.01, 0.02))'
-    found = []
+    shapes = []
     for entry in _listed(value, f"{name}: shapes", how):
         try:
             own, unit, values = entry
@@ -195,8 +195,8 @@ def _shapes(value: Any, name: str) -> list[Shape]:
             good, grid = False, ()
         if not good or not grid or not all(map(math.isfinite, grid)):
             raise MachineError(f"{name}: shapes: {entry!r}: write {how}")
-        found.append(Shape(own, unit, grid[0], grid[-1], grid[0], grid, as_is=True))
-    return found
+        shapes.append(Shape(own, unit, grid[0], grid[-1], grid[0], grid, as_is=True))
+    return shapes
 
 
 def _axes(value: Any, name: str) -> list[int]:

@@ -32,23 +32,23 @@ class Scales:
     effects: Mapping[str, Effect]
 
     @staticmethod
-    def of(made: Calibrated, effects: Sequence[Effect]) -> Scales:
+    def of(model: Calibrated, effects: Sequence[Effect]) -> Scales:
         """Of runs and their base model."""
-        kinds, tiny = kinds_of(made.base, made.base.n), np.finfo(float).tiny
-        angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in made.blocks]).std(axis=0)
-        rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in made.blocks])
+        kinds, tiny = kinds_of(model.base, model.base.n), np.finfo(float).tiny
+        angles = np.concatenate([b.run.motion.theta[b.run.valid] for b in model.blocks]).std(axis=0)
+        rates = np.concatenate([b.run.motion.thetad[b.run.valid] for b in model.blocks])
         speeds = np.sqrt((rates**2).mean(axis=0))
-        found = []
-        for kind, torque, angle, speed in zip(kinds, made.torque_rms, angles, speeds, strict=True):
+        ranges = []
+        for kind, torque, angle, speed in zip(kinds, model.torque_rms, angles, speeds, strict=True):
             times = _power_of_two(max(float(torque), tiny) / USUAL_TORQUE)
             moved = [float(angle) / USUAL_MOTION, float(speed) / USUAL_RATE]
             own = [_power_of_two(v) if kind.turns and v > 0 else v or 1.0 for v in moved]
-            found.append((times, own[0], own[1]))
-        taus = np.abs(np.concatenate([b.run.tau.values[b.run.tau.valid] for b in made.blocks]))
+            ranges.append((times, own[0], own[1]))
+        taus = np.abs(np.concatenate([b.run.tau.values[b.run.tau.valid] for b in model.blocks]))
         peaks = tuple(np.maximum(taus.max(axis=0), tiny).tolist())
-        usual = tuple(np.maximum(made.torque_rms, np.median(taus, axis=0)).tolist())
+        usual = tuple(np.maximum(model.torque_rms, np.median(taus, axis=0)).tolist())
         known = {effect.id: effect for effect in effects}
-        return Scales(kinds, tuple(found), peaks, usual, known)
+        return Scales(kinds, tuple(ranges), peaks, usual, known)
 
     def scale(self, unit: str, axis: int) -> float:
         """How much larger what the library says in a unit is on an axis."""
@@ -77,15 +77,15 @@ class Scales:
 
     def ranges(self, name: str, axis: int) -> dict[str, Shape]:
         """Shapes of an effect with bounds and grid for an axis."""
-        found = {}
+        shapes = {}
         for s in self.effects[name].shapes:
             times = self._times(s, axis)
             low, high, start = (times * value for value in (s.low, s.high, s.start))
             # an axis that passes such a share most of the time would not move as it does
             low = max(low, self.usual[axis]) if s.of_peak else low
             grid = tuple(times * value for value in s.grid if times * value >= low)
-            found[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
-        return found
+            shapes[s.name] = replace(s, low=low, high=high, start=start, grid=grid)
+        return shapes
 
     def bounds(self, name: str, axis: int) -> list[tuple[float, float]]:
         """Least and largest gains of an effect on an axis."""

@@ -25,67 +25,67 @@ TORQUES = slice(3, 5)
 """Places of a torque and its rate among the signals of an axis."""
 
 
-def signals_of(made: Calibrated, across: bool) -> list[Array]:
+def signals_of(model: Calibrated, across: bool) -> list[Array]:
     """Angle, rate, acceleration, torque that the joint needs, its rate, time: of all axes
     (samples, n, 6), of each block. across: time goes on from run to run."""
-    found = []
-    for block, tau in zip(made.blocks, made.raw, strict=True):
+    signals = []
+    for block, tau in zip(model.blocks, model.raw, strict=True):
         motion = block.run.motion
         clock = motion.time - motion.t0 + (block.run.start if across else 0.0)
         time = np.broadcast_to(clock[:, None], tau.shape)
-        torque = _quiet(made, tau, motion.ts)
+        torque = _quiet(model, tau, motion.ts)
         taud = np.gradient(torque, motion.ts, axis=0)
         listed = (motion.theta, motion.thetad, motion.thetadd, torque, taud, time)
-        found.append(np.stack(listed, axis=2))
-    return found
+        signals.append(np.stack(listed, axis=2))
+    return signals
 
 
-def entering(made: Calibrated) -> list[Array]:
+def entering(model: Calibrated) -> list[Array]:
     """Torques that the drives report, and their rates, at the instants of the angles
     (samples, n, 2), of each block."""
-    found = []
-    for block in made.blocks:
+    reported = []
+    for block in model.blocks:
         tau, motion = block.run.tau, block.run.motion
         clock = tau.t0 + tau.ts * np.arange(len(tau.values))
-        at, known = motion.time + made.fitted.delay, tau.valid
+        at, known = motion.time + model.fitted.delay, tau.valid
         own = [np.interp(at, clock[known], v[known]) for v in tau.values.T]
         torque = np.stack(own, axis=1)
-        found.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
-    return found
+        reported.append(np.stack([torque, np.gradient(torque, motion.ts, axis=0)], axis=2))
+    return reported
 
 
-def passed_on(made: Calibrated) -> list[Array]:
+def passed_on(model: Calibrated) -> list[Array]:
     """Reported torques less those of the rotors, and their rates (samples, n, 2), of each block:
     what springs behind the rotors feel, in whichever way these let the links swing; as smooth as
     their noise asks for where an acceleration follows from them."""
-    places, found = list(made.base.rotors), list[Array]()
-    for block, reported in zip(made.blocks, entering(made), strict=True):
+    places, remaining = list(model.base.rotors), list[Array]()
+    for block, reported in zip(model.blocks, entering(model), strict=True):
         motion = block.run.motion
-        rotor = made.linear(block.run)[places] * motion.thetadd
-        found.append(reported[:, :, 0] - rotor)
-    ts = made.blocks[0].run.motion.ts
-    for axis in range(made.base.n):
-        points = _points(made, [torque[:, axis] for torque in found])
-        for torque in found:
+        rotor = model.linear(block.run)[places] * motion.thetadd
+        remaining.append(reported[:, :, 0] - rotor)
+    ts = model.blocks[0].run.motion.ts
+    for axis in range(model.base.n):
+        points = _points(model, [torque[:, axis] for torque in remaining])
+        for torque in remaining:
             torque[:, axis] = convolve1d(torque[:, axis], hann(points), mode="nearest")
-    return [np.stack([torque, np.gradient(torque, ts, axis=0)], axis=2) for torque in found]
+    return [np.stack([torque, np.gradient(torque, ts, axis=0)], axis=2) for torque in remaining]
 
 
-def _points(made: Calibrated, torques: Sequence[Array]) -> int:
+def _points(model: Calibrated, torques: Sequence[Array]) -> int:
     """Length of the smoothing of the torques (samples,) of an axis, in samples, behind which most
     can be seen of their second derivative: a longer one takes more of what comes again in the next
     pass, a shorter one leaves more noise."""
-    ts, both = made.blocks[0].run.motion.ts, list(pairs(made.blocks))
+    ts, both = model.blocks[0].run.motion.ts, list(pairs(model.blocks))
     points = max(2 * round(SLOW / ts), 2)
     if not both:
-        return max(points, 2 * round(made.base.window / ts / 2))
+        return max(points, 2 * round(model.base.window / ts / 2))
     best, seen = points, 0.0
     while 4 * points < min(len(torque) for torque in torques):
         bent = []
-        for block, torque in zip(made.blocks, torques, strict=True):
+        for block, torque in zip(model.blocks, torques, strict=True):
             smooth = convolve1d(torque, hann(points), mode="nearest")
             bent.append(block.smooth(np.gradient(np.gradient(smooth))[:, None])[:, 0])
-        rows = [(bent[a], bent[b], made.kept[a] & made.kept[b]) for a, b in both]
+        rows = [(bent[a], bent[b], model.kept[a] & model.kept[b]) for a, b in both]
         again = sum(float(one[good] @ other[good]) for one, other, good in rows)
         whole = sum(float((one[good] ** 2 + other[good] ** 2).sum()) for one, other, good in rows)
         if max(again, 0.0) ** 2 > seen * whole:
@@ -94,26 +94,26 @@ def _points(made: Calibrated, torques: Sequence[Array]) -> int:
     return best
 
 
-def slow_motions(made: Calibrated) -> list[tuple[Motion, csr_array]]:
+def slow_motions(model: Calibrated) -> list[tuple[Motion, csr_array]]:
     """The motion of each block at fewer samples, and the weights of these at its instants."""
-    found = []
-    for block in made.blocks:
+    motions = []
+    for block in model.blocks:
         motion = block.run.motion
         step = max(1, round(SLOW / motion.ts))
         part = slice(None, None, step)
         theta, thetad, thetadd = (v[part] for v in (motion.theta, motion.thetad, motion.thetadd))
         slow = Motion(motion.t0, step * motion.ts, theta, thetad, thetadd, noise=motion.noise)
         at, valid = block.at + block.run.shift, np.ones(len(theta), dtype=bool)
-        weights, _ = hann_weights(at, slow.t0, slow.ts, valid, made.base.window)
-        found.append((slow, weights))
-    return found
+        weights, _ = hann_weights(at, slow.t0, slow.ts, valid, model.base.window)
+        motions.append((slow, weights))
+    return motions
 
 
-def _quiet(made: Calibrated, tau: Array, ts: float) -> Array:
+def _quiet(model: Calibrated, tau: Array, ts: float) -> Array:
     """Torque of the fit (samples, n) [N m], smoothed on axes where noise of the accelerations is a
     good part of it: what gives way at high torque would give way to that."""
-    points = 2 * round(made.base.window / ts / 2)
-    loud = angle_noise(tau) > LOUD * made.torque_rms
+    points = 2 * round(model.base.window / ts / 2)
+    loud = angle_noise(tau) > LOUD * model.torque_rms
     if points < 4 or not loud.any():
         return tau
     return np.where(loud, convolve1d(tau, hann(points), axis=0, mode="nearest"), tau)

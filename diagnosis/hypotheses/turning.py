@@ -16,11 +16,11 @@ def followed(item: Compiled, inputs: Array, motion: Motion, axis: int) -> Array:
     count."""
     if not item.by_way:
         return inputs
-    found = inputs.copy()
-    found[:, 0] = motion.steady[:, axis]
+    signals = inputs.copy()
+    signals[:, 0] = motion.steady[:, axis]
     if not item.alone:
-        found[:, N_SIGNAL::N_SIGNAL] = motion.steady
-    return found
+        signals[:, N_SIGNAL::N_SIGNAL] = motion.steady
+    return signals
 
 
 def states_along(
@@ -37,7 +37,7 @@ def states_along(
     finer = np.empty((2 * len(signals) - 1, signals.shape[1]))
     finer[::2], finer[1::2] = signals, (signals[1:] + signals[:-1]) / 2
     states = item.along(state, finer, fixed)
-    before, after, found = states[1:-2:2], states[3::2], states[::2].copy()
+    before, after, result = states[1:-2:2], states[3::2], states[::2].copy()
     late = motion.turning[1:-1, axis, None]
-    found[1:-1] = (0.5 + late) * before + (0.5 - late) * after
-    return found
+    result[1:-1] = (0.5 + late) * before + (0.5 - late) * after
+    return result

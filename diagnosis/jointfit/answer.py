@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.found import Found, Part
+from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.jointfit.stacked import deviations_of, shape_names, stack
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.regression.regression import Columns, Regression
@@ -36,7 +36,7 @@ class Joint:
     """
 
     bench: Bench
-    effects: tuple[Found, ...]
+    effects: tuple[SelectedEffect, ...]
     beta: tuple[Array, ...]
     deviation: tuple[Array, ...]
     shape_deviation: tuple[dict[str, float], ...]
@@ -59,7 +59,7 @@ class Joint:
     @cached_property
     def covariance(self) -> Array:
         """Of q (nb, nb)."""
-        fitted = self.bench.made.regression.loosened(self.freed)
+        fitted = self.bench.model.regression.loosened(self.freed)
         if self.parts:
             fitted = fitted.extended([part.columns for part in self.parts])
         level = max(1.0, float((fitted.residual**2).mean())) * CORRELATED
@@ -73,14 +73,14 @@ class Joint:
     @cached_property
     def residual(self) -> list[Array]:
         """What is left (m, n) [N m] of each block."""
-        made = self.bench.made
-        left = made.residual(self.q)
+        model = self.bench.model
+        left = model.residual(self.q)
         return [r - e for r, e in zip(left, self.explained, strict=True)]
 
 
 def torque_of(bench: Bench, parts: Sequence[Part], beta: Sequence[Array]) -> list[Array]:
     """Torque of effects with given gains (m, n) [N m] of each block of a bench."""
-    total = [np.zeros((len(b.at), bench.n)) for b in bench.made.blocks]
+    total = [np.zeros((len(b.at), bench.n)) for b in bench.model.blocks]
     for part, gains in zip(parts, beta, strict=True):
         thin = bench.thin(part.id, part.axis or 0, part.shape)
         for k, values in enumerate(thin):
@@ -92,18 +92,20 @@ def torque_of(bench: Bench, parts: Sequence[Part], beta: Sequence[Array]) -> lis
     return total
 
 
-def steady(made: Calibrated, drift: Joint) -> Calibrated:
+def steady(model: Calibrated, drift: Joint) -> Calibrated:
     """Runs with a drift from run to run taken off their torque."""
-    bench = Bench(made, list(drift.bench.effects.values()), across=True)
+    bench = Bench(model, list(drift.bench.effects.values()), across=True)
     torque = torque_of(bench, drift.parts, drift.beta)
-    return replace(made, y=tuple(y - t for y, t in zip(made.y, torque, strict=True)))
+    return replace(model, y=tuple(y - t for y, t in zip(model.y, torque, strict=True)))
 
 
 def joint(
-    bench: Bench, effects: Sequence[Found], freed: Mapping[int, float] = MappingProxyType({})
+    bench: Bench,
+    effects: Sequence[SelectedEffect],
+    freed: Mapping[int, float] = MappingProxyType({}),
 ) -> Joint:
     """Fit base model and effects together, shapes by one Gauss-Newton step."""
-    regression = bench.made.regression.loosened(freed)
+    regression = bench.model.regression.loosened(freed)
     parts = [part for effect in effects for part in effect.parts]
     if not parts:
         return Joint(bench, (), (), (), (), (), (), regression.q, freed)
@@ -120,8 +122,8 @@ def joint(
     blocks = [deviations.covariance[np.ix_(k, k)] for k in places]
     sure = map(_sure, gains, deviation, blocks)
     shapes, bent = tuple(deviations.shapes), tuple(deviations.bent)
-    found = _regrouped(effects, parts)
-    return Joint(bench, found, gains, deviation, shapes, bent, tuple(sure), q, freed)
+    regrouped = _regrouped(effects, parts)
+    return Joint(bench, regrouped, gains, deviation, shapes, bent, tuple(sure), q, freed)
 
 
 def _sure(beta: Array, deviation: Array, covariance: Array) -> float:
@@ -132,13 +134,15 @@ def _sure(beta: Array, deviation: Array, covariance: Array) -> float:
     return math.sqrt(max(float(beta[free] @ inverse @ beta[free]), 0.0))
 
 
-def again(held: Joint, bench: Bench) -> Joint:
+def again(fit: Joint, bench: Bench) -> Joint:
     """The same effects fitted beside another base model, shapes from where they were."""
-    parts = [part.moved(bench, part.shape) for part in held.parts]
-    return joint(bench, _regrouped(held.effects, parts), held.freed)
+    parts = [part.moved(bench, part.shape) for part in fit.parts]
+    return joint(bench, _regrouped(fit.effects, parts), fit.freed)
 
 
-def _regrouped(effects: Sequence[Found], parts: Sequence[Part]) -> tuple[Found, ...]:
+def _regrouped(
+    effects: Sequence[SelectedEffect], parts: Sequence[Part]
+) -> tuple[SelectedEffect, ...]:
     """The effects with their parts renewed."""
     updated, at = [], 0
     for effect in effects:
@@ -168,52 +172,52 @@ def _stepped(
     return moved if after > before else list(parts)
 
 
-def shares(made: Joint) -> list[float]:
+def shares(fit: Joint) -> list[float]:
     """Share of what repeats on its axes beside the other effects that each effect explains.
 
     By how much parameters need leave their tolerances no more counts as explained; by how much
     they still do says nothing of these axes.
     """
-    there, regression = made.bench.made, made.bench.made.regression.loosened(made.freed)
+    there, regression = fit.bench.model, fit.bench.model.regression.loosened(fit.freed)
 
-    def left(effects: Sequence[Found]) -> tuple[Array, float]:
+    def left(effects: Sequence[SelectedEffect]) -> tuple[Array, float]:
         columns = [part.columns for effect in effects for part in effect.parts]
         fitted = regression.extended(columns) if columns else regression
         return repeating(there, fitted.residual), fitted.strain
 
-    after, strained = left(made.effects)
-    found = []
-    for effect in made.effects:
+    after, strained = left(fit.effects)
+    fractions = []
+    for effect in fit.effects:
         axes = list(effect.axes) or list(range(there.base.n))
-        before, strain = left([other for other in made.effects if other is not effect])
+        before, strain = left([other for other in fit.effects if other is not effect])
         rest = float(after[axes].sum())
         explained = float(before[axes].sum()) - rest + max(strain - strained, 0.0)
-        found.append(explained / max(explained + rest, 1e-300))
-    return found
+        fractions.append(explained / max(explained + rest, 1e-300))
+    return fractions
 
 
-def repeating(made: Calibrated, residual: Array) -> Array:
+def repeating(model: Calibrated, residual: Array) -> Array:
     """Sum of squares of what repeats of a whitened residual (R,), for each axis (n,).
 
     Without repeats the sum of all squares, an upper bound.
     """
-    products = (made.layout.across(residual) if made.between else residual) * residual
-    total = [products[made.layout.rows(i)].sum() for i in range(made.base.n)]
+    products = (model.layout.across(residual) if model.between else residual) * residual
+    total = [products[model.layout.rows(i)].sum() for i in range(model.base.n)]
     return np.asarray(np.maximum(np.array(total), 0.0))
 
 
-def repeat_rms(made: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
+def repeat_rms(model: Calibrated, residual: Sequence[Array]) -> tuple[Array, Array]:
     """RMS of what repeats (n,) [N m] and how certain that is; NaN without passes.
 
     certain (n,): sum of products of whitened passes, in deviations of what noise would give.
     """
-    n, total, certain, rows = made.base.n, np.zeros(made.base.n), np.zeros(made.base.n), 0
-    for a, b in pairs(made.blocks):
-        good = made.kept[a] & made.kept[b]
+    n, total, certain, rows = model.base.n, np.zeros(model.base.n), np.zeros(model.base.n), 0
+    for a, b in pairs(model.blocks):
+        good = model.kept[a] & model.kept[b]
         rows += int(good.sum())
         total += (residual[a][good] * residual[b][good]).sum(axis=0)
         for i in range(n):
-            noise = made.noise.a[i], float(made.noise.scale[i])
+            noise = model.noise.a[i], float(model.noise.scale[i])
             white = [whiten(residual[k][:, i : i + 1], *noise)[good, 0] for k in (a, b)]
             certain[i] += float(white[0] @ white[1])
     if not rows:

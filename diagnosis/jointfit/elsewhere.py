@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, steady
-from flexhex.diagnosis.jointfit.found import Part
+from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.jointfit.known import about_known
 from flexhex.diagnosis.runs.blocks import Block
 
@@ -22,7 +22,7 @@ class Elsewhere:
 
     def __init__(self, bench: Bench, blocks: Sequence[Block], drift: Joint | None = None) -> None:
         """drift: what changes from run to run, taken off these too."""
-        ours = bench.made
+        ours = bench.model
         self.blocks, self.ours = tuple(blocks), bench
         self.there = about_known(ours.base, blocks, ours.fitted, ours.noise, ours.blocks)
         if drift is not None:
@@ -56,15 +56,15 @@ class Elsewhere:
 def elsewhere(bench: Bench, blocks: Sequence[Block], drift: Joint | None) -> Elsewhere:
     """A fit seen on other runs, each with those unannounced payloads of the fit's own runs that
     suit it best."""
-    made = bench.made
-    labels = sorted({block.run.loads for block in made.blocks if made.loads} | {0})
+    model = bench.model
+    labels = sorted({block.run.loads for block in model.blocks if model.loads} | {0})
     if len(labels) == 1:
         return Elsewhere(bench, blocks, drift)
     left = list[list[float]]()
     for label in labels:
         seen = Elsewhere(bench, [_with(block, label) for block in blocks], drift)
-        pairs = zip(seen.residual((), (), made.regression.q), blocks, strict=True)
-        left.append([float(((r[b.usable] / made.torque_rms) ** 2).sum()) for r, b in pairs])
+        pairs = zip(seen.residual((), (), model.regression.q), blocks, strict=True)
+        left.append([float(((r[b.usable] / model.torque_rms) ** 2).sum()) for r, b in pairs])
     best = [labels[k] for k in np.argmin(left, axis=0)]
     return Elsewhere(bench, [_with(b, k) for b, k in zip(blocks, best, strict=True)], drift)
 

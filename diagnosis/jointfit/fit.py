@@ -62,28 +62,30 @@ def calibrate(base: Base, blocks: Sequence[Block]) -> Calibrated:
     return about(base, blocks, rubbed.fitted, noise, (), given, rubbed.errors)
 
 
-def recalibrated(made: Calibrated, blocks: Sequence[Block]) -> Calibrated:
+def recalibrated(model: Calibrated, blocks: Sequence[Block]) -> Calibrated:
     """The base model fitted to the same runs anew, from its values on; they carry other payloads
     now."""
-    rubbed = with_friction(about_known(made.base, blocks, made.fitted, made.noise, (), made.errors))
+    rubbed = with_friction(
+        about_known(model.base, blocks, model.fitted, model.noise, (), model.errors)
+    )
     q = rubbed.regression.q
-    noise = unweighted(measured(blocks, rubbed.residual(q)), made.noise.white)
-    return about_known(made.base, blocks, _moved(rubbed, q), noise, (), made.errors)
+    noise = unweighted(measured(blocks, rubbed.residual(q)), model.noise.white)
+    return about_known(model.base, blocks, _moved(rubbed, q), noise, (), model.errors)
 
 
-def with_friction(made: Calibrated) -> Calibrated:
+def with_friction(model: Calibrated) -> Calibrated:
     """The same with dry and viscous friction of each axis beside the base model."""
-    n = made.base.n
+    n = model.base.n
     more = [
         Known(f"{kind}[{i + 1}]", "", 0.0, 1.0, "friction", i)
         for kind in ("dry", "viscous")
         for i in range(n)
     ]
-    torque = np.maximum(np.tile(made.torque_rms, 2), np.finfo(float).tiny)
-    columns = friction(made.blocks)
-    B = [beside_of(b, c * torque) for b, c in zip(made.B, columns, strict=True)]
-    scale = np.concatenate([made.scale, np.ones(2 * n)])
-    return replace(made, known=(*made.known, *more), scale=scale, B=tuple(B))
+    torque = np.maximum(np.tile(model.torque_rms, 2), np.finfo(float).tiny)
+    columns = friction(model.blocks)
+    B = [beside_of(b, c * torque) for b, c in zip(model.B, columns, strict=True)]
+    scale = np.concatenate([model.scale, np.ones(2 * n)])
+    return replace(model, known=(*model.known, *more), scale=scale, B=tuple(B))
 
 
 def friction(blocks: Sequence[Block]) -> list[Array]:
@@ -91,13 +93,13 @@ def friction(blocks: Sequence[Block]) -> list[Array]:
     each block."""
     rates = np.concatenate([block.run.motion.thetad for block in blocks])
     rms = np.maximum(np.sqrt((rates**2).mean(axis=0)), np.finfo(float).tiny)
-    found = []
+    columns = []
     for block in blocks:
         rate = block.run.motion.thetad / rms
         kinds = [block.smooth(v) for v in (np.tanh(rate / SHARP), rate)]
         own = [v[:, :, None] * np.eye(v.shape[1]) for v in kinds]
-        found.append(np.concatenate(own, axis=2))
-    return found
+        columns.append(np.concatenate(own, axis=2))
+    return columns
 
 
 def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
@@ -123,7 +125,7 @@ def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
     known = [b.linear[::COARSE] @ base.loaded(nominal, b.run.payload) for b in blocks]
     size = np.maximum(B.std(axis=(0, 1)), np.finfo(float).tiny)
     weight = np.where(np.diag(prior) > 0, np.append(scale, np.ones(more)), 1.0 / size)
-    left, found = dict[int, float](), dict[int, Array]()
+    left, solutions = dict[int, float](), dict[int, Array]()
 
     def later(k: int) -> Array:
         y = [torque_at(t, base.window, k * step) - a for t, a in zip(thin, known, strict=True)]
@@ -137,20 +139,20 @@ def first_guess(base: Base, blocks: Sequence[Block]) -> tuple[Array, float]:
     for k in range(-most, most + 1):
         v = (later(k) / unit).ravel()
         right = C.T @ v
-        found[k] = np.linalg.solve(G, right)
-        left[k] = float(v @ v - right @ found[k])
+        solutions[k] = np.linalg.solve(G, right)
+        left[k] = float(v @ v - right @ solutions[k])
     best = min(left, key=lambda k: (left[k], abs(k)))
     best = best if left[best] < left[0] / 2 else 0
     count = len(nominal)
-    return nominal + (weight * found[best])[:count], step * best
+    return nominal + (weight * solutions[best])[:count], step * best
 
 
-def _weighted(made: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibrated:
+def _weighted(model: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibrated:
     """The base model and friction fitted from its values on, in `STEPS` steps."""
-    fitted, errors = made.fitted, made.errors
+    fitted, errors = model.fitted, model.errors
 
     def at(values: Fitted) -> Calibrated:
-        return with_friction(about(made.base, made.blocks, values, noise, (), given, errors))
+        return with_friction(about(model.base, model.blocks, values, noise, (), given, errors))
 
     for _ in range(STEPS):
         there = at(fitted)
@@ -158,34 +160,34 @@ def _weighted(made: Calibrated, noise: Noise, given: Sequence[Array]) -> Calibra
     return at(fitted)
 
 
-def beside(held: Joint) -> Calibrated:
+def beside(fit: Joint) -> Calibrated:
     """The base model fitted anew beside effects: what they took from it, they give back.
 
     A hysteresis fitted to its own torque and that of a friction has the width of neither.
     """
-    made = held.bench.made
+    model = fit.bench.model
     for _ in range(STEPS_BESIDE):
-        before = made.fitted
-        fitted = _moved(made, held.q, STRIDE)
-        made.forget()
-        made = about_known(made.base, made.blocks, fitted, made.noise, (), made.errors)
-        held = again(held, Bench(made, list(held.bench.effects.values())))
+        before = model.fitted
+        fitted = _moved(model, fit.q, STRIDE)
+        model.forget()
+        model = about_known(model.base, model.blocks, fitted, model.noise, (), model.errors)
+        fit = again(fit, Bench(model, list(fit.bench.effects.values())))
         if np.abs(np.log(fitted.widths / before.widths)).max(initial=0.0) < SETTLED:
             break
-    if not made.noise.repeats:
+    if not model.noise.repeats:
         # what the search has not found yet would count as noise; the first fit had friction
-        return made
-    noise = measured(made.blocks, held.residual)
-    return replace(made, noise=unweighted(noise, made.noise.white))
+        return model
+    noise = measured(model.blocks, fit.residual)
+    return replace(model, noise=unweighted(noise, model.noise.white))
 
 
-def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
+def _moved(model: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     """The values after one Gauss-Newton step, to the coefficients q, kept within bounds.
 
     stride: largest step of a width, relative.
     """
-    base, now = made.base, made.fitted
-    step = q * made.scale
+    base, now = model.base, model.fitted
+    step = q * model.scale
     n_p, n_c = len(base.linear), len(base.curved)
     nominal = np.array([k.nominal for k in base.widths])
     widths = nominal + step[n_p + n_c : n_p + n_c + len(nominal)]
@@ -195,5 +197,5 @@ def _moved(made: Calibrated, q: Array, stride: float = np.inf) -> Fitted:
     delay = float(np.clip(step[n_p + n_c + len(nominal)], -most, most))
     widths = np.clip(widths, now.widths / (1 + stride), now.widths * (1 + stride))
     widths = np.clip(widths, 0.4 * nominal, 2.5 * nominal)
-    loads = {load.name: step[made.places(load)] for load in made.loads}
+    loads = {load.name: step[model.places(load)] for load in model.loads}
     return Fitted(p, gains, widths, delay, now.late, loads)

@@ -22,45 +22,45 @@ DELAYED = 2e-4
 """Delay [s] of the reported torques that is worth a word."""
 
 
-def poor_axes(made: Calibrated, residual: Sequence[Array]) -> list[int]:
+def poor_axes(model: Calibrated, residual: Sequence[Array]) -> list[int]:
     """Axes (from 0) of which more than `POOR` of the torque is left."""
-    left = axis_rms(made.blocks, residual)
-    return [int(i) for i in np.flatnonzero(left > POOR * made.torque_rms)]
+    left = axis_rms(model.blocks, residual)
+    return [int(i) for i in np.flatnonzero(left > POOR * model.torque_rms)]
 
 
-def strange_axes(made: Calibrated) -> list[int]:
+def strange_axes(model: Calibrated) -> list[int]:
     """Axes (from 0) whose torque does not go with that of the machine file's own parameters and
     the payloads of the fit.
 
     A fit may turn the sign of all inertias to please a log whose sign is turned; what it leaves
     then looks like effects.
     """
-    carried = np.array([known.group == GROUP for known in made.known])
-    nominal = np.where(carried, made.regression.q, made.nominal)
-    tau = [torque_at(b, made.base.window, made.fitted.delay) for b in made.blocks]
-    left = made.residual(nominal)
-    usable = [b.usable for b in made.blocks]
+    carried = np.array([known.group == GROUP for known in model.known])
+    nominal = np.where(carried, model.regression.q, model.nominal)
+    tau = [torque_at(b, model.base.window, model.fitted.delay) for b in model.blocks]
+    left = model.residual(nominal)
+    usable = [b.usable for b in model.blocks]
     seen = np.concatenate([t[m] for t, m in zip(tau, usable, strict=True)])
-    model = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])
-    seen, model = (v - v.mean(axis=0) for v in (seen, model))
-    sizes = np.linalg.norm(seen, axis=0) * np.linalg.norm(model, axis=0)
-    together = (seen * model).sum(axis=0) / np.maximum(sizes, 1e-300)
+    modelled = seen - np.concatenate([r[m] for r, m in zip(left, usable, strict=True)])
+    seen, modelled = (v - v.mean(axis=0) for v in (seen, modelled))
+    sizes = np.linalg.norm(seen, axis=0) * np.linalg.norm(modelled, axis=0)
+    together = (seen * modelled).sum(axis=0) / np.maximum(sizes, 1e-300)
     return [int(i) for i in np.flatnonzero(together < TOGETHER)]
 
 
-def delayed(held: Joint, deviations: float) -> str:
+def delayed(fit: Joint, deviations: float) -> str:
     """What is said of the torques' common delay beside all that was found, or nothing: alone, the
     base model takes friction and cogging for a part of one. deviations: standard errors that it
     must stand above zero."""
-    made = held.bench.made
-    place = next(i for i, known in enumerate(made.known) if known.group == "delay")
+    model = fit.bench.model
+    place = next(i for i, known in enumerate(model.known) if known.group == "delay")
     late, deviation = (
-        np.array([held.q[place], held.covariance[place, place] ** 0.5]) * made.scale[place]
+        np.array([fit.q[place], fit.covariance[place, place] ** 0.5]) * model.scale[place]
     )
     if abs(late) < max(DELAYED, deviations * deviation):
         return ""
-    where = " on all axes" if made.base.n > 1 else ""
-    alone = "" if made.base.n > 1 else "; a single axis does not show whether its drive is late"
+    where = " on all axes" if model.base.n > 1 else ""
+    alone = "" if model.base.n > 1 else "; a single axis does not show whether its drive is late"
     verb = "lags" if late > 0 else "leads"
     return (
         f"the torque channel {verb} the angles by {1e3 * abs(late):.2g} ms{where}; treated as"

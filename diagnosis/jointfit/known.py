@@ -18,13 +18,13 @@ from flexhex.diagnosis.runs.noise import Noise
 Array = NDArray[np.float64]
 
 
-def known_torque(made: Calibrated) -> list[Array]:
+def known_torque(model: Calibrated) -> list[Array]:
     """Torque (m, n) [N m] of each block that the model's own effects explain; [] for none."""
-    uses = [use for use in made.base.given if use.axes]
+    uses = [use for use in model.base.given if use.axes]
     if not uses:
         return []
-    bench = Bench(made, compiled(made.base.n, {use.id: use.effect for use in uses}))
-    total = [np.zeros((len(block.at), made.base.n)) for block in made.blocks]
+    bench = Bench(model, compiled(model.base.n, {use.id: use.effect for use in uses}))
+    total = [np.zeros((len(block.at), model.base.n)) for block in model.blocks]
     for use in uses:
         for place, axis in enumerate(use.axes):
             gains = np.array([row[place] for row in use.gains])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.jointfit.found import Part
+from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.regression.gram import inverted
 from flexhex.diagnosis.regression.regression import Columns, Regression
 
@@ -101,9 +101,9 @@ def _tangent(bench: Bench, regression: Regression, part: Part, name: str, beta: 
 
 def shape_names(bench: Bench, parts: Sequence[Part]) -> list[tuple[int, str]]:
     """Shapes that were searched: number of the part, name."""
-    found = []
+    names = []
     for k, part in enumerate(parts):
         item = bench.effects.get(part.id)
         if item is not None:
-            found += [(k, s.name) for s in item.searched]
-    return found
+            names += [(k, s.name) for s in item.searched]
+    return names

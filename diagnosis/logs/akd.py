@@ -60,17 +60,17 @@ def recorder(path: Path, options: Options) -> Raw | None:
 
 def _rows(text: str, width: int, where: str) -> NDArray[np.float64]:
     """The numbers (rows, width)."""
-    found = []
+    rows = []
     for count, line in enumerate(text.splitlines(), start=3):
         fields = line.split(",")
         if not re.match(r"\s*[+.\dF]|\s*-[.\d]", line):
             continue  # blank, or the prompt `-->` of the drive
         if len(fields) != width:
             raise LogError(f"{where}: line {count} has {len(fields)} numbers, wanted {width}")
-        found.append([_number(field.strip(), where, count) for field in fields])
-    if len(found) < 2:
+        rows.append([_number(field.strip(), where, count) for field in fields])
+    if len(rows) < 2:
         raise LogError(f"{where}: no samples: the recorder of the drive holds none")
-    return np.array(found, dtype=np.float64)
+    return np.array(rows, dtype=np.float64)
 
 
 def _number(field: str, where: str, line: int) -> float:

@@ -80,8 +80,8 @@ def _plans(header: Header, where: str, options: Options) -> tuple[list[Plan], li
     times = [k for k, c in enumerate(columns) if _is_time(c.name, options)]
     if not times:
         listed = ", ".join(name for name in names[:12] if name.isprintable() and name)
-        told = f"{listed}: say which it is, --rename 'COLUMN=time'"
-        shown = told if listed else "no names: is it a CSV file?"
+        request = f"{listed}: say which it is, --rename 'COLUMN=time'"
+        shown = request if listed else "no names: is it a CSV file?"
         raise LogError(f"{where}: no channel `time`; it has {shown}")
     plans, findings = [], []
     for k, end in zip(times, [*times[1:], len(columns)], strict=True):
@@ -143,8 +143,8 @@ class _Reader:
         block = block.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b'"', b"")
         block = block.replace(self.header.suffix, b"")
         if b"#" in block:
-            told = block.split(b"\n")
-            block = b"\n".join(line for line in told if not line.lstrip().startswith(b"#"))
+            rows = block.split(b"\n")
+            block = b"\n".join(line for line in rows if not line.lstrip().startswith(b"#"))
         if self.header.decimal_comma:
             block = block.replace(b",", b".")
         separator = self.header.separator.encode()
@@ -152,7 +152,7 @@ class _Reader:
         if block.count(separator) == lines * (self.width - 1) and b"\n\n" not in block:
             for text in (block, _blanks_named(block, separator)):
                 try:
-                    found = np.loadtxt(
+                    numbers = np.loadtxt(
                         io.BytesIO(text),
                         delimiter=self.header.separator,
                         usecols=self.wanted,
@@ -162,7 +162,7 @@ class _Reader:
                     )
                 except ValueError:
                     continue
-                return np.asarray(found, dtype=np.float64)
+                return np.asarray(numbers, dtype=np.float64)
         return self._slow(block)
 
     def _slow(self, block: bytes) -> Array:

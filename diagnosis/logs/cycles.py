@@ -51,7 +51,7 @@ def cycles(log: Log) -> list[Log]:
     length, count = together * period, times // together
     text = f"its motion repeats: {count} passes of {length:.4g} s are taken from it"
     meta = {key: value for key, value in log.meta.items() if key != "pass"}
-    found = []
+    passes = []
     for k in range(count):
         parts = {
             own: _cut(c, begin + k * length, begin + (k + 1) * length)
@@ -59,8 +59,8 @@ def cycles(log: Log) -> list[Log]:
         }
         notes = (*log.findings, Finding("cycles", log.name, text, True)) if k == 0 else ()
         piece = replace(log, name=f"{log.name}, pass {k + 1}", channels=parts)
-        found.append(replace(piece, meta=meta, findings=notes))
-    return found
+        passes.append(replace(piece, meta=meta, findings=notes))
+    return passes
 
 
 def _period(channel: Channel, alike: float) -> float | None:

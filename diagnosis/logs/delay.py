@@ -25,20 +25,24 @@ seem to move by a sample when their step pattern changes."""
 
 def delays(where: str, channels: Mapping[str, Channel]) -> list[Finding]:
     """Findings for each pair of channels that the log has; nothing is changed."""
-    found = dict(channels)
+    available = dict(channels)
     if "thetad" in channels:
-        found["theta'"] = _rate(channels["theta"])
+        available["theta'"] = _rate(channels["theta"])
     notes: list[Finding] = []
     for (lead, follow), (alike, normal) in PAIRS.items():
-        if lead in found and follow in found and found[lead].width == found[follow].width:
-            notes += _compare(where, (lead, follow), found, alike, normal)
+        if (
+            lead in available
+            and follow in available
+            and available[lead].width == available[follow].width
+        ):
+            notes += _compare(where, (lead, follow), available, alike, normal)
     return notes
 
 
 def _compare(
-    where: str, names: tuple[str, str], found: Mapping[str, Channel], alike: float, normal: float
+    where: str, names: tuple[str, str], channels: Mapping[str, Channel], alike: float, normal: float
 ) -> list[Finding]:
-    lead, follow = (found[name] for name in names)
+    lead, follow = (channels[name] for name in names)
     if lead.breaks or follow.breaks:
         return []
     seconds = len(follow.values) * follow.ts

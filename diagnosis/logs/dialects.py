@@ -77,15 +77,15 @@ def translated(header: Header, options: Options, where: str) -> tuple[Options, l
 def _named(
     dialect: Dialect, header: Header, bases: list[str], options: Options, where: str
 ) -> tuple[Options, list[Finding]]:
-    found = {name: of for name, of in dialect.columns.items() if name in bases}
+    columns = {name: of for name, of in dialect.columns.items() if name in bases}
     if not any(header.units):
-        told = [split_unit(name)[1] for name in header.names]
-        units = [found.get(base, ("", ""))[1] for base in bases]
-        header.units = [own or unit for own, unit in zip(told, units, strict=True)]
+        in_names = [split_unit(name)[1] for name in header.names]
+        units = [columns.get(base, ("", ""))[1] for base in bases]
+        header.units = [own or unit for own, unit in zip(in_names, units, strict=True)]
     shown = ", ".join(
-        f"{name} as {channel}" for name, (channel, _) in found.items() if name != channel
+        f"{name} as {channel}" for name, (channel, _) in columns.items() if name != channel
     )
-    rename = {name: channel for name, (channel, _) in found.items()}
+    rename = {name: channel for name, (channel, _) in columns.items()}
     text = f"columns of {dialect.title}: {shown}"
     return replace(options, rename=rename), [Finding("names", where, text, True)]
 

@@ -70,10 +70,10 @@ def group_runs(logs: Sequence[Log]) -> list[RunGroup]:
 def _motions(members: list[list[Log]]) -> list[int]:
     """For each group the first one with the same motion, whatever it carries; its logs are moved
     to that one's clock."""
-    found: list[int] = []
+    motions: list[int] = []
     for k, group in enumerate(members):
         same = k
-        for first in dict.fromkeys(found):
+        for first in dict.fromkeys(motions):
             shift = None
             if not _same_load(members[first][0], group[0]):
                 shift = _moved_between(members[first][0], group[0])
@@ -82,8 +82,8 @@ def _motions(members: list[list[Log]]) -> list[int]:
                 group[:] = [replace(log, shift=log.shift + more) for log in group]
                 same = first
                 break
-        found.append(same)
-    return found
+        motions.append(same)
+    return motions
 
 
 def _names(members: list[list[Log]]) -> list[str]:

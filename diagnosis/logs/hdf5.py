@@ -90,11 +90,11 @@ def _plain(path: Path, file: h5py.File, options: Options) -> Raw:
 
 def units_of(data: Mapping[str, Any]) -> dict[str, str]:
     """Units of datasets by name from their attributes."""
-    found = {}
+    units = {}
     for name, item in data.items():
         unit = item.attrs.get("unit", item.attrs.get("units", ""))
-        found[name] = _text(unit)
-    return found
+        units[name] = _text(unit)
+    return units
 
 
 def table_of(
@@ -148,8 +148,8 @@ def _table(
         values[name] = np.empty((size, len(keys)))
         for axis, key in enumerate(keys):
             _fill(key, parts, values[name][:, axis])
-    made = Table(where, time, wanted.time.unit, values, dict(wanted.units), joins_of(parts))
-    return made, notes + more
+    table = Table(where, time, wanted.time.unit, values, dict(wanted.units), joins_of(parts))
+    return table, notes + more
 
 
 def _fill(key: tuple[Any, int | None, bool], parts: list[tuple[int, int]], to: Array) -> None:

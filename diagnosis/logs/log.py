@@ -102,11 +102,11 @@ class Log:
     @classmethod
     def of(cls, name: str, ts: float, theta: Array, tau: Array, kinds: Kinds = ()) -> Log:
         """A log of samples at hand: theta, tau (samples, n) [rad], [N m] every ts [s]."""
-        made = {
+        channels = {
             key: Channel(0.0, ts, values, np.ones(len(values), dtype=bool))
             for key, values in (("theta", theta), ("tau_meas", tau))
         }
-        return cls(name, made, kinds=kinds)
+        return cls(name, channels, kinds=kinds)
 
     def __getitem__(self, name: str) -> Channel:
         if name not in self.channels:
@@ -116,8 +116,8 @@ class Log:
     def refuse_width(self, n: int) -> None:
         """LogError where the log has another number of axes than a model's n."""
         for name in ("theta", "tau_meas"):
-            if (found := self[name].width) != n:
-                width = f"{found} {'axis' if found == 1 else 'axes'}"
+            if (axes := self[name].width) != n:
+                width = f"{axes} {'axis' if axes == 1 else 'axes'}"
                 hint = ": add --base with a robot's file, or --base axis for axes without a model"
                 text = f"{self.name}: {name} has {width}, the model has {n}"
                 raise LogError(text + (hint if n > 1 else ""))

@@ -152,11 +152,11 @@ def _raw(path: Path, content: Mapping[str, Any], options: Options) -> Raw:
 
 
 def _groups(where: str, content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    found: list[tuple[str, Mapping[str, Any]]] = [(where, content)]
+    groups: list[tuple[str, Mapping[str, Any]]] = [(where, content)]
     for name, item in content.items():
         if isinstance(item, Mapping) and not (name in TEXT_STRUCTS and _texts(item)):
-            found += _groups(f"{where}: {name}", item)
-    return found
+            groups += _groups(f"{where}: {name}", item)
+    return groups
 
 
 def _units(group: Mapping[str, Any]) -> dict[str, str]:

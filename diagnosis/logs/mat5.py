@@ -101,11 +101,11 @@ def _matrix(data: memoryview, order: str, depth: int) -> None:
 
 def _texts(data: memoryview, at: int, order: str) -> list[str]:
     """Name of an object, how it is stored and its class."""
-    found = []
+    texts = []
     for _ in range(3):
         _, body, at = _tag(data, at, order)
-        found.append(bytes(body).decode("ascii", errors="replace"))
-    return found
+        texts.append(bytes(body).decode("ascii", errors="replace"))
+    return texts
 
 
 def _content(data: memoryview, at: int, order: str, depth: int, word: int, count: int) -> None:

@@ -82,7 +82,7 @@ def _messages(path: Path) -> tuple[dict[str, list[tuple[int, Any]]], set[str]]:
     """JointState messages with log times [ns], by topic; and the other topics."""
     reader = installed(path, "mcap.reader", "ros")
     decoder = installed(path, "mcap_ros2.decoder", "ros")
-    found: dict[str, list[tuple[int, Any]]] = {}
+    messages: dict[str, list[tuple[int, Any]]] = {}
     others: set[str] = set()
     try:
         with path.open("rb") as file:
@@ -96,12 +96,12 @@ def _messages(path: Path) -> tuple[dict[str, list[tuple[int, Any]]], set[str]]:
             others = {c.topic for c in (summary.channels.values() if summary else ())}
             if topics:
                 for _, channel, message, decoded in bag.iter_decoded_messages(topics=topics):
-                    found.setdefault(channel.topic, []).append((message.log_time, decoded))
+                    messages.setdefault(channel.topic, []).append((message.log_time, decoded))
     except OSError:
         raise
     except Exception as error:  # mcap's own classes
         raise LogError(f"{path}: not a readable MCAP file ({error})") from None
-    return found, others
+    return messages, others
 
 
 def _times(listed: list[tuple[int, Any]]) -> Any:

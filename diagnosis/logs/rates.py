@@ -104,19 +104,19 @@ def _described(name: str, pair: _Pair, axis: int, ts: float, units: Mapping[str,
     seen, derived = pair.seen[:, axis], pair.derived[:, axis]
     faster = np.gradient(derived, ts)
     A = np.column_stack([derived, -faster, np.ones_like(derived)])[pair.good]
-    found = np.linalg.lstsq(A, seen[pair.good], rcond=None)[0]
-    left = seen[pair.good] - A @ found
+    coefficients = np.linalg.lstsq(A, seen[pair.good], rcond=None)[0]
+    left = seen[pair.good] - A @ coefficients
     channel, of = f"{name}[{axis + 1}]", "rate" if name == "thetad" else "acceleration"
     if (left**2).mean() > 0.25 * (derived[pair.good] ** 2).mean():
         return f"{channel} does not go with theta[{axis + 1}]: another axis?"
-    if abs(found[0] - 1) > OFF:
-        unit = next((u for u, f in units.items() if abs(found[0] * f - 1) < OFF), "")
+    if abs(coefficients[0] - 1) > OFF:
+        unit = next((u for u, f in units.items() if abs(coefficients[0] * f - 1) < OFF), "")
         hint = f": is it in {unit} (--unit {name}={unit})?" if unit else ""
-        return f"{channel} is {found[0]:.4g} times the {of} of theta[{axis + 1}]{hint}"
-    if abs(found[1]) * np.std(faster) > np.abs(found[2]):
-        way = "late" if found[1] > 0 else "early"
-        return f"{channel} comes {1e3 * abs(found[1]):.2g} ms {way} beside theta[{axis + 1}]"
-    return f"{channel} is off the {of} of theta[{axis + 1}] by {found[2]:.2g}"
+        return f"{channel} is {coefficients[0]:.4g} times the {of} of theta[{axis + 1}]{hint}"
+    if abs(coefficients[1]) * np.std(faster) > np.abs(coefficients[2]):
+        way = "late" if coefficients[1] > 0 else "early"
+        return f"{channel} comes {1e3 * abs(coefficients[1]):.2g} ms {way} beside theta[{axis + 1}]"
+    return f"{channel} is off the {of} of theta[{axis + 1}] by {coefficients[2]:.2g}"
 
 
 def _pair(angle: Channel, seen: Channel, order: int) -> _Pair | None:
@@ -155,5 +155,5 @@ def _smoothed(values: Array, weights: Array) -> Array:
 
 def _derived(theta: Array, ts: float, order: int) -> Array:
     """Differences (samples, n); those at the ends are not good."""
-    found = stencils.first(theta, ts) if order == 1 else stencils.second(theta, ts)
-    return np.pad(found, ((stencils.ENDS, stencils.ENDS), (0, 0)), mode="edge")
+    derived = stencils.first(theta, ts) if order == 1 else stencils.second(theta, ts)
+    return np.pad(derived, ((stencils.ENDS, stencils.ENDS), (0, 0)), mode="edge")

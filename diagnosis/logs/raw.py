@@ -82,10 +82,10 @@ class Raw:
 
 def split_unit(name: str) -> tuple[str, str]:
     """`theta[1] [deg]` and `theta (deg)` as name and unit; "" when it tells none."""
-    found = _UNIT.match(name)
-    if not found:
+    match = _UNIT.match(name)
+    if not match:
         return name, ""
-    return found["name"], found["a"] or found["b"] or found["c"]
+    return match["name"], match["a"] or match["b"] or match["c"]
 
 
 def channel_of(name: str, options: Options) -> tuple[str, int]:
@@ -98,9 +98,9 @@ def channel_of(name: str, options: Options) -> tuple[str, int]:
     if name in CHANNELS:
         return name, 0
     tail = name.rsplit(".", 1)[-1]
-    found = _INDEX.match(tail)
-    base = found["base"] if found else tail
-    number = next((int(g) for g in found.groups()[1:] if g is not None), 0) if found else 0
+    match = _INDEX.match(tail)
+    base = match["base"] if match else tail
+    number = next((int(g) for g in match.groups()[1:] if g is not None), 0) if match else 0
     base = options.rename.get(base, base)
     return (base, number) if base in CHANNELS else ("", 0)
 
@@ -112,22 +112,22 @@ def plan(
 
     LogError when a channel has an axis twice or a number is missing.
     """
-    found: dict[str, dict[int, Column]] = {}
+    columns_of: dict[str, dict[int, Column]] = {}
     extra: list[str] = []
     for column in columns:
         name, number = channel_of(column.name, options)
         if not name:
             extra.append(column.name)
-        elif number in found.setdefault(name, {}):
+        elif number in columns_of.setdefault(name, {}):
             raise LogError(f"{where}: {column.name} stands there twice: keep one of them")
         else:
-            found[name][number] = column
+            columns_of[name][number] = column
     findings = []
     if extra:
         listed = ", ".join(extra[:6]) + (" ..." if len(extra) > 6 else "")
         findings.append(Finding("extra", where, f"not used: {listed}", True))
     keys, units = {}, {}
-    for name, axes in found.items():
+    for name, axes in columns_of.items():
         findings += _numbers(where, name, axes)
         ordered = [axes[k] for k in sorted(axes)]
         keys[name] = tuple(column.key for column in ordered)

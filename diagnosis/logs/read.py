@@ -59,15 +59,15 @@ def read_log(path: str | Path, options: Options | None = None) -> Log:
         raw: Raw = reader(path, options)
     except OSError as error:
         raise LogError(unreadable(path, error)) from None
-    return _made(str(path), raw, options)
+    return _log_of(str(path), raw, options)
 
 
-def _made(name: str, raw: Raw, options: Options) -> Log:
+def _log_of(name: str, raw: Raw, options: Options) -> Log:
     """A log of what was read; channels are taken from the tables one by one to save memory."""
     findings, meta = list(raw.findings), texts(raw.meta)
     channels: dict[str, Channel] = {}
     clocks: dict[str, Clock] = {}
-    asked = list[str]()  # all at once, so that a user answers once
+    requests = list[str]()  # all at once, so that a user answers once
     kinds = _kinds(raw, options)
     for table in raw.tables:
         if not table.values:
@@ -81,15 +81,15 @@ def _made(name: str, raw: Raw, options: Options) -> Log:
             if channel in channels:
                 raise LogError(f"{table.where}: {channel} stands there twice: keep one of them")
             try:
-                made = _channel(table, channel, clock, (kinds, meta, options), findings)
+                converted = _channel(table, channel, clock, (kinds, meta, options), findings)
             except LogError as error:
-                asked.append(str(error).removeprefix(f"{name}: "))
+                requests.append(str(error).removeprefix(f"{name}: "))
                 continue
-            if made is not None:
-                channels["tau_meas" if channel == "current" else channel] = made
+            if converted is not None:
+                channels["tau_meas" if channel == "current" else channel] = converted
             del table.values[channel]
-    if asked:
-        raise LogError(f"{name}: {'; '.join(asked)}")
+    if requests:
+        raise LogError(f"{name}: {'; '.join(requests)}")
     _complete(name, channels, [f.text for f in findings if f.kind == "extra"])
     if options.torque_constant is not None and not any(
         "torque constant" in str(f) for f in findings

@@ -66,8 +66,8 @@ def _header(
         )
     shown = ["time" if name == FIRST else name for name in names]
     known = [_unit(unit) for unit in (units + [""] * len(names))[: len(names)]]
-    told = [MILLISECONDS if n == FIRST else u for n, u in zip(names, known, strict=True)]
-    return Header(shown, told, {"logger": "TwinCAT Scope"}, separator, start, ragged=True)
+    completed = [MILLISECONDS if n == FIRST else u for n, u in zip(names, known, strict=True)]
+    return Header(shown, completed, {"logger": "TwinCAT Scope"}, separator, start, ragged=True)
 
 
 def _unit(text: str) -> str:

@@ -94,9 +94,9 @@ TORQUES = ("tau_meas", "tau", "tau_ff")
 
 def factor(where: str, channel: str, unit: str, axis: int = 1) -> float:
     """What a value in `unit` is multiplied by to be SI. LogError when that is not certain."""
-    found = _look_up(KNOWN[channel], unit)
-    if found is not None:
-        return found
+    value = _look_up(KNOWN[channel], unit)
+    if value is not None:
+        return value
     wanted = " or ".join(repr(kind.unit(SI[channel])) for kind in MOVING.get(channel, (ROTARY,)))
     named = channel if channel in ("time", "payload", "temperature") else f"{channel}[{axis}]"
     if not unit.strip():
@@ -167,10 +167,10 @@ def torque_constant(where: str, text: str) -> tuple[tuple[float, ...], tuple[Kin
     axis each is. A unit also stands for the numbers before it. LogError when it cannot be read."""
     values, kinds, unit = list[float](), list[Kind](), ""
     for piece in reversed(re.split(r"[,;]", text)):
-        found = re.match(r"^\s*((?:[-+.\deE]+\s*)+)([A-Za-z].*)?$", piece)
-        unit = re.sub(r"[\s*.·]", "", (found and found[2]) or "") or unit
+        match = re.match(r"^\s*((?:[-+.\deE]+\s*)+)([A-Za-z].*)?$", piece)
+        unit = re.sub(r"[\s*.·]", "", (match and match[2]) or "") or unit
         scale, kind = CONSTANTS.get(unit, (math.nan, ROTARY))
-        for number in reversed(found[1].split() if found else ["nan"]):
+        for number in reversed(match[1].split() if match else ["nan"]):
             values, kinds = [scale * _number(number), *values], [kind, *kinds]
     if not all(math.isfinite(v) and v > 0 for v in values):
         raise LogError(

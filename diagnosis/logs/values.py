@@ -106,9 +106,9 @@ def plateaus(column: Array, valid: Mask) -> Mask:
     A peak of a quantised signal also repeats its extreme value, but then the slope at its edge
     carries it over the plateau by a step or two only.
     """
-    found = np.zeros(len(column), dtype=bool)
+    standing = np.zeros(len(column), dtype=bool)
     if not valid.any():
-        return found
+        return standing
     for extreme in (column[valid].max(), column[valid].min()):
         at = (column == extreme) & valid
         if at.sum() < PLATEAU or at.all():
@@ -120,12 +120,12 @@ def plateaus(column: Array, valid: Mask) -> Mask:
         for a, b in zip(begin, end, strict=True):
             inside = a > 0 and b < len(column)  # at the ends of a run it is rest
             if inside and b - a >= PLATEAU and _steep(column, int(a), int(b), step):
-                found[a:b] = True
-    if found.any():
+                standing[a:b] = True
+    if standing.any():
         # the shorter stays at a limit that is one
-        for extreme in np.unique(column[found]):
-            found |= (column == extreme) & valid
-    return found
+        for extreme in np.unique(column[standing]):
+            standing |= (column == extreme) & valid
+    return standing
 
 
 def _steep(column: Array, a: int, b: int, step: float) -> bool:

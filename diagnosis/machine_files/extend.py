@@ -79,10 +79,10 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     lasting = [change for change in diagnosis.changed if not change.runs]
     sections, left_out = changed_sections(data, lasting)
     known = [dict(entry) for entry in data.get("effects", [])]
-    found: list[Entry] = []
+    new: list[Entry] = []
     for named in diagnosis.effects:
         entries, refused = _entries(named, known)
-        found += entries
+        new += entries
         left_out += refused
     base = os.path.relpath(machine_file.resolve(), out.resolve().parent)
     head = [
@@ -95,7 +95,7 @@ def extend(machine_file: Path, diagnosis: Diagnosis, out: Path) -> Extended:
     ]
     text = toml_text(
         {"extends": Path(base).as_posix(), "diagnosed": True, **sections},
-        {"effects": known + found} if diagnosis.effects else {},
+        {"effects": known + new} if diagnosis.effects else {},
         head,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -116,19 +116,19 @@ def _entries(named: Named, known: list[Entry]) -> tuple[list[Entry], list[str]]:
         elif not _grown(known, effect, part):
             beside = by_shape.setdefault(part.shape(effect), {})
             beside[axis] = beside[axis].plus(part, effect) if axis in beside else part
-    made = [_entry(named, effect, sorted(p.values(), key=_axis)) for p in by_shape.values()]
-    return made, refused
+    entries = [_entry(named, effect, sorted(p.values(), key=_axis)) for p in by_shape.values()]
+    return entries, refused
 
 
 def _bounded(effect: Effect, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
     """Gains that noise alone has pushed beyond their bounds, at the bound."""
-    found = {}
+    bounded = {}
     for gain in effect.gains:
         estimate = estimates[gain.name]
         value = min(max(estimate.value, gain.low), gain.high)
         if estimate.ci95[0] <= value <= estimate.ci95[1]:
-            found[gain.name] = replace(estimate, value=value)
-    return found
+            bounded[gain.name] = replace(estimate, value=value)
+    return bounded
 
 
 def _axis(part: Part) -> int:

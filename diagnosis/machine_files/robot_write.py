@@ -51,13 +51,13 @@ def write_robot(path: Path, base: RobotBase, file: Path, values: Mapping[str, fl
         for name, part in parts.items() if share < 1 else ():
             less = pin.Inertia.FromDynamicParameters(share * part)
             writer.inertia(name, frames[name].actInv(less))
-        found = {n: values.get(f"{n}[{k + 1}]") for n in PLACES[file.suffix]}
-        writer.axis(joint, {n: v for n, v in found.items() if v is not None})
+        friction = {n: values.get(f"{n}[{k + 1}]") for n in PLACES[file.suffix]}
+        writer.axis(joint, {n: v for n, v in friction.items() if v is not None})
     text = etree.tostring(root, encoding="utf-8", xml_declaration=True, pretty_print=True)
     handle, name = tempfile.mkstemp(suffix=file.suffix, dir=path.resolve().parent)
     try:
-        with os.fdopen(handle, "wb") as made:
-            made.write(text)
+        with os.fdopen(handle, "wb") as output:
+            output.write(text)
         _refuse_other(Path(name), path, base, values)
         Path(name).replace(path)
     finally:
@@ -74,20 +74,20 @@ def _named(base: RobotBase) -> tuple[Sequence[int], Sequence[str], Sequence[str]
 def _parts(base: RobotBase, place: int, writer: _Urdf | _Mjcf) -> dict[str, Array]:
     """The ten parameters, about the joint, of the parts that belong to what a joint moves, by the
     names of their bodies."""
-    frames, found = base.robot.model.frames, dict[str, Array]()
+    frames, inertias = base.robot.model.frames, dict[str, Array]()
     carriers = dict[str, str]()
     for number, frame in enumerate(frames):
         if frame.parentJoint != place or not frame.inertia.mass > 0:
             continue
-        found[frame.name] = frame.placement.act(frame.inertia).toDynamicParameters()
+        inertias[frame.name] = frame.placement.act(frame.inertia).toDynamicParameters()
         # a locked joint's frame has the inertia of what is fixed to its body, too
         while not writer.locked(frames[number].name) and frames[number].parentFrame != number:
             number = frames[number].parentFrame
         carriers[frame.name] = frames[number].name
     for name, carrier in carriers.items():
-        if carrier != name and carrier in found:
-            found[carrier] = found[carrier] - found[name]
-    return {writer.part(name): ten for name, ten in found.items() if ten[0] > 0}
+        if carrier != name and carrier in inertias:
+            inertias[carrier] = inertias[carrier] - inertias[name]
+    return {writer.part(name): ten for name, ten in inertias.items() if ten[0] > 0}
 
 
 class _Urdf:
@@ -111,23 +111,23 @@ class _Urdf:
         link = self.links[name]
         for old in link.findall("inertial"):
             link.remove(old)
-        made, J = etree.Element("inertial"), inertia.inertia
-        etree.SubElement(made, "origin", xyz=_numbers(inertia.lever), rpy="0 0 0")
-        etree.SubElement(made, "mass", value=_number(inertia.mass))
+        inertial, J = etree.Element("inertial"), inertia.inertia
+        etree.SubElement(inertial, "origin", xyz=_numbers(inertia.lever), rpy="0 0 0")
+        etree.SubElement(inertial, "mass", value=_number(inertia.mass))
         six = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2),
                "izz": (2, 2)}  # fmt: skip
-        etree.SubElement(made, "inertia", {n: _number(J[at]) for n, at in six.items()})
-        link.insert(0, made)
+        etree.SubElement(inertial, "inertia", {n: _number(J[at]) for n, at in six.items()})
+        link.insert(0, inertial)
 
-    def axis(self, joint: str, found: Mapping[str, float]) -> None:
+    def axis(self, joint: str, friction: Mapping[str, float]) -> None:
         """Friction and damping of a joint."""
         element = self.joints[joint]
         dynamics = element.find("dynamics")
         if dynamics is None:
             dynamics = etree.SubElement(element, "dynamics")
         for name, attribute in (("d", "damping"), ("F_c", "friction")):
-            if name in found:
-                dynamics.set(attribute, _number(found[name]))
+            if name in friction:
+                dynamics.set(attribute, _number(friction[name]))
 
 
 class _Mjcf:
@@ -167,38 +167,38 @@ class _Mjcf:
         for old in element.findall("inertial"):
             element.remove(old)
         six = J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]
-        made = etree.Element(
+        inertial = etree.Element(
             "inertial",
             pos=_numbers(inertia.lever),
             mass=_number(inertia.mass),
             fullinertia=_numbers(six),
         )
-        element.insert(0, made)
+        element.insert(0, inertial)
 
-    def axis(self, joint: str, found: Mapping[str, float]) -> None:
+    def axis(self, joint: str, friction: Mapping[str, float]) -> None:
         """Friction, damping and rotor of a joint."""
         element = self.joints[joint]
         kinds = {"d": "damping", "F_c": "frictionloss", "J_r": "armature", "m_r": "armature"}
-        for name, value in found.items():
+        for name, value in friction.items():
             element.set(kinds[name], _number(value))
 
 
-def _refuse_other(made: Path, path: Path, base: RobotBase, values: Mapping[str, float]) -> None:
+def _refuse_other(written: Path, path: Path, base: RobotBase, values: Mapping[str, float]) -> None:
     """MachineError where the file that is read back has other torques."""
-    robot = read_robot(made, base.robot.joints, base.n)
-    back = RobotBase(made, robot, Tolerance(), 1e-3)
+    robot = read_robot(written, base.robot.joints, base.n)
+    back = RobotBase(written, robot, Tolerance(), 1e-3)
     rng = np.random.default_rng(0)
     motion = Motion(0.0, 1e-3, *rng.standard_normal((3, STATES, base.n)))
     p = np.array([values[known.name] for known in base.linear])
     own, at = np.array([known.nominal for known in back.linear]), 10 * base.n
     own[at:] = p[at:]
-    wanted, found = base.torque(motion, p), back.torque(motion, own)
+    wanted, actual = base.torque(motion, p), back.torque(motion, own)
     order = [robot.model.joints[place].idx_v for place in robot.places]
-    model, pairs = robot.model, [(wanted, found)]
+    model, pairs = robot.model, [(wanted, actual)]
     for name, read in (("d", model.damping), ("F_c", model.upperDryFrictionLimit),
                        ("J_r", model.armature), ("m_r", model.armature)):  # fmt: skip
         for k, place in enumerate(order):
-            if name in PLACES[made.suffix] and f"{name}[{k + 1}]" in values:
+            if name in PLACES[written.suffix] and f"{name}[{k + 1}]" in values:
                 pairs.append((np.array(values[f"{name}[{k + 1}]"]), np.array(read[place])))
     for one, other in pairs:
         if np.abs(one - other).max() > SAME * max(float(np.abs(one).max()), 1e-300):

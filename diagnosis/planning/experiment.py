@@ -133,8 +133,8 @@ def make(spec: Experiment, limits: Limits, ts: float = 0.25e-3, name: str = "nex
     if spec.kind not in MOTIONS:
         raise UsageError(f"{spec.kind!r} is no kind of experiment, there are {', '.join(MOTIONS)}")
     given = {**DEFAULTS, **spec.parameters}
-    asked = given["amplitude"] * limits.size if "amplitude" in given else limits.amplitude
-    r, _, _ = MOTIONS[spec.kind](given, np.minimum(asked, limits.reach), limits, ts)
+    amplitude = given["amplitude"] * limits.size if "amplitude" in given else limits.amplitude
+    r, _, _ = MOTIONS[spec.kind](given, np.minimum(amplitude, limits.reach), limits, ts)
     moved = np.pad(r, ((round(BEFORE / ts), round(AFTER / ts)), (0, 0))) + limits.middle
     meta = {"trajectory": name, "kind": spec.kind}
     meta |= {key: f"{value:g}" for key, value in spec.parameters.items() if key != "passes"}
@@ -162,9 +162,9 @@ def _random(given: Mapping[str, float], wanted: Array, limits: Limits, ts: float
     t = ca.SX.sym("t")
     share = ca.if_else(t < given["move"], transition(t / given["move"]), 1)
     parts = _along(t, derived(share, t), ts * np.arange(steps))
-    made = [np.einsum("s,mn->msn", p[:, 0], np.diff(points, axis=0)) for p in parts]
-    made[0] += points[:-1, None, :]
-    r, rd, rdd = (v.reshape(-1, n) for v in made)
+    derivatives = [np.einsum("s,mn->msn", p[:, 0], np.diff(points, axis=0)) for p in parts]
+    derivatives[0] += points[:-1, None, :]
+    r, rd, rdd = (v.reshape(-1, n) for v in derivatives)
     return _scaled((r, rd, rdd), wanted, limits)
 
 
@@ -184,12 +184,12 @@ def _triangle(given: Mapping[str, float], wanted: Array, limits: Limits, ts: flo
     times = [[float(s) for s in triangle_times(*shape)] for shape in shapes]
     duration = max(given["duration"], np.ceil(max(map(sum, times))))
     t, time = ca.SX.sym("t"), ts * np.arange(round(duration / ts))
-    made: dict[tuple[float, ...], list[Array]] = {}
+    cycles_of: dict[tuple[float, ...], list[Array]] = {}
     for shape, (cycle, extra) in zip(shapes, times, strict=True):
-        if shape not in made:
+        if shape not in cycles_of:
             cycles = np.floor((duration - extra) / cycle) if shape[0] else 0.0
-            made[shape] = _along(t, list(triangle(t, *map(ca.SX, (cycles, *shape)))), time)
-    r, rd, rdd = (np.hstack([made[shape][k] for shape in shapes]) for k in range(3))
+            cycles_of[shape] = _along(t, list(triangle(t, *map(ca.SX, (cycles, *shape)))), time)
+    r, rd, rdd = (np.hstack([cycles_of[shape][k] for shape in shapes]) for k in range(3))
     return r, rd, rdd
 
 
@@ -234,17 +234,17 @@ def uniform(seed: int, count: int) -> Array:
 
 
 def with_experiments(
-    found: Diagnosis, limits: Limits, folder: Path, ts: float = 0.25e-3
+    diagnosis: Diagnosis, limits: Limits, folder: Path, ts: float = 0.25e-3
 ) -> Diagnosis:
     """The same diagnosis; effects with rivals name the file of the experiment that separates them.
 
     Writes FOLDER/next-ID.csv for each of them.
     """
     effects = []
-    for effect in found.effects:
+    for effect in diagnosis.effects:
         if effect.rivals and effect.id in library():
-            made = make(library()[effect.id].spec, limits, ts, f"next-{effect.id}")
-            path = write_trajectory(made, folder / f"{made.name}.csv")
+            trajectory = make(library()[effect.id].spec, limits, ts, f"next-{effect.id}")
+            path = write_trajectory(trajectory, folder / f"{trajectory.name}.csv")
             effect = replace(effect, experiment=str(path))
         effects.append(effect)
-    return replace(found, effects=tuple(effects))
+    return replace(diagnosis, effects=tuple(effects))

@@ -57,8 +57,8 @@ class Isolability:
     def rivals(self, k: int, alike: float = ALIKE) -> list[int]:
         """Effects that cannot be told from effect k, the most alike first."""
         row = np.fmax(self.share[k], self.share[:, k])
-        found = [j for j in np.argsort(-row, kind="stable") if j != k and row[j] >= alike]
-        return [int(j) for j in found]
+        rivals = [j for j in np.argsort(-row, kind="stable") if j != k and row[j] >= alike]
+        return [int(j) for j in rivals]
 
     def data(self) -> dict[str, Any]:
         """As in `--json`; a figure that is no number is null."""
@@ -91,16 +91,16 @@ def isolability(
         if t.r.shape[1] != base.n:
             raise LogError(f"{path}: {t.r.shape[1]} axes, the model has {base.n}")
         refuse_others(str(path), t.kinds, kinds_of(base, base.n), "the base model")
-    made = _planned(base, planned)
+    model = _planned(base, planned)
     progress("effects along the trajectories", 1, 3)
     axis = int(np.argmax(np.std(np.concatenate([t.r for t in planned]), axis=0)))
-    bench = Bench(made, compiled(base.n, without=base.holds))
+    bench = Bench(model, compiled(base.n, without=base.holds))
     names = [*bench.names(axis), *bench.whole]  # one axis alone has no coupling
     share, smallest = np.eye(len(names)), np.full(len(names), np.nan)
     for j, truth in enumerate(names):
         progress(truth, 1, 3)
         columns, torque = _example(bench, truth, axis)
-        seen = _as_data(made.regression, columns)
+        seen = _as_data(model.regression, columns)
         falls = np.array([_best(bench, seen, name, axis) for name in names])
         if falls[j] <= ABSORBED * float((columns.values**2).sum()):
             continue  # the base model takes it up whole

@@ -84,15 +84,15 @@ class Calibrated:
     @cached_property
     def raw(self) -> list[Array]:
         """Torque of the fit (samples, n) [N m] at every sample of each block."""
-        found = []
+        modelled = []
         for block in self.blocks:
             motion = block.run.motion
             torque = self.base.torque(motion, self.linear(block.run))
             if len(self.base.curved):
                 z, _ = self.base.bend(motion, self.fitted.widths)
                 torque = torque + z * self.fitted.gains
-            found.append(torque)
-        return found
+            modelled.append(torque)
+        return modelled
 
     @cached_property
     def torque_rms(self) -> Array:

@@ -41,11 +41,11 @@ class Design:
 
     def only(self, kept: Index) -> Design:
         """Some of the columns, in their order."""
-        found = []
+        chosen = []
         for listed in self.pieces:
             own = [(np.searchsorted(kept, p), np.isin(p, kept), v) for p, v in listed]
-            found.append(tuple((at[there], v[:, there]) for at, there, v in own))
-        return Design(len(kept), tuple(found))
+            chosen.append(tuple((at[there], v[:, there]) for at, there, v in own))
+        return Design(len(kept), tuple(chosen))
 
     def whole(self, axis: int) -> Array:
         """X (R, width) of an axis."""
@@ -55,11 +55,11 @@ class Design:
         """X (R, len(places)) of an axis at some places, in their order."""
         order = np.full(self.width, -1)
         order[places] = np.arange(len(places))
-        found = np.zeros((self.rows(axis), len(places)))
+        columns = np.zeros((self.rows(axis), len(places)))
         for own, values in self.pieces[axis]:
             there = order[own] >= 0
-            found[:, order[own[there]]] = values[:, there]
-        return found
+            columns[:, order[own[there]]] = values[:, there]
+        return columns
 
     def places(self, axis: int) -> Index:
         """Places of the columns that an axis has."""
@@ -78,18 +78,18 @@ class Design:
 
     def pulled(self, axis: int, values: Array, part: Part = ALL) -> Array:
         """X^T values (width, ...) of some rows of an axis."""
-        found = np.zeros((self.width, *values.shape[1:]))
+        products = np.zeros((self.width, *values.shape[1:]))
         for places, own in self.pieces[axis]:
-            found[places] = own[part].T @ values
-        return found
+            products[places] = own[part].T @ values
+        return products
 
     def squares(self, axis: int) -> Array:
         """X^T X (width, width) of an axis."""
-        found = np.zeros((self.width, self.width))
+        products = np.zeros((self.width, self.width))
         for place, own in self.pieces[axis]:
             for beside, other in self.pieces[axis]:
-                found[np.ix_(place, beside)] = own.T @ other
-        return found
+                products[np.ix_(place, beside)] = own.T @ other
+        return products
 
 
 def beside_of(design: Design, columns: Array) -> Design:

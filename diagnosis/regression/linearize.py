@@ -89,8 +89,8 @@ def about(
         Bs.append(_design(parts, scale))
         ys.append(y)
     whole = tuple(ys), tuple(Bs), tuple(errors)
-    made = Calibrated(base, tuple(blocks), fitted, known, scale, *whole, noise)
-    return replace(made, loads=loads)
+    model = Calibrated(base, tuple(blocks), fitted, known, scale, *whole, noise)
+    return replace(model, loads=loads)
 
 
 def _design(parts: Sequence[Array], scale: Array) -> Design:

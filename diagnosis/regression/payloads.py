@@ -46,10 +46,10 @@ def loads_of(base: Base, blocks: Sequence[Block]) -> tuple[Load, ...]:
     if not base.payload:
         return ()
     masses = dict.fromkeys(block.run.payload for block in blocks if block.run.payload)
-    found = {announced(m): Load(f"payload {m:.3g} kg", None, announced(m), ()) for m in masses}
+    loads = {announced(m): Load(f"payload {m:.3g} kg", None, announced(m), ()) for m in masses}
     bits = max(block.run.loads for block in blocks).bit_length()
     names = [UNSEEN, *(f"{UNSEEN} {k}" for k in range(2, bits + 1))]
-    listed = [*found.values(), *(Load(names[k], k, "", ()) for k in range(bits))]
+    listed = [*loads.values(), *(Load(names[k], k, "", ()) for k in range(bits))]
     return tuple(replace(load, known=_known(base, load, blocks)) for load in listed)
 
 
@@ -64,11 +64,11 @@ def carried(
 ) -> Array:
     """The linear parameters (n_p,) of a run with all that it carries; added: what payloads add to
     them, by their name."""
-    found = base.loaded(p, run.payload).copy()
+    parameters = base.loaded(p, run.payload).copy()
     for load in loads:
         if load.on(run):
-            found[list(base.payload)] += added.get(load.name, 0.0)
-    return found
+            parameters[list(base.payload)] += added.get(load.name, 0.0)
+    return parameters
 
 
 def _known(base: Base, load: Load, blocks: Sequence[Block]) -> tuple[Known, ...]:
@@ -79,14 +79,14 @@ def _known(base: Base, load: Load, blocks: Sequence[Block]) -> tuple[Known, ...]
     squares = np.mean([(b.linear[:, :, places] ** 2).mean(axis=0) for b in own], axis=0)
     share = (squares / torque_rms(blocks)[:, None] ** 2).mean(axis=0)
     wide = np.where(share > 0, 1 / np.sqrt(np.maximum(share, 1e-300)), 0.0)
-    made = []
+    parameters = []
     for place, most in zip(places, wide, strict=True):
         known = base.linear[place]
         near = np.isfinite(mass * base.reach)
         tolerance = mass * _spread(base.reach, known.unit) if near else float(most)
         name = f"{load.name}.{known.name.rpartition('.')[2]}"
-        made.append(Known(name, known.unit, 0.0, tolerance, GROUP, known.axis))
-    return tuple(made)
+        parameters.append(Known(name, known.unit, 0.0, tolerance, GROUP, known.axis))
+    return tuple(parameters)
 
 
 def _spread(reach: float, unit: str) -> float:

@@ -157,14 +157,14 @@ class Regression:
         solved = self.solve(cross)
         there = self.times(solved) if axis is None else self.B.times(axis, solved)
         left = ((C - there) ** 2).sum(axis=0)
-        found = []
+        falls = []
         for at in range(0, C.shape[1], k):
             part = slice(at, at + k)
             own = twin[:, part].T @ C[:, part]
             S = own - cross[:, part].T @ solved[:, part]
             weak = (np.diag(S) < WEAK * left[part]).any()
-            found.append(0.0 if weak else c[part] @ np.linalg.solve(safe_gram(S, own), c[part]))
-        return np.array(found)
+            falls.append(0.0 if weak else c[part] @ np.linalg.solve(safe_gram(S, own), c[part]))
+        return np.array(falls)
 
     def fall(self, columns: Columns) -> tuple[float, Array]:
         """Fall of the sum of squares by columns fitted beside the base, and their gains (k,)."""

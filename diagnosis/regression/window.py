@@ -50,27 +50,27 @@ class Smoother:
         return longer
 
 
-def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
+def smoother(model: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     """The shortest window, from that of the fit on, that is long enough for the angles.
 
     usual: the window [s] for quiet angles. Ask again after a fit under the longer one: noise of
     the accelerations makes a fitted inertia too small. Where rates were measured too nothing is
     smoothed longer: angles are not differenced then.
     """
-    base = made.base
+    base = model.base
     noisy = [
         run.motion.noise for run in runs if run.motion.derived and run.motion.noise is not None
     ]
     if not noisy:
         return Smoother(base.window, np.zeros(base.n), "")
-    noise, inertia = np.max(noisy, axis=0), _inertia(made)
+    noise, inertia = np.max(noisy, axis=0), _inertia(model)
     step = np.max([encoder_step(run.motion.theta[run.valid]) for run in runs], axis=0)
     # the error of an encoder's step comes again, or with the other sign, in a pass that goes the
     # same way beside the first
     again = step > _apart(runs, base.window)
-    most = np.maximum(np.where(again, SMALLEST_REPEATABLE / 2, NOISE) * made.torque_rms, 1e-300)
+    most = np.maximum(np.where(again, SMALLEST_REPEATABLE / 2, NOISE) * model.torque_rms, 1e-300)
     ts, window = runs[0].motion.ts, base.window
-    while window < LONGEST * usual and LONGER * window <= _room(made):
+    while window < LONGEST * usual and LONGER * window <= _room(model):
         if (noise * inertia * curvature(window, ts) <= most).all():
             break
         window *= LONGER
@@ -88,10 +88,10 @@ def smoother(made: Calibrated, runs: Sequence[Run], usual: float) -> Smoother:
     return Smoother(window, np.where(left > most, left, 0.0), text)
 
 
-def _room(made: Calibrated) -> float:
+def _room(model: Calibrated) -> float:
     """The longest window [s] under which the shortest run still has rows enough."""
-    span = min(float(block.at[-1] - block.at[0]) for block in made.blocks)
-    return SPARE * span / LEAST * made.base.window / made.base.spacing
+    span = min(float(block.at[-1] - block.at[0]) for block in model.blocks)
+    return SPARE * span / LEAST * model.base.window / model.base.spacing
 
 
 def curvature(window: float, ts: float) -> float:
@@ -99,26 +99,26 @@ def curvature(window: float, ts: float) -> float:
     return float(2.0 * np.sqrt(2.0) * np.pi**2 * np.sqrt(ts / window) / window**2)
 
 
-def _inertia(made: Calibrated) -> Array:
+def _inertia(model: Calibrated) -> Array:
     """Torque (n,) [N m s2/rad] of an axis for its own acceleration, the largest seen."""
-    found = np.zeros(made.base.n)
-    for block in made.blocks:
+    inertia = np.zeros(model.base.n)
+    for block in model.blocks:
         m = block.run.motion
         part = slice(None, None, max(1, len(m.theta) // SAMPLES))
         few = Motion(m.t0, m.ts, m.theta[part], m.thetad[part], m.thetadd[part])
-        level = made.base.torque(few, made.fitted.p)
-        for i in range(made.base.n):
+        level = model.base.torque(few, model.fitted.p)
+        for i in range(model.base.n):
             faster = few.thetadd.copy()
             faster[:, i] += 1.0
-            more = made.base.torque(replace(few, thetadd=faster), made.fitted.p)[:, i]
-            found[i] = max(found[i], float(np.abs(more - level[:, i]).max()))
-    return found
+            more = model.base.torque(replace(few, thetadd=faster), model.fitted.p)[:, i]
+            inertia[i] = max(inertia[i], float(np.abs(more - level[:, i]).max()))
+    return inertia
 
 
 def _apart(runs: Sequence[Run], window: float) -> Array:
     """RMS (n,) [rad] by which the distance of passes of a trajectory in angle changes within a
     window [s]; infinite without passes."""
-    found: list[Array] = []
+    distances: list[Array] = []
     for repeated in dict.fromkeys(run.repeated for run in runs):
         first, *others = [run for run in runs if run.repeated == repeated]
         shared = first.motion.time - first.shift
@@ -130,5 +130,7 @@ def _apart(runs: Sequence[Run], window: float) -> Array:
             )
             off = there - first.motion.theta[inside]
             off -= uniform_filter1d(off, max(1, round(window / first.motion.ts)), axis=0)
-            found.append(np.sqrt((off**2).mean(axis=0)))
-    return np.min(found, axis=0) if found else np.full(runs[0].motion.theta.shape[1], np.inf)
+            distances.append(np.sqrt((off**2).mean(axis=0)))
+    return (
+        np.min(distances, axis=0) if distances else np.full(runs[0].motion.theta.shape[1], np.inf)
+    )

@@ -21,56 +21,56 @@ LENGTHS = 0.003
 deviation."""
 
 
-def changed_of(held: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
+def changed_of(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[Changed]:
     """Parameters (places in `known`) that changed, of each body or alone.
 
     Of a body those are given whose interval does not hold the value of the machine file; one at
     least.
     """
-    made, found = held.bench.made, dict[int, Changed]()
+    model, changed = fit.bench.model, dict[int, Changed]()
     owners = dict[str, list[int]]()
-    for place, known in enumerate(made.known):
+    for place, known in enumerate(model.known):
         if known.file is not None:
             owners.setdefault(known.name.rpartition(".")[0] or known.name, []).append(place)
     bodies = [*bodies, *owners.values()]
     if not bodies:
         return []
-    deviation = np.sqrt(np.maximum(np.diag(held.covariance), 0.0)) * made.scale
-    moved = np.array([known.nominal - known.written for known in made.known])
-    move = made.scale * held.q + moved
+    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) * model.scale
+    moved = np.array([known.nominal - known.written for known in model.known])
+    move = model.scale * fit.q + moved
     off = np.abs(move) / np.maximum(NORMAL * deviation, np.finfo(float).tiny)
     for places in bodies:
         clear = {place for place in places if off[place] > 1.0}
         most = max(places, key=lambda place: float(off[place]))
         for place in sorted(clear | {most}):
-            known = made.known[place]
-            found[place] = _change(
+            known = model.known[place]
+            changed[place] = _change(
                 known.name, known.written, move[place], deviation[place], known.unit
             )
-    return list(found.values())
+    return list(changed.values())
 
 
-def impossible(held: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:
+def impossible(fit: Joint, bodies: Sequence[Sequence[int]]) -> list[str]:
     """Parameters (places in `known`) that left their tolerances for values that no machine has."""
-    made = held.bench.made
+    model = fit.bench.model
     places = sorted({place for body in bodies for place in body})
-    values = {p: made.known[p].nominal + made.scale[p] * held.q[p] for p in places}
-    return [made.known[p].name for p in places if made.known[p].positive and values[p] <= 0]
+    values = {p: model.known[p].nominal + model.scale[p] * fit.q[p] for p in places}
+    return [model.known[p].name for p in places if model.known[p].positive and values[p] <= 0]
 
 
-def payload_changes(held: Joint) -> list[Changed]:
+def payload_changes(fit: Joint) -> list[Changed]:
     """Every payload that only the runs show: mass and centre where the runs determine them; of
     axes without a known mechanism the parameters that it adds to."""
-    made, found = held.bench.made, list[Changed]()
-    for load in made.loads:
+    model, changes = fit.bench.model, list[Changed]()
+    for load in model.loads:
         if load.bit is None:
             continue
-        part, runs = made.places(load), [b.run.name for b in made.blocks if load.on(b.run)]
-        scale = made.scale[part]
-        spread = held.covariance[part, part] * np.outer(scale, scale)
-        listed = _payload(load, scale * held.q[part], spread, made.base.reach)
-        found += [replace(change, runs=tuple(runs)) for change in listed]
-    return found
+        part, runs = model.places(load), [b.run.name for b in model.blocks if load.on(b.run)]
+        scale = model.scale[part]
+        spread = fit.covariance[part, part] * np.outer(scale, scale)
+        listed = _payload(load, scale * fit.q[part], spread, model.base.reach)
+        changes += [replace(change, runs=tuple(runs)) for change in listed]
+    return changes
 
 
 def _payload(load: Load, value: Array, covariance: Array, reach: float) -> list[Changed]:
@@ -83,15 +83,15 @@ def _payload(load: Load, value: Array, covariance: Array, reach: float) -> list[
         return [_change(load.known[k].name, 0.0, value[k], deviation[k], units[k]) for k in shown]
     m = units.index("kg")
     mass = float(value[m])
-    found = [_change(load.name, 0.0, mass, float(np.hypot(deviation[m], LENGTHS * mass)), "kg")]
+    changes = [_change(load.name, 0.0, mass, float(np.hypot(deviation[m], LENGTHS * mass)), "kg")]
     for k in (k for k, unit in enumerate(units) if unit == "kg m"):
         centre = float(value[k]) / mass
         slope = np.array([1.0, -centre]) / mass
         spread = float(np.sqrt(slope @ covariance[np.ix_([k, m], [k, m])] @ slope))
         if NORMAL * spread < reach:
             name = load.known[k].name.replace(".mc_", ".c_")
-            found.append(_change(name, 0.0, centre, spread, "m"))
-    return found
+            changes.append(_change(name, 0.0, centre, spread, "m"))
+    return changes
 
 
 def _change(name: str, nominal: float, move: float, deviation: float, unit: str) -> Changed:

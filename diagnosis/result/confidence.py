@@ -43,5 +43,5 @@ def confidence_of(verdict: str) -> Confidence | None:
 
 @cache
 def _counts() -> Mapping[str, Mapping[str, int]]:
-    found: dict[str, dict[str, int]] = json.loads(COUNTS.read_text(encoding="utf-8"))
-    return found
+    counts: dict[str, dict[str, int]] = json.loads(COUNTS.read_text(encoding="utf-8"))
+    return counts

@@ -21,13 +21,13 @@ FILLED = 4 * FEWEST
 """Rows that a finer bin has on average."""
 
 
-def maps(held: Joint) -> tuple[Map, ...]:
+def maps(fit: Joint) -> tuple[Map, ...]:
     """Maps of every axis, before and after the effects that were found."""
-    calibrated = held.bench.made
-    before = _means(held, calibrated.residual(calibrated.regression.q))
-    after = _means(held, held.residual)
-    found = []
-    for i, kind in enumerate(held.bench.scales.kinds):
+    calibrated = fit.bench.model
+    before = _means(fit, calibrated.residual(calibrated.regression.q))
+    after = _means(fit, fit.residual)
+    listed = []
+    for i, kind in enumerate(fit.bench.scales.kinds):
         mine = []
         for place, (name, unit) in enumerate(
             (
@@ -38,40 +38,40 @@ def maps(held: Joint) -> tuple[Map, ...]:
                 ("time", "s"),
             )
         ):
-            over = np.concatenate([_quantity(held, k, i, place) for k, _ in before])
+            over = np.concatenate([_quantity(fit, k, i, place) for k, _ in before])
             pair = [np.concatenate([v[:, i] for _, v in side]) for side in (before, after)]
             bins = int(np.clip(len(over) // FILLED, BINS, FINEST)) if place == 0 else BINS
             mine.append(_binned((i + 1, name, kind.unit(unit)), bins, over, *pair))
-        mine.append(_spectrum(held, i, before, after))
-        found += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
-    return tuple(found)
+        mine.append(_spectrum(fit, i, before, after))
+        listed += [replace(m, residual=kind.unit("N m")) for m in mine if len(m.centre)]
+    return tuple(listed)
 
 
-def _means(held: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
+def _means(fit: Joint, residual: list[Array]) -> list[tuple[int, Array]]:
     """What passes have in common: (block, mean of residuals), or the blocks where none repeat."""
-    blocks = held.bench.made.blocks
-    found = list(pairs(blocks))
-    if not found:
+    blocks = fit.bench.model.blocks
+    neighbours = list(pairs(blocks))
+    if not neighbours:
         return [(k, r[b.usable]) for k, (r, b) in enumerate(zip(residual, blocks, strict=True))]
-    made = []
-    for a, b in found:
+    means = []
+    for a, b in neighbours:
         good = blocks[a].usable & blocks[b].usable
-        made.append((a, (residual[a][good] + residual[b][good]) / 2))
-    return made
+        means.append((a, (residual[a][good] + residual[b][good]) / 2))
+    return means
 
 
-def _rows(held: Joint, k: int) -> NDArray[np.bool_]:
-    blocks = held.bench.made.blocks
+def _rows(fit: Joint, k: int) -> NDArray[np.bool_]:
+    blocks = fit.bench.model.blocks
     partner = dict(pairs(blocks)).get(k)
     mine = blocks[k].usable
     return mine if partner is None else mine & blocks[partner].usable
 
 
-def _quantity(held: Joint, k: int, axis: int, place: int) -> Array:
-    block, good = held.bench.made.blocks[k], _rows(held, k)
+def _quantity(fit: Joint, k: int, axis: int, place: int) -> Array:
+    block, good = fit.bench.model.blocks[k], _rows(fit, k)
     if place == 4:
         return np.asarray(block.at[good])
-    motion, tau = block.run.motion, held.bench.made.raw[k]
+    motion, tau = block.run.motion, fit.bench.model.raw[k]
     values = (motion.theta, motion.thetad, motion.thetadd, tau)[place]
     return np.asarray(block.smooth(values[:, axis])[good])
 
@@ -90,11 +90,11 @@ def _binned(what: tuple[int, str, str], bins: int, over: Array, before: Array, a
 
 
 def _spectrum(
-    held: Joint, axis: int, before: list[tuple[int, Array]], after: list[tuple[int, Array]]
+    fit: Joint, axis: int, before: list[tuple[int, Array]], after: list[tuple[int, Array]]
 ) -> Map:
     """Amplitude density [N m / sqrt(Hz)] of what repeats."""
-    made = held.bench.made
-    spacing = float(np.median(np.diff(made.blocks[0].at)))
+    model = fit.bench.model
+    spacing = float(np.median(np.diff(model.blocks[0].at)))
     sides, f = [], np.zeros(0)
     for side in (before, after):
         long = [v[:, axis] for _, v in side if len(v) >= 128]

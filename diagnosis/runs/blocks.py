@@ -136,12 +136,12 @@ def blocks(base: Base, runs: Sequence[Run], spacing: float, least: int = JUDGED)
 
     Raises LogError when a run is too short for `least` rows at the base's own spacing.
     """
-    made = []
+    listed = []
     for trajectory in dict.fromkeys(run.trajectory for run in runs):
         passes = [run for run in runs if run.trajectory == trajectory]
         at = _instants(base, passes, spacing, least)
-        made += [_block(base, run, at) for run in passes]
-    return made
+        listed += [_block(base, run, at) for run in passes]
+    return listed
 
 
 def _instants(base: Base, passes: Sequence[Run], spacing: float, least: int) -> Array:

@@ -50,16 +50,16 @@ def _blended(rate: Array, theta: Array, acceleration: Array, ts: float) -> Array
     """Rates (samples, n): fast changes those of the integrated acceleration, slow ones those of the
     angles, exact where both are; plain differences `rate`, two samples short at either end, where
     the window reaches beyond the run."""
-    found = np.pad(rate, ((2, 2), (0, 0)), mode="edge")
+    blended = np.pad(rate, ((2, 2), (0, 0)), mode="edge")
     points = 2 * round(BLENDED / ts / 2)
     if points < 4 or len(theta) < 2 * points:
-        return found
+        return blended
     added = cumulative_trapezoid(acceleration, dx=ts, axis=0, initial=0.0)
     weights = hann(points)[1:]  # symmetric about its middle
     slow, gone = (convolve1d(v, weights, axis=0) for v in (theta, added))
     part = slice(points // 2, -points // 2)
-    found[part] = (np.gradient(slow, ts, axis=0) + added - gone)[part]
-    return found
+    blended[part] = (np.gradient(slow, ts, axis=0) + added - gone)[part]
+    return blended
 
 
 def _at(channel: Channel, time: Array, ts: float) -> Array:

@@ -84,10 +84,10 @@ def rings(blocks: Sequence[Block]) -> list[list[int]]:
 
 def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
     """Noise from residuals (m, n) [N m] of each block."""
-    found = list(pairs(blocks))
-    if found:
-        traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in found]
-        masks = [blocks[a].usable & blocks[b].usable for a, b in found]
+    neighbours = list(pairs(blocks))
+    if neighbours:
+        traces = [(residual[a] - residual[b]) / np.sqrt(2) for a, b in neighbours]
+        masks = [blocks[a].usable & blocks[b].usable for a, b in neighbours]
     else:
         traces, masks = list(residual), [block.usable for block in blocks]
     n = traces[0].shape[1]
@@ -100,7 +100,7 @@ def measured(blocks: Sequence[Block], residual: Sequence[Array]) -> Noise:
         slow[i] = _slow(own, masks, a[i], scale[i])
         flat = np.concatenate([t[m, i] for t, m in zip(traces, masks, strict=True)])
         rms[i] = np.sqrt((flat**2).mean()) if len(flat) else np.nan
-    return Noise(a, scale, rms, bool(found), slow)
+    return Noise(a, scale, rms, bool(neighbours), slow)
 
 
 def _regressed(traces: Sequence[Array], masks: Sequence[Mask], white: float) -> tuple[Array, float]:

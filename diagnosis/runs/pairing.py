@@ -134,12 +134,12 @@ def _left(base: Base, seen: Sequence[Seen], without: bool = False) -> Array:
     those that friction and rotor leave alone."""
     nominal = _nominal(base) * (not without)
     model = np.concatenate([_torque(base, s, nominal) for s in seen])
-    found = np.zeros(base.n)
+    shares = np.zeros(base.n)
     for i in range(base.n):
         columns, tau = _columns(seen, model[:, i], i)
         low, high = [1 / NEARLY, 0.0, 0.0, 0.0, -np.inf], [NEARLY, *(np.inf,) * 4]
-        found[i] = 2 * lsq_linear(columns, tau, (low, high)).cost / len(tau)
-    return found
+        shares[i] = 2 * lsq_linear(columns, tau, (low, high)).cost / len(tau)
+    return shares
 
 
 def _columns(seen: Sequence[Seen], model: Array, axis: int) -> tuple[Array, Array]:

@@ -37,7 +37,7 @@ def moving(blocks: Sequence[Block], window: float, spacing: float) -> list[NDArr
     slow, near = SLOW * rate, TRAVEL * np.ptp(seen["theta"], axis=0)
     turn = TURN * 2 * slow / np.maximum(pace, np.finfo(float).tiny)
     width = 2 * int(np.ceil(window / spacing / 2)) + 1
-    found = []
+    moving_rows = []
     for speed, angle in zip(smooth["thetad"], smooth["theta"], strict=True):
         still = maximum_filter1d(np.abs(speed), width, axis=0) < slow
         for i in range(still.shape[1]):
@@ -47,5 +47,5 @@ def moving(blocks: Sequence[Block], window: float, spacing: float) -> list[NDArr
                 short = rows.sum() * spacing + window < turn[i]
                 if short or np.ptp(angle[rows, i]) > near[i]:
                     still[rows, i] = False
-        found.append(~maximum_filter1d(still, 2 * width + 1, axis=0))
-    return found
+        moving_rows.append(~maximum_filter1d(still, 2 * width + 1, axis=0))
+    return moving_rows

@@ -35,15 +35,15 @@ def runs_of(
     """
     listed = [(group.motion or group.trajectory, log) for group in groups for log in group.logs]
     began = starts_of([log for _, log in listed]) if starts is None else starts
-    found: list[Run] = []
+    runs: list[Run] = []
     for trajectory in dict.fromkeys(name for name, _ in listed):
         pieces = [
             _long(_pieces(log, trajectory, n, began[log.name]))
             for name, log in listed
             if name == trajectory
         ]
-        found += _parts(trajectory, pieces)
-    return found
+        runs += _parts(trajectory, pieces)
+    return runs
 
 
 def _long(pieces: list[Run]) -> list[Run]:
@@ -83,7 +83,7 @@ def _overlap(a: Run, b: Run) -> float:
 def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
     log.refuse_width(n)
     angles, torques = log["theta"], log["tau_meas"]
-    found = []
+    pieces = []
     for first, end in _whole_stretches(angles):
         part = _cut(angles, first, end)
         step = max(1, round(FASTEST / part.ts))
@@ -92,7 +92,7 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
             continue
         better = {name: c for name, c in log.channels.items() if name not in log.unused}
         measured = [better.get(name) for name in ("thetad", "thetadd")]
-        found.append(
+        pieces.append(
             Run(
                 log.name,
                 trajectory,
@@ -106,13 +106,13 @@ def _pieces(log: Log, trajectory: str, n: int, start: float) -> list[Run]:
                 log.meta,
             )
         )
-    if not found:
+    if not pieces:
         seconds = angles.ts * len(angles.values)
         raise LogError(
             f"{log.name}: {seconds:.3g} s of angles without a break are too short: is `time` in"
             " seconds?"
         )
-    return found
+    return pieces
 
 
 def starts_of(logs: Sequence[Log]) -> dict[str, float]:

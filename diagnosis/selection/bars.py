@@ -63,8 +63,8 @@ def beyond_chance(
         return False
     least, small = least + blurred(score, bars), 0.0 if whole else criteria.smallest_effect
 
-    def enough(found: Score) -> bool:
-        return found.gain > least and found.size > small
+    def enough(score: Score) -> bool:
+        return score.gain > least and score.size > small
 
     return enough(score) or (bool(bars.blur) and enough(plainly(score)))
 

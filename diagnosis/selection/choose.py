@@ -78,7 +78,7 @@ def effect_scores(
 ) -> list[Score]:
     """Scores of the most promising effects of each of these axes beside those that are known; what
     is a part of another one can only take its place."""
-    found = list[Score]()
+    scores = list[Score]()
     for axis in axes:
         listed = []
         own = Counter(k.hypothesis.id for k in known if k.hypothesis.axis == axis)
@@ -94,8 +94,8 @@ def effect_scores(
         listed.sort(key=lambda item: -item[0])
         for gain, effect, fits in listed[: criteria.shortlist]:
             if gain > 0:
-                found.append(effect_score(moments, hypotheses, effect, fits))
-    return found
+                scores.append(effect_score(moments, hypotheses, effect, fits))
+    return scores
 
 
 def _fitted(
@@ -155,7 +155,7 @@ def unrepeated(moments: Moments, known: Sequence[Score]) -> Mapping[int | None, 
         return dict.fromkeys([None, *range(rows.n)], 0.0)
     left = [float(((rows.white_y[i] - moments.white(i, q)) ** 2).sum()) for i in range(rows.n)]
     taken = {k.hypothesis.axis for k in known}
-    taken |= {None for load in rows.made.loads if load.bit is not None}
+    taken |= {None for load in rows.model.loads if load.bit is not None}
     least = [np.inf if {i, None} & taken else square / 4 for i, square in enumerate(left)]
     return {None: sum(left) / 4, **dict(enumerate(least))}
 
@@ -167,17 +167,17 @@ def one_cause(accepted: Sequence[Accepted]) -> list[Accepted]:
     needed = {each.score.hypothesis.id for each in accepted}
     places = [{s.hypothesis.id: s for s in (a.score, *a.rivals)} for a in accepted]
     count = Counter(name for own in places for name in own)
-    found = []
+    unified = []
     for each, own in zip(accepted, places, strict=True):
         if fuller := [s for s in each.fuller if s.hypothesis.id in needed]:
-            found.append(replace(each, score=fuller[0]))
+            unified.append(replace(each, score=fuller[0]))
             continue
         first = each.score.hypothesis
         same = [n for n, s in own.items() if s.hypothesis.freedom == first.freedom]
         name = max(same, key=lambda name: (count[name], name == first.id))
         rivals = tuple(score for score in own.values() if score is not own[name])
-        found.append(Accepted(own[name], rivals, each.round))
-    return found
+        unified.append(Accepted(own[name], rivals, each.round))
+    return unified
 
 
 def as_good(gain: float, best: float, error: float, criteria: Criteria) -> bool:

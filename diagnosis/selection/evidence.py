@@ -48,11 +48,11 @@ def tried(moments: Moments, effect: EffectHypothesis) -> dict[Left, Tried]:
     folds no machine can have has no evidence: something else looks like it."""
     products, lefts = effect.beside(moments), [None, *moments.rows.folds]
     prior = free(moments, effect, products)
-    found = {left: _fitted(moments, left, effect, products, prior) for left in lefts}
-    odd = _beyond(effect, found[None].gains)
-    for fit in found.values():
+    fits = {left: _fitted(moments, left, effect, products, prior) for left in lefts}
+    odd = _beyond(effect, fits[None].gains)
+    for fit in fits.values():
         fit.evidence[odd] = -np.inf
-    return found
+    return fits
 
 
 def _beyond(effect: EffectHypothesis, gains: Array) -> NDArray[np.bool_]:

@@ -37,7 +37,7 @@ BANDS, WIDER = 6, 2**0.5
 def noisy(rows: Rows) -> set[int]:
     """Axes with noise of the angles in the products: all, where nothing is run twice and there is
     some."""
-    there = any(block.run.motion.noise is not None for block in rows.made.blocks)
+    there = any(block.run.motion.noise is not None for block in rows.model.blocks)
     return {*range(rows.n)} if there and not rows.pairs.nnz else set()
 
 
@@ -50,14 +50,14 @@ def answers(
         return {axis: feedback(moments, axis) for axis in axes}
     if not isinstance(score.hypothesis, EffectHypothesis):
         return {}
-    found = {axis: feedback(moments, axis) for axis in {*axes} & {*score.hypothesis.felt}}
+    terms = {axis: feedback(moments, axis) for axis in {*axes} & {*score.hypothesis.felt}}
     error = form_error(score, criteria)
 
     def good(term: Term) -> bool:
         gain = together(moments.extended(term), moments, [term])
         return as_good(gain, score.gain, error, criteria)
 
-    return {axis: term for axis, term in found.items() if good(term)}
+    return {axis: term for axis, term in terms.items() if good(term)}
 
 
 def feedback(moments: Moments, axis: int) -> Term:
@@ -73,8 +73,8 @@ def feedback(moments: Moments, axis: int) -> Term:
 
 def _bands(rows: Rows, axis: int) -> list[list[Array]]:
     """Rates and accelerations (m, 2) of each block in each band, the fastest first."""
-    found = list[list[Array]]()
-    blocks, window = rows.made.blocks, rows.made.base.window
+    bands = list[list[Array]]()
+    blocks, window = rows.model.blocks, rows.model.base.window
     motions = [block.run.motion for block in blocks]
     raw = [np.stack([m.thetad[:, axis], m.thetadd[:, axis]], axis=1) for m in motions]
     faster = raw
@@ -84,9 +84,9 @@ def _bands(rows: Rows, axis: int) -> list[list[Array]]:
             for values, m in zip(raw, motions, strict=True)
         ]
         pairs = zip(blocks, faster, slower, strict=True)
-        found.append([block.smooth(fast - slow) for block, fast, slow in pairs])
+        bands.append([block.smooth(fast - slow) for block, fast, slow in pairs])
         faster = slower
-    return found
+    return bands
 
 
 def _slower(values: Array, samples: float) -> Array:

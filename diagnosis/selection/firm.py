@@ -9,7 +9,7 @@ import numpy as np
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.answer import Joint, joint
-from flexhex.diagnosis.jointfit.found import Found, Part
+from flexhex.diagnosis.jointfit.effects import Part, SelectedEffect
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import Criteria
 from flexhex.diagnosis.selection.hypothesis import EffectHypothesis
@@ -29,16 +29,16 @@ def firm(
     """
     kept = list(accepted)
     while True:
-        held = joint(bench, grouped(bench, kept), freed)
+        fit = joint(bench, grouped(bench, kept), freed)
         order = [each for same in _by_effect(kept).values() for each in same]
-        if min(held.sure, default=np.inf) >= criteria.deviations:
-            return kept, held
-        kept.remove(order[int(np.argmin(held.sure))])
+        if min(fit.sure, default=np.inf) >= criteria.deviations:
+            return kept, fit
+        kept.remove(order[int(np.argmin(fit.sure))])
 
 
-def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
+def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[SelectedEffect]:
     """Accepted effects of one kind on several axes as one."""
-    found = []
+    effects = []
     for name, same in _by_effect(accepted).items():
         parts, rivals = list[Part](), list[str]()
         for each in same:
@@ -47,16 +47,16 @@ def grouped(bench: Bench, accepted: Sequence[Accepted]) -> list[Found]:
             parts.append(Part.of(bench, name, hypothesis.axis, shape, each.score.still))
             others = (rival.hypothesis for rival in each.rivals)
             rivals += [other.id for other in others if isinstance(other, EffectHypothesis)]
-        found.append(Found(name, tuple(parts), tuple(dict.fromkeys(rivals))))
-    return found
+        effects.append(SelectedEffect(name, tuple(parts), tuple(dict.fromkeys(rivals))))
+    return effects
 
 
 def _by_effect(accepted: Sequence[Accepted]) -> dict[str, list[Accepted]]:
     """By the id of the effect, each by axis."""
-    found: dict[str, list[Accepted]] = {}
+    groups: dict[str, list[Accepted]] = {}
     for each in sorted(accepted, key=lambda a: a.score.hypothesis.axis or 0):
-        found.setdefault(_effect(each).id, []).append(each)
-    return found
+        groups.setdefault(_effect(each).id, []).append(each)
+    return groups
 
 
 def _effect(accepted: Accepted) -> EffectHypothesis:

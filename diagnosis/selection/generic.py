@@ -79,14 +79,16 @@ def hats(rows: Rows, axis: int, names: Sequence[str], places: int) -> list[Array
 
 def _arguments(rows: Rows, axis: int) -> Mapping[str, list[Array]]:
     """What f may depend on, at the rows (m,) of each block, of unit RMS over all blocks."""
-    made = rows.made
-    found = dict[str, list[Array]]()
+    model = rows.model
+    arguments = dict[str, list[Array]]()
     for name in ("theta", "thetad", "thetadd"):
-        found[name] = [b.smooth(getattr(b.run.motion, name)[:, axis]) for b in made.blocks]
-    found["torque"] = [b.smooth(r[:, axis]) for b, r in zip(made.blocks, made.raw, strict=True)]
-    unit = {name: _normal(values) for name, values in found.items()}
-    size = float(np.concatenate(found["thetad"]).std()) or 1.0
-    direction = [np.tanh(rate / (CREEP * size)) for rate in found["thetad"]]
+        arguments[name] = [b.smooth(getattr(b.run.motion, name)[:, axis]) for b in model.blocks]
+    arguments["torque"] = [
+        b.smooth(r[:, axis]) for b, r in zip(model.blocks, model.raw, strict=True)
+    ]
+    unit = {name: _normal(values) for name, values in arguments.items()}
+    size = float(np.concatenate(arguments["thetad"]).std()) or 1.0
+    direction = [np.tanh(rate / (CREEP * size)) for rate in arguments["thetad"]]
     names = {"theta": "angle", "thetad": "rate", "thetadd": "acceleration"}
     return {**{names.get(k, k): v for k, v in unit.items()}, "direction": direction}
 
@@ -99,18 +101,18 @@ def _normal(values: Sequence[Array]) -> list[Array]:
 
 def _along(rows: Rows, axis: int, places: int) -> list[Array]:
     """Hat functions (m, places) of the angle under the window: it may pass one within a window."""
-    blocks = rows.made.blocks
+    blocks = rows.model.blocks
     angles = [block.run.motion.theta[block.seen, axis] for block in blocks]
     low, high = min(v.min() for v in angles), max(v.max() for v in angles)
-    found = []
+    placed = []
     for block, angle in zip(blocks, angles, strict=True):
         at = (angle - low) / max(high - low, np.finfo(float).tiny) * (places - 1)
         first = np.clip(np.floor(at).astype(int), 0, places - 2)
         count, share = np.arange(len(at)), at - first
         pairs = np.concatenate([1 - share, share]), (np.tile(count, 2), np.r_[first, first + 1])
         hats = csr_array(pairs, shape=(len(at), places))
-        found.append((block.of_seen @ hats).toarray())
-    return found
+        placed.append((block.of_seen @ hats).toarray())
+    return placed
 
 
 def _hats(values: Sequence[Array], places: int = PLACES) -> list[Array]:
@@ -141,10 +143,10 @@ def _waves(arguments: Sequence[Sequence[Array]]) -> list[Array]:
 
 def _memory(rows: Rows, axis: int) -> list[Array]:
     """Rate and acceleration (m, 2 TIMES) as first-order lags remember them."""
-    made = rows.made
-    times = np.geomspace(made.base.window / 2, LONGEST, TIMES)
+    model = rows.model
+    times = np.geomspace(model.base.window / 2, LONGEST, TIMES)
     listed = []
-    for block in made.blocks:
+    for block in model.blocks:
         motion = block.run.motion
         kept = [np.exp(-motion.ts / time) for time in times]
         columns = [

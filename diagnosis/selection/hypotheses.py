@@ -69,8 +69,8 @@ class Hypotheses:
             if axis is not None and shapes and list(shapes[0]) == ORDER:
                 orders, choices = self._orders(self.moments, name, axis, TRIED)
                 shapes = [{ORDER[0]: order} for order in orders]
-            found = self._made(name, axis, shapes)
-            self._effects[name, axis] = replace(found, choices=choices)
+            hypothesis = self._hypothesis(name, axis, shapes)
+            self._effects[name, axis] = replace(hypothesis, choices=choices)
         return self._effects[name, axis]
 
     def anew(
@@ -79,36 +79,36 @@ class Hypotheses:
         """The same effect with the orders that a model leaves, which its own effects on the axis,
         as a text, hid before; and with whole multiples of its orders on any axis: nobody had to
         look for these, so they may be faint."""
-        axis, name, found = effect.axis, effect.id, list[EffectHypothesis]()
+        axis, name, hypotheses = effect.axis, effect.id, list[EffectHypothesis]()
         if axis is None or list(effect.shapes[0]) != ORDER:
             return []
         if own:
             key = name, axis, own
             if key not in self._anew:
                 listed, choices = self._orders(moments, name, axis, ANEW)
-                made = self._made(name, axis, [{ORDER[0]: o} for o in listed])
-                self._anew[key] = replace(made, choices=choices)
-            found += [self._anew[key]] if self._anew[key].shapes else []
+                hypothesis = self._hypothesis(name, axis, [{ORDER[0]: o} for o in listed])
+                self._anew[key] = replace(hypothesis, choices=choices)
+            hypotheses += [self._anew[key]] if self._anew[key].shapes else []
         if waves := fundamentals(orders):
             key = name, axis, repr(waves)
             if key not in self._anew:
                 shapes = [{ORDER[0]: k * o} for o in waves for k in range(1, OVERTONES + 1)]
-                self._anew[key] = self._made(name, axis, shapes)
-            found.append(self._anew[key])
-        return found
+                self._anew[key] = self._hypothesis(name, axis, shapes)
+            hypotheses.append(self._anew[key])
+        return hypotheses
 
     def _orders(self, moments: Moments, name: str, axis: int, most: int) -> tuple[list[float], int]:
         """See `promising_orders`, of what a model leaves."""
         left = self.rows.y[axis] - moments.torque(axis, moments.fit(None).q)
-        weight = self.rows.made.raw if self.with_torque(name) else None
+        weight = self.rows.model.raw if self.with_torque(name) else None
         return promising_orders(self.rows, axis, left, most, weight)
 
     def shaped(self, effect: EffectHypothesis, shape: Mapping[str, float]) -> EffectHypothesis:
         """The same effect with one shape alone; kept, as a search comes back to its shapes."""
         key = effect.id, effect.axis, tuple(sorted(shape.items())), effect.choices
         if key not in self._shaped:
-            made = self._made(effect.id, effect.axis, [shape])
-            self._shaped[key] = replace(made, choices=effect.choices)
+            hypothesis = self._hypothesis(effect.id, effect.axis, [shape])
+            self._shaped[key] = replace(hypothesis, choices=effect.choices)
         return self._shaped[key]
 
     def searched(self, effect: EffectHypothesis) -> list[Shape]:
@@ -120,7 +120,7 @@ class Hypotheses:
         known = self.bench.effects.get(name)
         return known is not None and known.effect.acts_on == "drive"
 
-    def _made(
+    def _hypothesis(
         self, name: str, axis: Axis, shapes: Sequence[Mapping[str, float]]
     ) -> EffectHypothesis:
         item = self.bench.effects.get(name)
@@ -131,10 +131,10 @@ class Hypotheses:
         def columns(chosen: Sequence[Mapping[str, float]]) -> Mapping[int, Array]:
             return self._white(name, axis, chosen)
 
-        made = (name, axis, tuple(shapes), columns, felt)
+        common = (name, axis, tuple(shapes), columns, felt)
         if item is None:
             low = np.full(width, -np.inf)
-            return EffectHypothesis(*made, low, width, "", False, 1, known=known)
+            return EffectHypothesis(*common, low, width, "", False, 1, known=known)
         effect = item.effect
         bounds = np.array(self.bench.scales.bounds(name, axis or 0)).T
         kind = (item.freedom, effect.extends, effect.exact, effect.most)
@@ -147,7 +147,7 @@ class Hypotheses:
             return self.rows.raw([np.stack(own, axis=1) for own in zip(*listed, strict=True)])
 
         return EffectHypothesis(
-            *made,
+            *common,
             bounds[0],
             *kind,
             high=bounds[1],
@@ -194,7 +194,7 @@ class Hypotheses:
         """Base parameters that have a tolerance, all of a body or of a group together, and the mass
         of a body with its moments."""
         single, bodies = list[ChangedParameter](), dict[str, list[int]]()
-        for place, known in enumerate(self.rows.made.known):
+        for place, known in enumerate(self.rows.model.known):
             if 0 < known.tolerance < np.inf and known.group not in ("history", "delay", GROUP):
                 single.append(ChangedParameter(known.name, (place,), known.axis))
                 owner, dot, _ = known.name.rpartition(".")
@@ -207,7 +207,7 @@ class Hypotheses:
 
     def _heavier(self, bodies: Mapping[str, Sequence[int]]) -> Iterator[HeavierBody]:
         """Masses and rotors, with the moments that go with them."""
-        known, scale = self.rows.made.known, self.rows.made.scale
+        known, scale = self.rows.model.known, self.rows.model.scale
         rotors = {k.name: [p] for p, k in enumerate(known) if k.positive and "." not in k.name}
         for name, places in {**bodies, **rotors}.items():
             heavy = [p for p in places if known[p].unit in MASSES and scale[p] > 0]

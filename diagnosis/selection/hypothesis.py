@@ -126,9 +126,9 @@ class EffectHypothesis:
             return
         white, twins, parts = self._white(new), moments.twins(term), moments.rows.parts
         common = [(twins[i], white[i]) for i in twins.keys() & white.keys()]
-        found = [sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()]
+        products = [sum((a[p].T @ b[p] for a, b in common), 0.0) for p in parts.values()]
         for at, s in self._placed(new):
-            self.known[s].terms[term] = np.stack(found)[:, :, at]
+            self.known[s].terms[term] = np.stack(products)[:, :, at]
 
     def _white(self, chosen: Sequence[int]) -> Mapping[int, Array]:
         return self.columns([self.shapes[s] for s in chosen])
@@ -224,13 +224,13 @@ Hypothesis = EffectHypothesis | ChangedParameter | Payload
 
 
 def nameless(
-    axis: Axis, argument: str, made: Columns, ways: tuple[Array, ...]
+    axis: Axis, argument: str, columns: Columns, ways: tuple[Array, ...]
 ) -> NamelessHypothesis:
     """Something without a name from its columns (R, k) on an axis or on several."""
-    felt, count = tuple(made.raw), next(iter(made.raw.values())).shape[1]
+    felt, count = tuple(columns.raw), next(iter(columns.raw.values())).shape[1]
     low = np.full(count, -np.inf)
-    white = made.white
-    columns = EffectHypothesis(
+    white = columns.white
+    hypothesis = EffectHypothesis(
         argument, axis, ({},), lambda _: white, felt, low, count, "", False, 1
     )
-    return NamelessHypothesis(columns, made.raw, ways)
+    return NamelessHypothesis(hypothesis, columns.raw, ways)

@@ -35,7 +35,7 @@ class Keep:
         parts = [self._found[key] for key in keys]
         for key in dict.fromkeys(keys):
             self._found[key] = self._found.pop(key)
-        found = {i: np.hstack([p[i] for p in parts]).astype(np.float64) for i in parts[0]}
+        stacked = {i: np.hstack([p[i] for p in parts]).astype(np.float64) for i in parts[0]}
         while self.taken > self.room and len(self._found) > 1:
             self.taken -= sum(v.nbytes for v in self._found.pop(next(iter(self._found))).values())
-        return found
+        return stacked

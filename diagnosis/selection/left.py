@@ -34,7 +34,7 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
     repeats, or comes again with the opposite sign, as an oscillation of its own may."""
     rows, q, pairs = moments.rows, moments.fit(None).q, moments.rows.pairs
     chance = float(np.sqrt(2.0 * (pairs.data**2).sum())) or np.inf
-    found = []
+    rests = []
     for i in range(rows.n):
         there = rows.moving[i]
         left = rows.level(rows.y[i] - moments.torque(i, q)) * there
@@ -43,5 +43,5 @@ def rest_of(moments: Moments) -> tuple[Rest, ...]:
         size = np.sqrt(abs(float(left @ (pairs @ left))) / weight) / rows.torque_rms[i]
         # whitened noise has a variance of one
         sure = abs(float(white @ (pairs @ white))) / chance
-        found.append(Rest(float(size), sure))
-    return tuple(found)
+        rests.append(Rest(float(size), sure))
+    return tuple(rests)

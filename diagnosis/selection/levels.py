@@ -36,8 +36,8 @@ MOST_LEVELS = 3
 def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
     """How much each run carries, as the place of its level (runs,) in their order, if runs of one
     load surely fall into several levels: as few as will do, of the load whose runs show it best."""
-    blocks = moments.rows.made.blocks
-    if not moments.rows.made.base.payload:
+    blocks = moments.rows.model.blocks
+    if not moments.rows.model.base.payload:
         return None
     shown, loads = _shown(moments), np.array([block.run.loads for block in blocks])
     which = np.unique([block.run.trajectory for block in blocks], return_inverse=True)[1]
@@ -47,12 +47,12 @@ def levels_of(moments: Moments, criteria: Criteria) -> Levels | None:
             alike = loads == load
             if alike.sum() > count:
                 chance, levels = _levels(shown.of(alike), which[alike], count)
-                found = np.zeros(len(loads), dtype=np.int64)
-                found[alike] = levels
-                cuts.append((chance + log(choices(levels, which[alike])), found))
-        chance, found = min(cuts, key=lambda cut: cut[0], default=(0.0, loads))
+                all_levels = np.zeros(len(loads), dtype=np.int64)
+                all_levels[alike] = levels
+                cuts.append((chance + log(choices(levels, which[alike])), all_levels))
+        chance, all_levels = min(cuts, key=lambda cut: cut[0], default=(0.0, loads))
         if chance < log(criteria.false_alarms):
-            return found
+            return all_levels
     return None
 
 
@@ -108,7 +108,7 @@ def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
     passes about their trajectory's mean, for trajectories differ in what the model lacks, or of all
     runs, as a trajectory may have one load alone: whichever sorts both better.
     """
-    found = list[tuple[tuple[float, ...], Levels]]()
+    cuts = list[tuple[tuple[float, ...], Levels]]()
     for group in (which, np.zeros_like(which)):
         spread = _centred(shown.amounts, group)
         direction = np.linalg.svd(spread, full_matrices=False)[2][0]
@@ -116,8 +116,8 @@ def _levels(shown: Shown, which: Levels, count: int) -> tuple[float, Levels]:
         ends = [shown.of(rough == level).together for level in (0, count - 1)]
         share = shown.along(ends[1] - ends[0])
         levels = _cut(_centred(share, group), count)
-        found.append((_chances(shown.amounts, levels, which), levels))
-    chances, levels = min(found, key=lambda each: sum(each[0]))
+        cuts.append((_chances(shown.amounts, levels, which), levels))
+    chances, levels = min(cuts, key=lambda each: sum(each[0]))
     return chances[0], levels
 
 
@@ -132,14 +132,14 @@ def _shown(moments: Moments) -> Shown:
     Passes that differ in load are no noise: the noise is that of what each run leaves beside
     columns of its own.
     """
-    made, places = moments.rows.made, list(moments.rows.made.base.payload)
+    model, places = moments.rows.model, list(moments.rows.model.base.payload)
     left = _left(moments)
-    columns = [block.linear[:, :, places] for block in made.blocks]
-    plain = replace(Noise.even(made.base.n, 1.0), scale=made.torque_rms)
-    turn, found = _fitted(moments, columns, left, plain)
-    each = zip(left, columns, found.amounts, strict=True)
+    columns = [block.linear[:, :, places] for block in model.blocks]
+    plain = replace(Noise.even(model.base.n, 1.0), scale=model.torque_rms)
+    turn, shown = _fitted(moments, columns, left, plain)
+    each = zip(left, columns, shown.amounts, strict=True)
     own = [rest - C @ (turn @ one) for rest, C, one in each]
-    listed = [replace(b, usable=good) for b, good in zip(made.blocks, made.kept, strict=True)]
+    listed = [replace(b, usable=good) for b, good in zip(model.blocks, model.kept, strict=True)]
     return _fitted(moments, columns, left, measured(listed, own))[1]
 
 
@@ -147,12 +147,12 @@ def _left(moments: Moments) -> list[Array]:
     """What the model leaves (m, n) [N m] of each block, zero in rows that do not count."""
     rows, q = moments.rows, moments.fit(None).q
     left = np.stack([rows.y[i] - moments.torque(i, q) for i in range(rows.n)], axis=1)
-    kept = rows.made.kept
+    kept = rows.model.kept
     parts = np.split(left, np.cumsum([good.sum() for good in kept])[:-1])
-    found = [np.zeros((len(good), rows.n)) for good in kept]
-    for full, good, part in zip(found, kept, parts, strict=True):
+    residuals = [np.zeros((len(good), rows.n)) for good in kept]
+    for full, good, part in zip(residuals, kept, parts, strict=True):
         full[good] = part
-    return found
+    return residuals
 
 
 def _fitted(
@@ -161,9 +161,9 @@ def _fitted(
     """Columns of each run (m, n, k) for what is left (m, n): directions (k, k') of equal torque,
     and what runs show in them."""
     n, k = columns[0].shape[1:]
-    made = moments.rows.made
+    model = moments.rows.model
     S, r = np.zeros((len(left), k, k)), np.zeros((len(left), k))
-    listed = zip(columns, left, made.kept, made.moving, strict=True)
+    listed = zip(columns, left, model.kept, model.moving, strict=True)
     for j, (C, y, kept, moving) in enumerate(listed):
         good = settled(kept)
         for i in range(n):

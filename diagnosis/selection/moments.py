@@ -84,17 +84,17 @@ class Moments:
     def _square(self, axis: int) -> Array:
         """X^T X (m, m) of an axis, not whitened, of all rows."""
         if axis not in self._squares:
-            nb, found = self.rows.nb, np.zeros((self.m, self.m))
-            found[:nb, :nb] = self.rows.squares[axis]
+            nb, square = self.rows.nb, np.zeros((self.m, self.m))
+            square[:nb, :nb] = self.rows.squares[axis]
             own = [t.raw.get(axis) for t in self.terms]
             for term, place in zip(own, self._places, strict=True):
                 if term is not None:
-                    found[:nb, place] = self.rows.B.pulled(axis, term)
+                    square[:nb, place] = self.rows.B.pulled(axis, term)
                     for other, beside in zip(own, self._places, strict=True):
                         if other is not None:
-                            found[beside, place] = other.T @ term
-                    found[place, :nb] = found[:nb, place].T
-            self._squares[axis] = found
+                            square[beside, place] = other.T @ term
+                    square[place, :nb] = square[:nb, place].T
+            self._squares[axis] = square
         return self._squares[axis]
 
     def torque(self, axis: int, c: Array) -> Array:
@@ -106,23 +106,23 @@ class Moments:
         return self._times(axis, c, self.rows.white_B, [t.white.get(axis) for t in self.terms])
 
     def _times(self, axis: int, c: Array, base: Design, terms: Sequence[Array | None]) -> Array:
-        found = base.times(axis, c[: self.rows.nb])
+        product = base.times(axis, c[: self.rows.nb])
         for own, place in zip(terms, self._places, strict=True):
             if own is not None:
-                found += own @ c[place]
-        return np.asarray(found)
+                product += own @ c[place]
+        return np.asarray(product)
 
     def pulled(self, values: Mapping[int, Array], fold: Left = None) -> Array:
         """X^T values (m, ...) of values (R, ...) on these axes, in all rows or those of a fold,
         which values are of then."""
         part = slice(None) if fold is None else self.rows.parts[fold]
-        found = np.zeros((self.m, *next(iter(values.values())).shape[1:]))
+        products = np.zeros((self.m, *next(iter(values.values())).shape[1:]))
         for i, v in values.items():
-            found[: self.rows.nb] += self.rows.white_B.pulled(i, v, part)
+            products[: self.rows.nb] += self.rows.white_B.pulled(i, v, part)
             for term, place in zip(self.terms, self._places, strict=True):
                 if i in term.white:
-                    found[place] += term.white[i][part].T @ v
-        return found
+                    products[place] += term.white[i][part].T @ v
+        return products
 
     def extended(self, term: Term) -> Moments:
         """With one more term; products that are known already are kept."""
@@ -178,15 +178,15 @@ class Moments:
 
     def _products(self) -> dict[int, tuple[Array, Array]]:
         rows = self.rows
-        found = {fold: (np.zeros((self.m, self.m)), np.zeros(self.m)) for fold in rows.folds}
+        products = {fold: (np.zeros((self.m, self.m)), np.zeros(self.m)) for fold in rows.folds}
         for i in range(rows.n):
             for places, values in rows.white_B.pieces[i]:
                 across = rows.across(values)
-                for fold, (G, b) in found.items():
+                for fold, (G, b) in products.items():
                     part = rows.parts[fold]
                     G[:, places] += rows.white_B.pulled(i, across[part], part)
                     b[places] += across[part].T @ rows.white_y[i][part]
-        return {fold: ((G + G.T) / 2, b) for fold, (G, b) in found.items()}
+        return {fold: ((G + G.T) / 2, b) for fold, (G, b) in products.items()}
 
     def gram(self, left: Left) -> tuple[Array, Array]:
         """The same of all folds but one."""
@@ -201,7 +201,7 @@ class Moments:
             rest = rows.white_y[axis] - self.white(axis, self.fit(left).q)
             pairs = (rows.white_y[axis], rows.twin_y[axis]), (rest, rows.across(rest))
             whole, unexplained = (float(one[kept] @ other[kept]) for one, other in pairs)
-            noise = 0.0 if rows.made.between else float(kept.sum())
+            noise = 0.0 if rows.model.between else float(kept.sum())
             self._left_over[axis, left] = whole, unexplained - noise
         return self._left_over[axis, left]
 

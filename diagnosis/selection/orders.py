@@ -27,11 +27,11 @@ multiple that is tried of a wave that was found, on any axis."""
 
 def fundamentals(orders: Sequence[float]) -> list[float]:
     """Orders of which the others are harmonics, the lowest first."""
-    found = list[float]()
+    lowest = list[float]()
     for order in sorted(orders):
-        if not any(abs(order / f - round(order / f)) < HARMONIC for f in found):
-            found.append(order)
-    return found
+        if not any(abs(order / f - round(order / f)) < HARMONIC for f in lowest):
+            lowest.append(order)
+    return lowest
 
 
 def promising_orders(
@@ -43,10 +43,10 @@ def promising_orders(
 
     weight (samples, n) of each block: amplitudes are of the residual times this.
     """
-    made, window = rows.made, rows.made.base.window
+    model, window = rows.model, rows.model.base.window
     angle, rate = rows.angles[:, axis], np.abs(rows.rates[:, axis])
     if weight is not None:
-        loaded = [b.smooth(w[:, axis]) for b, w in zip(made.blocks, weight, strict=True)]
+        loaded = [b.smooth(w[:, axis]) for b, w in zip(model.blocks, weight, strict=True)]
         left = left * rows.raw(loaded)
     stroke = float(np.ptp(angle))
     low = 2 * np.pi * PERIODS / stroke

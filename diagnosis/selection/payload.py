@@ -48,49 +48,49 @@ def payload_score(
     if levels is None:
         return None
     bench = _loaded(hypotheses, levels)
-    found = bench.made.loads[-int(levels.max()) :]
-    count = len(found) * len(bench.made.base.payload)
-    without, columns = _apart(Rows.of(bench.made), count)
+    payloads = bench.model.loads[-int(levels.max()) :]
+    count = len(payloads) * len(bench.model.base.payload)
+    without, columns = _apart(Rows.of(bench.model), count)
     plain = _with_known(Moments(without), Hypotheses(bench, without), known, criteria)
     # a coefficient of one is the tolerance of a payload's parameter
     score = generic_score(plain, [nameless(None, GROUP, columns, (np.eye(count),))], (1.0,))
-    which = np.unique([b.run.trajectory for b in bench.made.blocks], return_inverse=True)[1]
+    which = np.unique([b.run.trajectory for b in bench.model.blocks], return_inverse=True)[1]
     return replace(score, hypothesis=Payload(bench, count, choices(levels, which)))
 
 
 def _loaded(hypotheses: Hypotheses, levels: Levels) -> Bench:
     """The base model fitted to runs of several levels, each but the lightest a payload; the last
     one is kept."""
-    bench, found = hypotheses.bench, hypotheses.loaded
+    bench, benches = hypotheses.bench, hypotheses.loaded
     key = tuple(int(level) for level in levels)
-    if key not in found:
-        made = _calibrated(bench.made, levels)
-        load = made.loads[-1]
-        deltas = zip(load.known, made.fitted.loads[load.name], strict=True)
+    if key not in benches:
+        model = _calibrated(bench.model, levels)
+        load = model.loads[-1]
+        deltas = zip(load.known, model.fitted.loads[load.name], strict=True)
         sized = [(k.unit, delta / k.tolerance) for k, delta in deltas if k.tolerance]
         unit = next(unit for unit in MASSIVE if any(unit == own for own, _ in sized))
         if sum(size for own, size in sized if own == unit) < 0:
-            made = _calibrated(bench.made, _turned(levels, made))
-        made.forget()
-        found.clear()
-        found[key] = bench.beside(made)
-    return found[key]
+            model = _calibrated(bench.model, _turned(levels, model))
+        model.forget()
+        benches.clear()
+        benches[key] = bench.beside(model)
+    return benches[key]
 
 
-def _turned(levels: Levels, made: Calibrated) -> Levels:
+def _turned(levels: Levels, model: Calibrated) -> Levels:
     """The heaviest as the lightest, among runs that carried the same before."""
-    bits = len({load.bit for load in made.loads} - {None}) - int(levels.max())
-    before = np.array([block.run.loads & (1 << bits) - 1 for block in made.blocks])
+    bits = len({load.bit for load in model.loads} - {None}) - int(levels.max())
+    before = np.array([block.run.loads & (1 << bits) - 1 for block in model.blocks])
     return np.where(before == before[levels > 0][0], levels.max() - levels, levels)
 
 
-def _calibrated(made: Calibrated, levels: Levels) -> Calibrated:
-    bit = max(block.run.loads for block in made.blocks).bit_length()
+def _calibrated(model: Calibrated, levels: Levels) -> Calibrated:
+    bit = max(block.run.loads for block in model.blocks).bit_length()
     blocks = [
         replace(b, run=replace(b.run, loads=b.run.loads | (1 << bit + level - 1 if level else 0)))
-        for b, level in zip(made.blocks, levels.tolist(), strict=True)
+        for b, level in zip(model.blocks, levels.tolist(), strict=True)
     ]
-    return recalibrated(made, blocks)
+    return recalibrated(model, blocks)
 
 
 def _apart(rows: Rows, count: int) -> tuple[Rows, Columns]:

@@ -45,15 +45,15 @@ def peaks(shapes: Sequence[Mapping[str, float]], evidence: Array) -> list[int]:
     best = int(np.argmax(evidence))
     least = GOOD * max(float(evidence[best]), 0.0)
     high = [k for k in range(len(steps)) if evidence[k] > least]
-    found = [k for k in high if evidence[k] > max(beside(steps[k]))]
-    return sorted({best, *found}, key=lambda k: -float(evidence[k]))
+    peaked = [k for k in high if evidence[k] > max(beside(steps[k]))]
+    return sorted({best, *peaked}, key=lambda k: -float(evidence[k]))
 
 
 def _uphill(
     moments: Moments, hypotheses: Hypotheses, effect: EffectHypothesis, start: Mapping[str, float]
 ) -> tuple[EffectHypothesis, dict[Left, Tried]]:
     best = hypotheses.shaped(effect, start)
-    found = tried(moments, best)
+    fits = tried(moments, best)
     for level in range(1, HALVINGS + 1):
         for shape in hypotheses.searched(effect):
             now, name = best.shapes[0], shape.name
@@ -62,9 +62,9 @@ def _uphill(
                 value = float(np.clip(value, shape.low, shape.high))
                 other = hypotheses.shaped(effect, {**now, name: value})
                 trial = tried(moments, other)
-                if trial[None].evidence[0] > found[None].evidence[0]:
-                    best, found = other, trial
-    return best, found
+                if trial[None].evidence[0] > fits[None].evidence[0]:
+                    best, fits = other, trial
+    return best, fits
 
 
 def ended(

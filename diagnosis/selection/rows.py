@@ -29,7 +29,7 @@ class Rows:
     variance of q; torque_rms (n,) [N m].
     """
 
-    made: Calibrated
+    model: Calibrated
     y: tuple[Array, ...]
     B: Design
     white_y: tuple[Array, ...]
@@ -41,26 +41,26 @@ class Rows:
     torque_rms: Array
 
     @staticmethod
-    def of(made: Calibrated) -> Rows:
+    def of(model: Calibrated) -> Rows:
         """Rows of a calibrated base model."""
-        layout, n, white = made.layout, made.base.n, made.regression
+        layout, n, white = model.layout, model.base.n, model.regression
         own = layout.rows(0)
         twins = layout.twins(0)
-        if not made.between:
+        if not model.between:
             twins = csr_array(dia_array((np.ones(twins.shape[0])[None], [0]), shape=twins.shape))
-        y = [[v[:, i] for v in made.y] for i in range(n)]
-        moving = [[v[:, i].astype(float) for v in made.moving] for i in range(n)]
+        y = [[v[:, i] for v in model.y] for i in range(n)]
+        moving = [[v[:, i].astype(float) for v in model.moving] for i in range(n)]
         return Rows(
-            made,
-            tuple(kept(made, v) for v in y),
-            made.kept_B,
+            model,
+            tuple(kept(model, v) for v in y),
+            model.kept_B,
             tuple(white.y[layout.rows(i)] for i in range(n)),
             white.B,
-            tuple(kept(made, v) for v in moving),
+            tuple(kept(model, v) for v in moving),
             layout.fold[own],
             twins,
             white.prior,
-            made.torque_rms,
+            model.torque_rms,
         )
 
     @property
@@ -81,12 +81,12 @@ class Rows:
     @cached_property
     def parts(self) -> dict[int, Part]:
         """Rows of each fold, by its number."""
-        found = dict[int, Part]()
+        parts = dict[int, Part]()
         for number in np.unique(self.fold):
             rows = np.flatnonzero(self.fold == number)
             together = rows[-1] - rows[0] + 1 == len(rows)
-            found[int(number)] = slice(int(rows[0]), int(rows[-1]) + 1) if together else rows
-        return found
+            parts[int(number)] = slice(int(rows[0]), int(rows[-1]) + 1) if together else rows
+        return parts
 
     @property
     def folds(self) -> list[int]:
@@ -97,9 +97,9 @@ class Rows:
     def pairs(self) -> csr_array:
         """`twins` without rows that are their own."""
         own = dia_array((self.twins.diagonal()[None], [0]), shape=self.twins.shape)
-        found = csr_array(self.twins - own)
-        found.eliminate_zeros()
-        return found
+        others = csr_array(self.twins - own)
+        others.eliminate_zeros()
+        return others
 
     def across(self, values: Array) -> Array:
         """Rows (R, ...) as the other passes have them."""
@@ -118,41 +118,41 @@ class Rows:
     @cached_property
     def white_rms(self) -> Array:
         """Torque RMS (n,) of each axis in units of its noise's innovations."""
-        return np.asarray(self.torque_rms / self.made.noise.scale)
+        return np.asarray(self.torque_rms / self.model.noise.scale)
 
     @cached_property
     def angles(self) -> Array:
         """Smoothed angles (R, n)."""
-        return self.raw([b.smooth(b.run.motion.theta) for b in self.made.blocks])
+        return self.raw([b.smooth(b.run.motion.theta) for b in self.model.blocks])
 
     @cached_property
     def rates(self) -> Array:
         """Smoothed rates (R, n)."""
-        return self.raw([b.smooth(b.run.motion.thetad) for b in self.made.blocks])
+        return self.raw([b.smooth(b.run.motion.thetad) for b in self.model.blocks])
 
     @cached_property
     def runs(self) -> list[slice]:
         """Rows of each run."""
-        edges = np.cumsum([0, *(int(good.sum()) for good in self.made.kept)])
+        edges = np.cumsum([0, *(int(good.sum()) for good in self.model.kept)])
         return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
     def level(self, values: Array) -> Array:
         """Values (R,) without a straight line through each run: offsets wander from run to run."""
-        found = values.copy()
+        levelled = values.copy()
         for run in self.runs:
             base = line(run.stop - run.start)
-            found[run] -= base @ (base.T @ values[run])
-        return found
+            levelled[run] -= base @ (base.T @ values[run])
+        return levelled
 
     def raw(self, values: Sequence[Array]) -> Array:
         """Rows (R, ...) of values (m, ...) in each block."""
-        return kept(self.made, values)
+        return kept(self.model, values)
 
     def white(self, axis: int, values: Sequence[Array]) -> Array:
         """Whitened rows (R, k) of values (m[, k]) of an axis in each block."""
-        return self.made.white(axis, values)
+        return self.model.white(axis, values)
 
 
-def kept(made: Calibrated, values: Sequence[Array]) -> Array:
+def kept(model: Calibrated, values: Sequence[Array]) -> Array:
     """Rows that count (R, ...) of values (m, ...) in each block."""
-    return np.concatenate([v[good] for v, good in zip(values, made.kept, strict=True)])
+    return np.concatenate([v[good] for v, good in zip(values, model.kept, strict=True)])

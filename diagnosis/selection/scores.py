@@ -144,11 +144,11 @@ def effect_term(moments: Moments, hypotheses: Hypotheses, score: Score) -> Term:
 def size_of(moments: Moments, step: Array, torque: Mapping[int, Array]) -> float:
     """Relative RMS of a torque (R,) [N m] of some axes and a step (m,) of the coefficients of the
     model together, on the axis of these that feels them most."""
-    found = []
+    sizes = []
     for i, own in torque.items():
         whole = moments.torque(i, step) + own
-        found.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
-    return max(found)
+        sizes.append(float(np.sqrt((whole**2).mean()) / moments.rows.torque_rms[i]))
+    return max(sizes)
 
 
 def spread_of(moments: Moments, step: Array, axis: Axis, size: float) -> tuple[float, ...]:
@@ -196,7 +196,7 @@ def change_scores(
     lefts, nb = [None, *moments.rows.folds], moments.rows.nb
     grams = {left: moments.gram(left) for left in lefts}
     moved = {left: moments.fit(left).solve(grams[left][0][:, :nb]) for left in lefts}
-    found = list[Score]()
+    scores = list[Score]()
     for change in changes:
         places, ways = list(change.places), change.ways
         looser = change.deviation(criteria) ** -2.0
@@ -218,5 +218,5 @@ def change_scores(
         without, size = np.array([total[fold] for fold in moments.rows.folds]), 0.0
         if total[None] > 0:
             size = float((moments.sizes(step) / moments.rows.torque_rms).max())
-        found.append(Score(change, total[None], without, size))
-    return found
+        scores.append(Score(change, total[None], without, size))
+    return scores

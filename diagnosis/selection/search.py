@@ -66,21 +66,21 @@ class Search:
                 known = self.known()
                 payload = payload_score(self.moments, self.hypotheses, known, self.criteria)
                 listed = best_first([*listed, payload]) if payload else listed
-            found = self._chosen(listed, number)
-            wanted = self.stale & self._against(found)
+            accepted = self._chosen(listed, number)
+            wanted = self.stale & self._against(accepted)
             if not wanted:
-                answered = self._answer(found)
-                return self.next(number) if answered else (self._in_parts(found, listed), listed)
+                answered = self._answer(accepted)
+                return self.next(number) if answered else (self._in_parts(accepted, listed), listed)
             for axis in wanted:
                 self.scores[axis] = self._of(axis)
             self.stale = self.stale - wanted
 
-    def _in_parts(self, found: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
+    def _in_parts(self, accepted: Accepted | None, listed: Sequence[Score]) -> Accepted | None:
         """The part of an effect in the place of the whole, if this and a second effect together
         predict as well in no more free numbers."""
-        if found is None or not found.score.hypothesis.extends:
-            return found
-        whole, axis = found.score, found.score.hypothesis.axis
+        if accepted is None or not accepted.score.hypothesis.extends:
+            return accepted
+        whole, axis = accepted.score, accepted.score.hypothesis.axis
         parts = [s for s in listed if s.hypothesis.id == whole.hypothesis.extends]
         for part in (s for s in parts if s.hypothesis.axis == axis):
             moments = self.moments.extended(effect_term(self.moments, self.hypotheses, part))
@@ -89,12 +89,12 @@ class Search:
             for other in (s for s in others if s.hypothesis.freedom <= most):
                 gain, error = part.gain + other.gain, form_error(whole, self.criteria)
                 if as_good(gain, whole.gain, error, self.criteria) and other.gain > self.bars.first:
-                    return replace(found, score=part, fuller=(whole,))
-        return found
+                    return replace(accepted, score=part, fuller=(whole,))
+        return accepted
 
-    def _answer(self, found: Accepted | None) -> bool:
+    def _answer(self, accepted: Accepted | None) -> bool:
         """Whether feedback's answer to noise is in the model now, in the place of this."""
-        score = None if found is None else found.score
+        score = None if accepted is None else accepted.score
         terms = answers(self.moments, self.unanswered, score, self.criteria)
         for term in terms.values():
             self.moments = self.moments.extended(term)
@@ -102,11 +102,11 @@ class Search:
         self.stale |= {*terms, None} if terms else set()
         return bool(terms)
 
-    def _against(self, found: Accepted | None) -> set[Axis]:
+    def _against(self, accepted: Accepted | None) -> set[Axis]:
         """Axes whose scores must be known before this is accepted."""
-        if found is None or isinstance(found.score.hypothesis, ChangedParameter):
+        if accepted is None or isinstance(accepted.score.hypothesis, ChangedParameter):
             return {*range(self.hypotheses.rows.n), None}
-        return {found.score.hypothesis.axis}
+        return {accepted.score.hypothesis.axis}
 
     def _of(self, axis: Axis) -> list[Score]:
         return effect_scores(self.moments, self.hypotheses, self.known(), self.criteria, [axis])
@@ -149,19 +149,19 @@ class Search:
         """Scores of what was accepted, but for one."""
         return [each.score for k, each in enumerate(self.accepted) if k != but]
 
-    def accept(self, found: Accepted, place: int | None = None, *terms: Term) -> None:
+    def accept(self, accepted: Accepted, place: int | None = None, *terms: Term) -> None:
         """Put a hypothesis into the model, at a place of the list or at its end; terms: of the same
         effect before, whose products with others are known."""
-        hypothesis = found.score.hypothesis
+        hypothesis = accepted.score.hypothesis
         if isinstance(hypothesis, ChangedParameter):
             self.moments = self.moments.loosened(hypothesis.places, self.criteria.loose**-2.0)
         else:
-            terms = terms or self._terms(found.score)
+            terms = terms or self._terms(accepted.score)
             for term in terms:
                 self.moments = self.moments.extended(term)
         self.stale = self._against(None)
         place = len(self.accepted) if place is None else place
-        self.accepted.insert(place, found)
+        self.accepted.insert(place, accepted)
         self.terms.insert(place, terms)
 
     def _terms(self, score: Score) -> tuple[Term, Term]:
@@ -200,7 +200,7 @@ class Search:
         """Of each axis something without a name that predicts better, in the place of all effects
         that were accepted there, than these do, with the errors of their form and what has no name
         `beside` them on each axis: then they only imitate it."""
-        found = dict[int, Score]()
+        replacements = dict[int, Score]()
         for axis, left in enumerate(beside):
             own = self._own(axis)
             if not own:
@@ -212,16 +212,16 @@ class Search:
             gain -= sum(log(score.hypothesis.choices) for score, _ in own)
             error = max(form_error(score, self.criteria) for score, _ in own)
             if not as_good(gain, other.gain, error, self.criteria):
-                found[axis] = other
-        return found
+                replacements[axis] = other
+        return replacements
 
     def _anew(self, place: int) -> None:
         before, terms = self.accepted.pop(place), self.terms.pop(place)
         self.moments = self.moments.without(*terms)
         changes = parameter_scores(self.moments, self.hypotheses, self.criteria)
         scores = best_first([*changes, *self._of(before.score.hypothesis.axis)])
-        found = self._chosen(scores, before.round)
-        if found is None:
+        accepted = self._chosen(scores, before.round)
+        if accepted is None:
             return
-        again = found.score.effect == before.score.effect
-        self.accept(found, place, *(terms if again else ()))
+        again = accepted.score.effect == before.score.effect
+        self.accept(accepted, place, *(terms if again else ()))

@@ -56,31 +56,31 @@ def select(bench: Bench, criteria: Criteria = USUAL, say: Say = lambda text: Non
     With a payload all begins anew: what was accepted without it may have taken its place.
     """
     while True:
-        found = _selected(bench, criteria, say)
-        if isinstance(found, Selection):
-            return found
-        bench = found
+        selection = _selected(bench, criteria, say)
+        if isinstance(selection, Selection):
+            return selection
+        bench = selection
 
 
 def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
     """The same beside a base model, or the base model with a payload that was found on the way."""
-    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    hypotheses = Hypotheses(bench, Rows.of(bench.model))
     search = Search(hypotheses, criteria)
     before = rest_of(search.moments)
     rounds = list[tuple[Score, ...]]()
     while len(rounds) < 2 * criteria.most * bench.n:
         say(f"effects, round {len(rounds) + 1}")
-        found, scores = search.next(len(rounds) + 1)
+        accepted, scores = search.next(len(rounds) + 1)
         rounds.append(tuple(scores))
-        if found is None:
+        if accepted is None:
             break
-        if isinstance(found.score.hypothesis, Payload):
-            return found.score.hypothesis.bench
-        if isinstance(found.score.hypothesis, HeavierBody):
-            return heavier(bench, found.score.hypothesis, search.moments)
-        search.accept(found)
-        search.revise(found.score.hypothesis)
-    arbitrated = len({block.run.trajectory for block in bench.made.blocks}) > 1
+        if isinstance(accepted.score.hypothesis, Payload):
+            return accepted.score.hypothesis.bench
+        if isinstance(accepted.score.hypothesis, HeavierBody):
+            return heavier(bench, accepted.score.hypothesis, search.moments)
+        search.accept(accepted)
+        search.revise(accepted.score.hypothesis)
+    arbitrated = len({block.run.trajectory for block in bench.model.blocks}) > 1
     moments, axes = search.moments, range(bench.n)
     beside = [generic_score(moments, hypotheses.generic(axis)) for axis in axes]
     return Selection(
@@ -98,7 +98,7 @@ def _selected(bench: Bench, criteria: Criteria, say: Say) -> Selection | Bench:
 
 def carrying(bench: Bench, criteria: Criteria = USUAL) -> Bench:
     """The same beside a payload, if the runs show one before any effect is known."""
-    hypotheses = Hypotheses(bench, Rows.of(bench.made))
+    hypotheses = Hypotheses(bench, Rows.of(bench.model))
     score = payload_score(hypotheses.moments, hypotheses, (), criteria)
     if score is None or not passes(score, (), bars_of(hypotheses, criteria), criteria):
         return bench

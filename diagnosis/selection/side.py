@@ -43,7 +43,7 @@ class Side:
     it is named or not. left: RMS of what repeats beside the offset and slope of runs [N m].
     """
 
-    held: Joint
+    fit: Joint
     others: Elsewhere | None
     named: tuple[Named, ...]
     changed: tuple[Changed, ...] = ()
@@ -71,16 +71,16 @@ def selected(
 
     judged: held-out runs, which decide nothing; drift: what was taken off the runs before.
     """
-    if len({block.run.trajectory for block in bench.made.blocks}) == 1 and not judged:
+    if len({block.run.trajectory for block in bench.model.blocks}) == 1 and not judged:
         # nothing will be named: one effect of each axis is enough to say what would fit
         criteria = replace(criteria, most=1)
     selection = select(bench, criteria, say)
     bench, notes = selection.bench, list[str]()
-    made = bench.made
+    model = bench.model
     effects = [a for a in selection.accepted if isinstance(a.score.hypothesis, EffectHypothesis)]
     kept, others = effects, None
     if judged:
-        others = elsewhere(bench, blocks(made.base, judged, made.spacing, JUDGED), drift)
+        others = elsewhere(bench, blocks(model.base, judged, model.spacing, JUDGED), drift)
     if kept and not selection.arbitrated:
         listed = ", ".join(dict.fromkeys(a.score.hypothesis.id for a in kept))
         kept = validated(bench, kept, others, criteria)
@@ -94,7 +94,7 @@ def selected(
         form = left.size <= tolerated(own, selection.explained[axis], criteria)
         if not form:
             kept = [a for a in kept if a not in own]
-        size, unit = left.size * float(made.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
+        size, unit = left.size * float(model.torque_rms[axis]), bench.scales.kinds[axis].unit("N m")
         rests.append(Rest(axis + 1, size, unit, left.size, left.what, form))
     notes += [rest.sentence() for rest in rests]
     # where nothing has a name, parameters only imitate what is left
@@ -104,33 +104,33 @@ def selected(
         if isinstance(a.score.hypothesis, ChangedParameter) and (kept or not remains)
     ]
     freed = {place: criteria.loose**-2.0 for body in bodies for place in body}
-    kept, held = firm(bench, kept, criteria, freed)
-    poor = poor_axes(made, held.residual)
+    kept, fit = firm(bench, kept, criteria, freed)
+    poor = poor_axes(model, fit.residual)
     if poor:
         kept = [a for a in kept if a.score.hypothesis.axis not in poor]
-        kept, held = firm(bench, kept, criteria, freed)
+        kept, fit = firm(bench, kept, criteria, freed)
         notes.append(sentence(poor))
-    payloads = payload_changes(held)
+    payloads = payload_changes(fit)
     if payloads and not selection.arbitrated:
         notes.append("the payload shows on one trajectory only: record it on another one")
     named = {a.score.hypothesis.axis for a in kept}
-    odd, changed = impossible(held, bodies), changed_of(held, bodies)
+    odd, changed = impossible(fit, bodies), changed_of(fit, bodies)
     if odd:
         # something else is wrong, which all parameters together imitate
-        changed, poor = [], list(range(made.base.n))
+        changed, poor = [], list(range(model.base.n))
         text = "would have to be at or below zero: something else is wrong, no parameter is named"
         notes.append(f"{', '.join(odd)} {text}")
     return Side(
-        held,
+        fit,
         others,
-        tuple(named_of(held, mean_errors(criteria))),
+        tuple(named_of(fit, mean_errors(criteria))),
         (*payloads, *changed),
         tuple(axis for axis in sorted({*remains, *poor}) if axis not in named),
         tuple(notes),
         tuple(_candidates(selection)),
         tuple(joint(bench, grouped(bench, e), freed) for e in (effects[:1], effects) if effects),
         tuple(rests),
-        {i: rest.size * float(made.torque_rms[i]) for i, rest in enumerate(selection.rest)},
+        {i: rest.size * float(model.torque_rms[i]) for i, rest in enumerate(selection.rest)},
     )
 
 
@@ -141,13 +141,13 @@ def validated(
     each beside those that were accepted before it."""
     if others is None:
         return []
-    least, kept = criteria.smallest_effect * bench.made.torque_rms, list[Accepted]()
-    own = axis_rms(bench.made.blocks, joint(bench, ()).residual)
+    least, kept = criteria.smallest_effect * bench.model.torque_rms, list[Accepted]()
+    own = axis_rms(bench.model.blocks, joint(bench, ()).residual)
     left = axis_rms(others.blocks, others.beside((), ()))
     for each in accepted:
-        held, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
-        there = axis_rms(bench.made.blocks, held.residual)
-        now = axis_rms(others.blocks, others.beside(held.parts, held.beta))
+        fit, axis = joint(bench, grouped(bench, [*kept, each])), each.score.hypothesis.axis
+        there = axis_rms(bench.model.blocks, fit.residual)
+        now = axis_rms(others.blocks, others.beside(fit.parts, fit.beta))
         known, predicted = 1 - (there / own) ** 2, 1 - (now / left) ** 2
         better = (left**2 - now**2 > least**2) & (predicted > criteria.predicted * known)
         if better.any() if axis is None else better[axis]:
@@ -173,7 +173,7 @@ def nameless(
     pairs = zip(selection.rest, selection.before, after, strict=True)
     rest = [one if there else other for one, other, there in pairs]
     chance = log(len(rest) / criteria.false_alarms)
-    found = dict[int, Nameless]()
+    functions = dict[int, Nameless]()
     for axis, (left, beside) in enumerate(zip(rest, selection.beside, strict=True)):
         own = [a for a in selection.accepted if a.score.hypothesis.axis == axis]
         least = min(
@@ -187,14 +187,14 @@ def nameless(
         other = selection.explained[axis] * np.sqrt(beside.gain / gain) if goes and own else np.inf
         size = left.size if sure else min(beside.size, float(other)) if goes else 0.0
         if size > least:
-            found[axis] = Nameless(size, beside.hypothesis.id if goes else "")
+            functions[axis] = Nameless(size, beside.hypothesis.id if goes else "")
     for axis, other in selection.instead.items():
         if not (selection.arbitrated or axis in named):
             continue
         # what was accepted only imitates it, and has no part in what is explained
         whole = float(np.hypot(selection.explained[axis], rest[axis].size))
-        found[axis] = Nameless(whole, other.hypothesis.id)
-    return found
+        functions[axis] = Nameless(whole, other.hypothesis.id)
+    return functions
 
 
 def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria) -> float:
@@ -208,14 +208,14 @@ def tolerated(accepted: Sequence[Accepted], explained: float, criteria: Criteria
 
 def _candidates(selection: Selection) -> list[Candidate]:
     """The best hypotheses of every round, and which of them was accepted."""
-    found = []
+    candidates = []
     for number, scores in enumerate(selection.rounds, start=1):
         chosen = next((a for a in selection.accepted if a.round == number), None)
         same = () if chosen is None else (chosen.score, *chosen.rivals)
         for score in [*same, *(s for s in scores if s not in same)][:SHOWN]:
             first = chosen is not None and score is chosen.score
-            found.append(_candidate(number, score, first, score in same and not first))
-    return found
+            candidates.append(_candidate(number, score, first, score in same and not first))
+    return candidates
 
 
 def _candidate(number: int, score: Score, chosen: bool, rival: bool) -> Candidate:

@@ -62,7 +62,7 @@ class FiveBar:
         change = _closed(
             rods, [_dot(e, b[1]) - s for e, b, s in zip(rods, moved, slow, strict=True)]
         )
-        found = []
+        columns = []
         for j in (0, 1):
             column = []
             turn = (-arms[j][0][1], arms[j][0][0])  # of arm j for a unit of its rate
@@ -79,8 +79,8 @@ class FiveBar:
                     _dot(felt, de) + _dot(bend, shift[i]),
                     _dot(bend, de),
                 ]
-            found.append(np.stack(column, axis=1))
-        return np.stack(found, axis=1)
+            columns.append(np.stack(column, axis=1))
+        return np.stack(columns, axis=1)
 
 
 def _arm(q, v, a):

@@ -20,19 +20,19 @@ def run(number: int) -> Path:
     return Path(__file__).parent / f"run_{number:03d}.csv"
 
 
-def show(found: Diagnosis) -> None:
+def show(diagnosis: Diagnosis) -> None:
     """Verdict, effects with 95 % intervals, and the residual of each axis on the held-out runs."""
-    print(f"verdict: {found.verdict}")
-    for effect in found.effects:
+    print(f"verdict: {diagnosis.verdict}")
+    for effect in diagnosis.effects:
         print(f"{effect.title}, axes {effect.axes}, rivals {effect.rivals}")
         for name, value in effect.parameters.items():
             low, high = value.ci95
             print(f"  {name} = {value.value:.3g} ({low:.3g} to {high:.3g}) {value.unit}")
     print("residual on the held-out runs [N m]: before, after")
-    held_out = found.residual.held_out
+    held_out = diagnosis.residual.held_out
     for axis, pair in enumerate(zip(held_out["before"], held_out["after"], strict=True), start=1):
         print(f"  axis {axis}: {pair[0]:.2f}  {pair[1]:.2f}")
-    for note in found.notes:
+    for note in diagnosis.notes:
         print(f"- {note}")
 
 

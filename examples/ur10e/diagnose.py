@@ -39,14 +39,14 @@ def periods(log: Array, joint: int) -> list[tuple[int, int]]:
 
 def passes(log: Array, joint: int, folder: Path) -> list[Path]:
     """One file for each period: runs of one trajectory."""
-    found = []
+    passes_of = []
     for number, (begin, end) in enumerate(periods(log, joint), start=1):
         path = folder / f"joint{joint}-{number}.csv"
         rows = log[begin:end, [0, joint, 12 + joint]] - [log[begin, 0], 0, 0]
         head = f"# trajectory: sine\n# pass: {number}\ntime,theta,tau_meas\ns,rad,A"
         np.savetxt(path, rows, "%.4f", ",", header=head, comments="")
-        found.append(path)
-    return found
+        passes_of.append(path)
+    return passes_of
 
 
 def reversals(log: Array, joint: int) -> list[tuple[float, float]]:
@@ -56,27 +56,31 @@ def reversals(log: Array, joint: int) -> list[tuple[float, float]]:
     part = log[whole[0][0] : whole[-1][1]]
     angle, current = part[:, joint], part[:, 12 + joint]
     rate = np.gradient(angle, part[:, 0])
-    found = []
+    jumps = []
     for end in (angle.min(), angle.max()):
         near = np.abs(angle - end) < 5e-3 * np.ptp(angle)
         up, down = (
             float(current[near & (sign * rate > 0.03 * rate.max())].mean()) for sign in (1, -1)
         )
-        found.append(((up - down) / 2, (abs(up) + abs(down)) / 2))
-    return found
+        jumps.append(((up - down) / 2, (abs(up) + abs(down)) / 2))
+    return jumps
 
 
-def line(joint: int, found: Diagnosis, ends: Sequence[tuple[float, float]]) -> str:
+def line(joint: int, diagnosis: Diagnosis, ends: Sequence[tuple[float, float]]) -> str:
     """One row: what was named, dry friction of the model and of the bare data, the residual."""
-    names = ", ".join(" or ".join((effect.id, *effect.rivals)) for effect in found.effects) or "-"
-    values = {name: each for effect in found.effects for name, each in effect.parameters.items()}
+    names = (
+        ", ".join(" or ".join((effect.id, *effect.rivals)) for effect in diagnosis.effects) or "-"
+    )
+    values = {
+        name: each for effect in diagnosis.effects for name, each in effect.parameters.items()
+    }
     sizes = [
         f"{values[name].value:.3g} ± {np.ptp(values[name].ci95) / 2:.1g}{unit}"
         for name, unit in (("F_c", ""), ("mu", " |tau|"))
         if name in values
     ]
     jumps = ", ".join(f"{jump:.3g} at {load:.0f}" for jump, load in ends)
-    before, after = (float(found.residual.held_out[name][0]) for name in ("before", "after"))
+    before, after = (float(diagnosis.residual.held_out[name][0]) for name in ("before", "after"))
     residual = f"{before:.2f} to {after:.2f}"
     return f"{joint:5}  {' + '.join(sizes) or '-':34}  {jumps:23}  {residual:14}  {names}"
 
@@ -98,9 +102,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as folder:
             *runs, last = passes(log, joint, Path(folder))
             options = Options("axis", LogOptions(torque_constant=gain), 0)
-            found = diagnose(runs, [last], options=options)
+            diagnosis = diagnose(runs, [last], options=options)
         ends = [(gain * jump, gain * load) for jump, load in reversals(log, joint)]
-        print(line(joint, found, ends), flush=True)
+        print(line(joint, diagnosis, ends), flush=True)
     return 0
 
 

@@ -12,8 +12,8 @@ from flexhex.arguments import (
     PLATFORMS,
     MachineFile,
     OutFolder,
-    found_machine,
     listed_values,
+    machine_file_of,
 )
 
 
@@ -38,7 +38,7 @@ def build_command(
     platforms = wanted(platform) if platform is not None else ()
     with live() as progress:
         progress.stage("building the FMUs", len(BLOCKS), "FMUs")
-        builder = Builder(found_machine(machine), out, progress.building, platforms)
+        builder = Builder(machine_file_of(machine), out, progress.building, platforms)
         written = builder.systems()
     for path in written:
         print(path)

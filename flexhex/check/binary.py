@@ -108,12 +108,12 @@ def _described(v: Scalar, subject: Subject) -> dict[str, Any]:
 def _dependencies(subject: Subject, part: str) -> dict[str, list[str] | None]:
     """Output -> names that it depends on; None where the description does not say."""
     names = {str(v.index): v.name for v in subject.variables}
-    found: dict[str, list[str] | None] = {}
+    dependencies: dict[str, list[str] | None] = {}
     for element in subject.root.iterfind(f"ModelStructure/{part}/Unknown"):
         words = element.get("dependencies")
         listed = None if words is None else [names.get(w, "") for w in words.split()]
-        found[names.get(element.get("index", ""), "")] = listed
-    return found
+        dependencies[names.get(element.get("index", ""), "")] = listed
+    return dependencies
 
 
 def exercised(plan: dict[str, Any]) -> tuple[list[tuple[str, Any]], str]:

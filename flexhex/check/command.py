@@ -27,7 +27,7 @@ def check_command(
         compare_with_carried_results(files)
         return
     findings = {path: check_file(path) for path in files}
-    warnings = {path: [] if found else warnings_of(path) for path, found in findings.items()}
+    warnings = {path: [] if errors else warnings_of(path) for path, errors in findings.items()}
     print_findings(findings, warnings)
     if any(findings.values()):
         raise typer.Exit(1)
@@ -37,9 +37,9 @@ def compare_with_carried_results(files: list[Path]) -> None:
     """Print the worst deviation of every output of FMUs; exit code 1 beyond tolerance."""
     from flexhex.check.results import check_results, print_deviations
 
-    found = {path: check_results(path) for path in files}
-    print_deviations(found)
-    if not all(d.good for deviations in found.values() for d in deviations):
+    compared = {path: check_results(path) for path in files}
+    print_deviations(compared)
+    if not all(d.good for deviations in compared.values() for d in deviations):
         raise typer.Exit(1)
 
 

@@ -48,12 +48,12 @@ def deviating(subject: Subject) -> list[str]:
     if not subject.ours or IN not in subject.names or library_name(subject) is None:
         return []
     try:
-        found = _deviations_of(subject)
+        deviations = _deviations_of(subject)
     except InterfaceError as error:
         return [str(error).removeprefix(f"{subject.path}: ")]
     return [
         f"{d.output} is off by {d.worst:.3g} at {d.time:.9g} s from what {OUT} holds"
-        for d in found
+        for d in deviations
         if not d.good
     ]
 
@@ -120,20 +120,20 @@ def _deviations(
     names: Sequence[str], rows: NDArray[np.float64], wanted: NDArray[np.float64]
 ) -> list[Deviation]:
     arrays = np.array([array_of(name) for name in names])
-    found = []
+    deviations = []
     for array in dict.fromkeys(arrays):
         mine, theirs = rows[:, arrays == array], wanted[:, 1:][:, arrays == array]
         apart = np.abs(mine - theirs)
         at = int(np.argmax(np.where(np.isnan(apart), np.inf, apart).max(axis=1)))
         worst = float(apart.max())  # nan where there is one
         allowed = RTOL * float(np.abs(theirs).max()) + ATOL
-        found.append(Deviation(str(array), worst, allowed, float(wanted[at, 0])))
-    return found
+        deviations.append(Deviation(str(array), worst, allowed, float(wanted[at, 0])))
+    return deviations
 
 
-def print_deviations(found: Mapping[Path, Sequence[Deviation]]) -> None:
+def print_deviations(compared: Mapping[Path, Sequence[Deviation]]) -> None:
     """Worst deviation of each output from the results that the FMU carries."""
-    for path, deviations in found.items():
+    for path, deviations in compared.items():
         bad = sum(not d.good for d in deviations)
         print(f"{path}: {f'{bad} outputs beyond tolerance' if bad else 'as when it was built'}")
         width = max(len(d.output) for d in deviations)

@@ -97,7 +97,7 @@ class Instance:
 
     def get(self, places: Sequence[Place]) -> list[float] | None:
         """Values of variables; None when the FMU refused."""
-        found = [0.0] * len(places)
+        numbers = [0.0] * len(places)
         for suffix, number in NUMBERS.items():
             mine = [k for k, (kind, _) in enumerate(places) if kind == suffix]
             n, values = len(mine), (number * max(len(mine), 1))()
@@ -105,8 +105,8 @@ class Instance:
             if n and self.call(f"fmi2Get{suffix}", vr, ct.c_size_t(n), values) > 1:
                 return None
             for k, value in zip(mine, values, strict=False):
-                found[k] = float(value)
-        return found
+                numbers[k] = float(value)
+        return numbers
 
     def set(self, places: Sequence[Place], values: Sequence[float]) -> bool:
         """Set variables; True when the FMU took them."""

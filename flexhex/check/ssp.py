@@ -26,13 +26,13 @@ OMSIMULATOR = (
 def check_ssp(path: Path) -> list[str]:
     """Complaints about a .ssp and every FMU in it. InterfaceError for one that cannot be read."""
     package = read_ssp(path)
-    found = check_system(package)
+    errors = check_system(package)
     with tempfile.TemporaryDirectory() as folder:
         for source, data in sorted(package.fmus.items()):
             fmu = Path(folder) / Path(source).name
             fmu.write_bytes(data)
-            found += [t.replace(str(fmu), f"{path}: {source}") for t in check_fmu(fmu)]
-    return found
+            errors += [t.replace(str(fmu), f"{path}: {source}") for t in check_fmu(fmu)]
+    return errors
 
 
 def check_system(package: Package) -> list[str]:

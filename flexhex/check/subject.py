@@ -89,13 +89,13 @@ class Subject:
 
     def items(self, v: Scalar) -> tuple[float, ...]:
         """Values of an enumeration's items; 0 alone where its type has none."""
-        found = (
+        items = (
             parsed(item.get("value"))
             for simple in self.root.iterfind("TypeDefinitions/SimpleType")
             if simple.get("name") == v.attributes.get("declaredType")
             for item in simple.iterfind("Enumeration/Item")
         )
-        return tuple(value for value in found if math.isfinite(value)) or (0.0,)
+        return tuple(value for value in items if math.isfinite(value)) or (0.0,)
 
     @property
     def cosimulation(self) -> etree._Element | None:

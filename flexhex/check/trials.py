@@ -62,15 +62,15 @@ def same(a: object, b: object) -> bool:
 
 def starts(library: Any, plan: Plan) -> Iterator[str]:
     """Start values are those of the description."""
-    instance, found = Instance(library, plan), []
+    instance, values = Instance(library, plan), []
     listed = of(plan, "parameter", "input")
 
     def look() -> None:
-        found.append(instance.get([v["reference"] for v in listed]))
+        values.append(instance.get([v["reference"] for v in listed]))
 
     if not instance.initialise(look):
         yield f"cannot be initialised with its own start values{instance.last}"
-    for v, value in zip(listed, found[0] or [], strict=False):
+    for v, value in zip(listed, values[0] or [], strict=False):
         if not math.isclose(value, v["start"], rel_tol=1e-12, abs_tol=1e-300):
             yield f"{v['name']} starts at {value:.17g} in the binary, {v['start']:.17g} declared"
     _all_readable(instance, plan)

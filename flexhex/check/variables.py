@@ -164,13 +164,14 @@ def _types(subject: Subject) -> Iterator[str]:
 
 def _sample_time(subject: Subject) -> Iterator[str]:
     """The sample time is a whole number of the steps that the FMU asks for."""
-    found = next((v for v in subject.variables if v.name == "Ts"), None)
+    variable = next((v for v in subject.variables if v.name == "Ts"), None)
     experiment = subject.root.find("DefaultExperiment")
     step = math.nan if experiment is None else parsed(experiment.get("stepSize"))
-    if found is None or not step > 0:
+    if variable is None or not step > 0:
         yield "no sample time Ts or no DefaultExperiment stepSize"
         return
-    ratio = found.number("start") / step
+    value = variable.number("start")
+    ratio = value / step
     # written so that what is no number is blamed too
     if not (0.5 < ratio < 2**53 and abs(ratio - round(ratio)) < 1e-6):
-        yield f"Ts = {found.number('start'):.9g} s is {ratio:.6g} steps of {step:.9g} s: not whole"
+        yield f"Ts = {value:.9g} s is {ratio:.6g} steps of {step:.9g} s: not whole"

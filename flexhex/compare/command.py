@@ -44,12 +44,12 @@ def compare_command(
 
     limits = Tolerance(atol, rtol, tolerances(tol or []))
     runs = load_runs(first, second)
-    found = compare(runs[0].result, runs[1].result, limits, common)
+    comparison = compare(runs[0].result, runs[1].result, limits, common)
     judged = figures(*runs)
-    written = write_comparison(found, judged, runs, plots, page) if plots else None
+    written = write_comparison(comparison, judged, runs, plots, page) if plots else None
     if json:
-        print(comparison_json(found, judged, runs, written))
+        print(comparison_json(comparison, judged, runs, written))
     else:
-        print_comparison(found, judged, runs, written)
-    if not found.equal:
+        print_comparison(comparison, judged, runs, written)
+    if not comparison.equal:
         raise typer.Exit(1)

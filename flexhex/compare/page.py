@@ -27,25 +27,27 @@ NARROW = {"height": 280}
 
 
 def write_comparison(
-    found: Comparison, judged: Figures | None, runs: Sequence[Run], plots: int, path: Path
+    comparison: Comparison, judged: Figures | None, runs: Sequence[Run], plots: int, path: Path
 ) -> Path:
     """Tracking, overlay and difference of the `plots` signals that differ most, all signals."""
-    chosen = [d for d in found.of(OUT, EQUAL) if d.worst > 0][:plots]
+    chosen = [d for d in comparison.of(OUT, EQUAL) if d.worst > 0][:plots]
     parts = [_tracking(judged, runs)] if judged else []
-    title = verdict(found)
-    parts.append(Part(title[0].upper() + title[1:], text=" · ".join(missing(found, runs))))
+    title = verdict(comparison)
+    parts.append(Part(title[0].upper() + title[1:], text=" · ".join(missing(comparison, runs))))
     for k, d in enumerate(chosen):
         overlay, difference = _plots(d, runs)
         drawn = {f"overlay{k}": overlay, f"difference{k}": difference}
         parts.append(Part(cells(d)[0], text=_sentence(d), figures=drawn, timed=True))
     if not chosen:
         parts.append(Part("No plots", text="No signal differs at all."))
-    rows = [cells(d) for d in found.of(OUT, UNLIKE, EQUAL)]
+    rows = [cells(d) for d in comparison.of(OUT, UNLIKE, EQUAL)]
     parts.append(Part("All signals", headings=HEADINGS, rows=rows))
-    made = [(key, *pair) for key, pair in found.made.items()]
-    text = "" if made else "Nothing: the same versions, hashes and parameters."
+    provenance = [(key, *pair) for key, pair in comparison.provenance.items()]
+    text = "" if provenance else "Nothing: the same versions, hashes and parameters."
     headings = ("", *(run.name for run in runs))
-    parts.append(Part("How the runs were made: differences", text, headings, made, words=True))
+    parts.append(
+        Part("How the runs were made: differences", text, headings, provenance, words=True)
+    )
     files = " and ".join(f"{run.name} ({run.file})" for run in runs)
     return write_page(path, "Two runs compared", files, parts)
 

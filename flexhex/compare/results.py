@@ -77,13 +77,13 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All signals, worst first; made: what made the runs different, (first, second) by key.
+    """All signals, worst first; provenance: what made the runs different, (first, second) by key.
 
     common: signals of one run alone and a longer run do not count.
     """
 
     differences: tuple[Difference, ...]
-    made: Mapping[str, tuple[str, str]]
+    provenance: Mapping[str, tuple[str, str]]
     durations: tuple[float, float]
     common: bool = False
 
@@ -109,28 +109,32 @@ def compare(
     a, b = _by_signal(first), _by_signal(second)
     _check(tolerance, {**a, **b})
     either = {**a, **b}
-    found = [_compared(name, g, a.get(name), b.get(name), tolerance) for name, g in either.items()]
+    differences = [
+        _compared(name, g, a.get(name), b.get(name), tolerance) for name, g in either.items()
+    ]
     order = [OUT, UNLIKE, ONLY_FIRST, ONLY_SECOND, EQUAL]
-    found.sort(key=lambda d: (order.index(d.state), internal(d.signal), -d.over, -d.size, d.signal))
+    differences.sort(
+        key=lambda d: (order.index(d.state), internal(d.signal), -d.over, -d.size, d.signal)
+    )
     durations = first.duration, second.duration
-    return Comparison(tuple(found), made_different(first, second), durations, common)
+    return Comparison(tuple(differences), differing_provenance(first, second), durations, common)
 
 
 def tolerances(texts: Iterable[str]) -> dict[str, float]:
     """`plant.theta=1e-6` as signal and tolerance; UsageError for anything else."""
-    found = {}
+    limits = {}
     for text in texts:
         name, equals, value = text.partition("=")
         try:
-            found[name.strip()] = float(value)
+            limits[name.strip()] = float(value)
         except ValueError:
             equals = ""
         if not (equals and name.strip()):
             raise UsageError(f"--tol {text!r}: write SIGNAL=NUMBER, as in plant.theta=1e-6")
-    return found
+    return limits
 
 
-def made_different(first: Result, second: Result) -> dict[str, tuple[str, str]]:
+def differing_provenance(first: Result, second: Result) -> dict[str, tuple[str, str]]:
     """What is not the same in the making: versions, hashes, parameters, duration; "-": absent."""
     a: dict[str, object] = {**first.meta, "duration": first.duration}
     b: dict[str, object] = {**second.meta, "duration": second.duration}

@@ -45,29 +45,32 @@ HEADINGS = (
 
 
 def print_comparison(
-    found: Comparison, judged: Figures | None, runs: Sequence[Run], page: Path | None
+    comparison: Comparison, judged: Figures | None, runs: Sequence[Run], page: Path | None
 ) -> None:
     """Tracking of both runs, signals, what differs in their making, verdict, where the page is."""
     out = Console(highlight=False)
     for run in runs:
         out.print(f"{run.name}: {run.file}", markup=False, soft_wrap=True)
     _print_tracking(judged, runs)
-    near = [d for d in found.of(EQUAL) if d.worst > 0]
-    shown = [*found.of(OUT, UNLIKE), *near[:MOST_ROWS]]
+    near = [d for d in comparison.of(EQUAL) if d.worst > 0]
+    shown = [*comparison.of(OUT, UNLIKE), *near[:MOST_ROWS]]
     if shown:
         out.print(_fitting(out, [cells(d) for d in shown]))
-    same = len(found.of(EQUAL)) - len(near)
+    same = len(comparison.of(EQUAL)) - len(near)
     if (left := len(near) - MOST_ROWS) > 0:
         out.print(f"and {left} signals within tolerance" + (" on the page" if page else ""))
     if same:
         out.print(f"{same} signals do not differ at all")
-    for text in missing(found, runs):
+    for text in missing(comparison, runs):
         out.print(text, markup=False)
-    if found.made:
-        made = [(key, *(_short(key, text) for text in pair)) for key, pair in found.made.items()]
+    if comparison.provenance:
+        provenance = [
+            (key, *(_short(key, text) for text in pair))
+            for key, pair in comparison.provenance.items()
+        ]
         headings = ("", *(run.name for run in runs))
-        out.print(_table("How the runs were made: differences", headings, made))
-    out.print(verdict(found), markup=False)
+        out.print(_table("How the runs were made: differences", headings, provenance))
+    out.print(verdict(comparison), markup=False)
     if page:
         out.print(f"page     {page}", markup=False, soft_wrap=True)
 
@@ -105,24 +108,24 @@ def judged_text(judged: Figures) -> str:
     return f"All joints, from {judged.begin:g} s to {judged.end:g} s."
 
 
-def verdict(found: Comparison) -> str:
+def verdict(comparison: Comparison) -> str:
     """The result in one line."""
-    judged, out = len(found.of(EQUAL, OUT)), len(found.of(OUT))
+    judged, out = len(comparison.of(EQUAL, OUT)), len(comparison.of(OUT))
     text = f"{judged - out} of {judged} signals within tolerance, {out} differ"
-    if unlike := len(found.of(UNLIKE)):
+    if unlike := len(comparison.of(UNLIKE)):
         text += f", {unlike} could not be compared"
-    if alone := len(found.of(ONLY_FIRST, ONLY_SECOND)):
+    if alone := len(comparison.of(ONLY_FIRST, ONLY_SECOND)):
         text += f", {alone} in one run only"
-    return f"{'equal' if found.equal else 'different'}: {text}"
+    return f"{'equal' if comparison.equal else 'different'}: {text}"
 
 
-def missing(found: Comparison, runs: Sequence[Run]) -> list[str]:
+def missing(comparison: Comparison, runs: Sequence[Run]) -> list[str]:
     """Signals of one run alone and a difference in duration, a line each."""
     lines = []
     for state, run in zip((ONLY_FIRST, ONLY_SECOND), runs, strict=True):
-        if names := [d.signal for d in found.of(state)]:
+        if names := [d.signal for d in comparison.of(state)]:
             lines.append(f"only in {run.name}: {', '.join(names)}")
-    a, b = found.durations
+    a, b = comparison.durations
     if not math.isclose(a, b, rel_tol=1e-12):
         lines.append(f"durations {a:g} s and {b:g} s: compared over {min(a, b):g} s")
     return lines
@@ -142,17 +145,17 @@ def cells(d: Difference) -> tuple[str, ...]:
 
 
 def comparison_json(
-    found: Comparison, judged: Figures | None, runs: Sequence[Run], page: Path | None
+    comparison: Comparison, judged: Figures | None, runs: Sequence[Run], page: Path | None
 ) -> str:
     """Everything for a program; a figure that is no number is null."""
     data = {
-        "equal": found.equal,
-        "verdict": verdict(found),
+        "equal": comparison.equal,
+        "verdict": verdict(comparison),
         "runs": [{"name": run.name, "file": run.file} for run in runs],
         "tracking": _tracking_data(judged),
-        "durations": found.durations,
-        "signals": [{k: _finite(v) for k, v in asdict(d).items()} for d in found.differences],
-        "made": {key: {"first": a, "second": b} for key, (a, b) in found.made.items()},
+        "durations": comparison.durations,
+        "signals": [{k: _finite(v) for k, v in asdict(d).items()} for d in comparison.differences],
+        "made": {key: {"first": a, "second": b} for key, (a, b) in comparison.provenance.items()},
         "page": str(page) if page else None,
     }
     return json.dumps(data, indent=2, allow_nan=False)
@@ -183,11 +186,11 @@ def _fitting(out: Console, rows: Sequence[Sequence[str]]) -> Group:
     for count in range(len(DISPENSABLE) + 1):
         keep = [k for k, name in enumerate(HEADINGS) if name not in DISPENSABLE[:count]]
         chosen = [[row[k] for k in keep] for row in rows]
-        made = _table("Differences, largest first", [HEADINGS[k] for k in keep], chosen)
+        drawn = _table("Differences, largest first", [HEADINGS[k] for k in keep], chosen)
         wide = out.options.update(max_width=MOST_WIDTH)
-        if out.measure(made, options=wide).maximum <= out.width:
+        if out.measure(drawn, options=wide).maximum <= out.width:
             break
-    return made
+    return drawn
 
 
 def _short(key: str, text: str) -> str:

@@ -25,8 +25,8 @@ def convert_command(
     check_target(target)
     if target.exists() and source.exists() and target.samefile(source):
         raise UsageError(f"{target}: is the run itself: name another file")
-    found = load_source(source)
-    path = save(found, target)
-    for name, group in found.groups.items():
+    result = load_source(source)
+    path = save(result, target)
+    for name, group in result.groups.items():
         print(f"{name:>10}  {group.rows} samples of {', '.join(group.signals)}")
     print(f"result   {path}")

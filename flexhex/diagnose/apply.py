@@ -13,7 +13,7 @@ from flexhex.fmus.common.machine_file import read_toml
 
 
 def add(
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     machine_file: Path,
     out: Path,
     runs: Sequence[Path],
@@ -25,21 +25,25 @@ def add(
 
     Raises MachineError, LogError or BuildError for what cannot be read or built.
     """
-    made = rebuild(machine_file, found, out, runs, held_out, options=logs, say=say)
-    return with_rebuilt(found, made)
+    rebuilt = rebuild(machine_file, diagnosis, out, runs, held_out, options=logs, say=say)
+    return with_rebuilt(diagnosis, rebuilt)
 
 
-def with_rebuilt(found: Diagnosis, made: Rebuilt) -> Diagnosis:
+def with_rebuilt(diagnosis: Diagnosis, rebuilt: Rebuilt) -> Diagnosis:
     """What was found, without effects that the rebuilt model's held-out runs speak against."""
-    effects = tuple(effect for effect in found.effects if effect.id not in made.withdrawn)
-    notes = (*found.notes, *made.notes, *(f"not added: {text}" for text in made.left_out))
-    if set(read_toml(made.machine_file)) - FRAME:
+    effects = tuple(effect for effect in diagnosis.effects if effect.id not in rebuilt.withdrawn)
+    notes = (*diagnosis.notes, *rebuilt.notes, *(f"not added: {text}" for text in rebuilt.left_out))
+    if set(read_toml(rebuilt.machine_file)) - FRAME:
         return replace(
-            found, effects=effects, machine=str(made.machine_file), shown=made.data(), notes=notes
+            diagnosis,
+            effects=effects,
+            machine=str(rebuilt.machine_file),
+            shown=rebuilt.data(),
+            notes=notes,
         )
     notes = (*notes, "nothing was added: the machine file has no place for it, or it was withdrawn")
-    verdict = found.verdict if effects or found.changed else "unknown"
-    return replace(found, verdict=verdict, effects=effects, notes=notes)
+    verdict = diagnosis.verdict if effects or diagnosis.changed else "unknown"
+    return replace(diagnosis, verdict=verdict, effects=effects, notes=notes)
 
 
 FRAME = {"extends", "diagnosed"}

@@ -97,8 +97,8 @@ def diagnose_command(
     if isolability:
         session.isolate(runs, options)
         return
-    found = session.diagnose(runs, validation, options)
-    if found.verdict != "none" and found.machine is None:
+    diagnosis = session.diagnose(runs, validation, options)
+    if diagnosis.verdict != "none" and diagnosis.machine is None:
         raise typer.Exit(1)
 
 
@@ -124,29 +124,29 @@ class Session:
         from flexhex.diagnosis.workflow import diagnose
 
         with self.progress:
-            found = diagnose(runs, held_out, self.file, options, self.progress.steps)
-            found = self.planned(found, [*runs, *held_out], options.log)
-            if self.file is not None and self.agree(found):
-                found = self.added(found, self.file, runs, held_out, options.log)
+            diagnosis = diagnose(runs, held_out, self.file, options, self.progress.steps)
+            diagnosis = self.planned(diagnosis, [*runs, *held_out], options.log)
+            if self.file is not None and self.agree(diagnosis):
+                diagnosis = self.added(diagnosis, self.file, runs, held_out, options.log)
         from flexhex.diagnose.page import write_diagnosis
         from flexhex.diagnose.view import diagnosis_json, print_applied, print_diagnosis, say
 
-        written = write_diagnosis(found, self.invocation, [*runs, *held_out], self.page)
-        data = diagnosis_json(found, written)
+        written = write_diagnosis(diagnosis, self.invocation, [*runs, *held_out], self.page)
+        data = diagnosis_json(diagnosis, written)
         (self.out / DATA).write_text(data + "\n", encoding="utf-8")
         if self.json:
             print(data)
         elif self._printed:
-            print_applied(found, written, self.invocation)
+            print_applied(diagnosis, written, self.invocation)
         else:
-            print_diagnosis(found, self.invocation)
+            print_diagnosis(diagnosis, self.invocation)
             say(Console(), f"report   {written}")
-        return found
+        return diagnosis
 
-    def planned(self, found: Diagnosis, runs: list[Path], logs: LogOptions) -> Diagnosis:
+    def planned(self, diagnosis: Diagnosis, runs: list[Path], logs: LogOptions) -> Diagnosis:
         """With a trajectory file for each effect that has rivals."""
-        if not any(effect.rivals for effect in found.effects):
-            return found
+        if not any(effect.rivals for effect in diagnosis.effects):
+            return diagnosis
         from flexhex.diagnosis.logs import read_log
         from flexhex.diagnosis.planning.experiment import Limits, with_experiments
         from flexhex.fmus.common.machine_file import load_machine
@@ -158,30 +158,30 @@ class Session:
         else:
             read = [read_log(path, logs) for path in runs]
             limits, ts = Limits.of_logs(read), read[0].ts
-        return with_experiments(found, limits, self.out, ts)
+        return with_experiments(diagnosis, limits, self.out, ts)
 
-    def agree(self, found: Diagnosis) -> bool:
+    def agree(self, diagnosis: Diagnosis) -> bool:
         """Whether what was found is to be added: as --apply says, else the user."""
         from flexhex.diagnose.next import applicable
         from flexhex.diagnose.numbers import listed
         from flexhex.diagnose.view import best_of, print_diagnosis
 
-        if not applicable(found) or self.base != "hexapod":
+        if not applicable(diagnosis) or self.base != "hexapod":
             return False
         if self.apply or self.json or not interactive():
             return self.apply
-        what = [best_of(effect) for effect in found.effects]
-        lasting = [change for change in found.changed if not change.runs]
+        what = [best_of(effect) for effect in diagnosis.effects]
+        lasting = [change for change in diagnosis.changed if not change.runs]
         what += [f"the new value of {change.parameter}" for change in lasting]
         text = f"\nAdd {listed(what)} to a copy of the machine file and build it?"
         with self.progress.paused():
-            print_diagnosis(found, self.invocation)
+            print_diagnosis(diagnosis, self.invocation)
             self._printed = True
             return bool(typer.confirm(text, default=False, err=True))
 
     def added(
         self,
-        found: Diagnosis,
+        diagnosis: Diagnosis,
         file: Path,
         runs: list[Path],
         held_out: list[Path],
@@ -193,7 +193,7 @@ class Session:
         def say(text: str) -> None:
             self.progress.steps(text, 0, 0)
 
-        return add(found, file, self.out, runs, held_out, logs, say)
+        return add(diagnosis, file, self.out, runs, held_out, logs, say)
 
     def isolate(self, trajectories: list[Path], options: Options) -> None:
         """Which effects the trajectories could show and tell apart."""
@@ -205,9 +205,9 @@ class Session:
 
         with self.progress:
             module = importlib.import_module("flexhex.diagnosis.planning.isolability")
-            found = module.isolability(trajectories, self.file, options, self.progress.steps)
-        written = write_isolability(found, [str(path) for path in trajectories], self.page)
+            isolability = module.isolability(trajectories, self.file, options, self.progress.steps)
+        written = write_isolability(isolability, [str(path) for path in trajectories], self.page)
         if self.json:
-            print(isolability_json(found, written))
+            print(isolability_json(isolability, written))
         else:
-            print_isolability(found, written)
+            print_isolability(isolability, written)

@@ -20,69 +20,77 @@ from flexhex.output.page import Part, write_page
 MOST_NAMES = 4
 
 
-def headings(found: Isolability) -> tuple[str, ...]:
+def headings(isolability: Isolability) -> tuple[str, ...]:
     """Of the table."""
-    return "effect", "where", f"detectable from [{found.unit}]", "indistinguishable from"
+    return "effect", "where", f"detectable from [{isolability.unit}]", "indistinguishable from"
 
 
-def rows(found: Isolability) -> list[tuple[str, ...]]:
+def rows(isolability: Isolability) -> list[tuple[str, ...]]:
     """An effect a row: where, smallest torque RMS, what it cannot be told from."""
-    made: list[tuple[str, ...]] = []
-    for k, name in enumerate(found.effects):
-        rivals = [label(found, j) for j in found.rivals(k)]
+    table: list[tuple[str, ...]] = []
+    for k, name in enumerate(isolability.effects):
+        rivals = [label(isolability, j) for j in isolability.rivals(k)]
         more = [f"{len(rivals) - MOST_NAMES} more"] if len(rivals) > MOST_NAMES else []
         names = listed([*rivals[:MOST_NAMES], *more])
-        smallest = float(found.smallest[k])
+        smallest = float(isolability.smallest[k])
         least = number(smallest, 2) if math.isfinite(smallest) else "never"
-        made.append((title(name), where(found.axes[k], short=True), least, names or "–"))
-    return made
+        table.append((title(name), where(isolability.axes[k], short=True), least, names or "–"))
+    return table
 
 
-def label(found: Isolability, k: int) -> str:
+def label(isolability: Isolability, k: int) -> str:
     """An effect; with its axis where it stands in the matrix more than once."""
-    name = title(found.effects[k])
-    if found.effects.count(found.effects[k]) == 1:
+    name = title(isolability.effects[k])
+    if isolability.effects.count(isolability.effects[k]) == 1:
         return name
-    return f"{name}, {where(found.axes[k], short=True)}"
+    return f"{name}, {where(isolability.axes[k], short=True)}"
 
 
-def verdict(found: Isolability) -> str:
+def verdict(isolability: Isolability) -> str:
     """How many effects stand alone."""
-    count = len(found.effects)
-    alone = [k for k in range(count) if not found.rivals(k) and math.isfinite(found.smallest[k])]
-    unseen = sum(not math.isfinite(v) for v in found.smallest)
+    count = len(isolability.effects)
+    alone = [
+        k
+        for k in range(count)
+        if not isolability.rivals(k) and math.isfinite(isolability.smallest[k])
+    ]
+    unseen = sum(not math.isfinite(v) for v in isolability.smallest)
     text = f"{len(alone)} of {count} effects could be identified alone"
     if len(alone) + unseen < count:
         text += f", {count - len(alone) - unseen} only together with indistinguishable ones"
     return text + (f", {unseen} would not be detected." if unseen else ".")
 
 
-def print_isolability(found: Isolability, page: Path) -> None:
+def print_isolability(isolability: Isolability, page: Path) -> None:
     """The answer in a line, the table, where the page is."""
     out = Console()
-    say(out, verdict(found), "bold")
-    out.print(table("Effects that these trajectories could reveal", headings(found), rows(found)))
+    say(out, verdict(isolability), "bold")
+    out.print(
+        table(
+            "Effects that these trajectories could reveal", headings(isolability), rows(isolability)
+        )
+    )
     say(out, f"report   {page}")
 
 
-def isolability_json(found: Isolability, page: Path) -> str:
+def isolability_json(isolability: Isolability, page: Path) -> str:
     """The matrix for a program."""
-    data = {**found.data(), "sentence": verdict(found), "report": str(page)}
+    data = {**isolability.data(), "sentence": verdict(isolability), "report": str(page)}
     return json.dumps(data, indent=2, allow_nan=False)
 
 
-def write_isolability(found: Isolability, trajectories: Sequence[str], path: Path) -> Path:
+def write_isolability(isolability: Isolability, trajectories: Sequence[str], path: Path) -> Path:
     """The page: heat map and table."""
-    names = [label(found, k) for k in range(len(found.effects))]
-    share = np.fmax(found.share, found.share.T)
+    names = [label(isolability, k) for k in range(len(isolability.effects))]
+    share = np.fmax(isolability.share, isolability.share.T)
     drawn = {"matrix": heat("", names, names, share)}
     text = (
-        f"{verdict(found)} A cell is the share of one effect's torque that another could"
+        f"{verdict(isolability)} A cell is the share of one effect's torque that another could"
         f" reproduce [%]. From {100 * ALIKE:.0f} % on the two are indistinguishable here."
     )
     parts = [
         Part("Which effects could be distinguished", text, figures=drawn),
-        Part("Smallest effects", "", headings(found), rows(found), words=True),
+        Part("Smallest effects", "", headings(isolability), rows(isolability), words=True),
     ]
     return write_page(
         path, "Effects that these trajectories could reveal", ", ".join(trajectories), parts

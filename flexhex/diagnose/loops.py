@@ -49,14 +49,14 @@ def closed_loops(
     }
     if truth_file(after.builder.machine_file).exists():
         kinds["machine"] = [before, after]
-    found = {}
+    loops = {}
     for kind, sides in kinds.items():
         say(f"closing the loop on the {kind}")
         with ThreadPoolExecutor(2) as pool:
             jobs = [pool.submit(_track, side, kind, plant, seconds) for side in sides]
             first, second = (job.result() for job in jobs)
-            found[kind] = first, second
-    return found
+            loops[kind] = first, second
+    return loops
 
 
 def _track(side: Model, kind: str, plant: Builder, seconds: float) -> Tracking:

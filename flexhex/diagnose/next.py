@@ -42,41 +42,45 @@ class Invocation:
         return shlex.join([*self.words[:at], *runs, *self.words[at:], *more])
 
 
-def applicable(found: Diagnosis) -> bool:
+def applicable(diagnosis: Diagnosis) -> bool:
     """Whether something was found that a machine file can hold: no payload on some runs, and no
     effect of the user's own."""
-    kept = found.effects or [change for change in found.changed if not change.runs]
-    foreign = any(effect.id not in library() for effect in found.effects)
-    return found.verdict in APPLICABLE and bool(kept) and not foreign
+    kept = diagnosis.effects or [change for change in diagnosis.changed if not change.runs]
+    foreign = any(effect.id not in library() for effect in diagnosis.effects)
+    return diagnosis.verdict in APPLICABLE and bool(kept) and not foreign
 
 
-def next_steps(found: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
+def next_steps(diagnosis: Diagnosis, invocation: Invocation) -> list[tuple[str, str]]:
     """What to do next: a sentence and the command for it, "" where there is none."""
-    steps = [step for e in found.effects for step in _separate(e, invocation)]
-    something = bool(found.effects or found.changed)
-    if found.machine:
-        steps.append(("Run the loop with the new machine file:", f"flexhex run -m {found.machine}"))
-    elif applicable(found) and invocation.base == "hexapod":
-        what = "Or add the best of them" if found.verdict == "ambiguous" else "Add what was found"
+    steps = [step for e in diagnosis.effects for step in _separate(e, invocation)]
+    something = bool(diagnosis.effects or diagnosis.changed)
+    if diagnosis.machine:
+        steps.append(
+            ("Run the loop with the new machine file:", f"flexhex run -m {diagnosis.machine}")
+        )
+    elif applicable(diagnosis) and invocation.base == "hexapod":
+        what = (
+            "Or add the best of them" if diagnosis.verdict == "ambiguous" else "Add what was found"
+        )
         steps.append((f"{what} to a copy of the machine file:", invocation.again("--apply")))
-    elif applicable(found) and found.effects:
+    elif applicable(diagnosis) and diagnosis.effects:
         text = "Fit what was found with all parameters and build it as feedforward (--write, too):"
         steps.append((text, invocation.identify()))
-    if any(change.runs for change in found.changed):
+    if any(change.runs for change in diagnosis.changed):
         steps.append(("Write the payload into the heads of its runs: `payload: 0.5 kg`.", ""))
-    if something and not found.held_out:
+    if something and not diagnosis.held_out:
         text = "Validate it on held-out runs of another trajectory:"
         steps.append((text, invocation.again("--held-out", "OTHER_RUN")))
-    if found.verdict == "unknown" and ONE_TRAJECTORY in found.findings:
+    if diagnosis.verdict == "unknown" and ONE_TRAJECTORY in diagnosis.findings:
         text = "Record another trajectory, at least twice: one alone names nothing. Then:"
         steps.append((text, invocation.again(runs=("NEW_RUN_1", "NEW_RUN_2"))))
-    elif found.verdict == "unknown":
+    elif diagnosis.verdict == "unknown":
         text = "Look at the residual maps in the report; write an effect for what they show"
         steps.append((f"{text} (docs/diagnose.md, Adding an effect).", ""))
-    if found.verdict == "none":
+    if diagnosis.verdict == "none":
         text = "To see which effects a planned experiment could reveal:"
         steps.append((text, "flexhex diagnose --isolability TRAJECTORY"))
-    if found.verdict == "cannot tell":
+    if diagnosis.verdict == "cannot tell":
         text = "Measure two trajectories, each at least twice, every axis through its whole range"
         steps.append((f"{text} (docs/diagnose.md, What the data must have).", ""))
     return steps

@@ -26,18 +26,18 @@ class Greedy(TyperCommand):
 
 def repeated(args: list[str]) -> list[str]:
     """Words in which every greedy option stands before each of its values."""
-    made: list[str] = []
+    expanded: list[str] = []
     option, first = "", False
     for k, word in enumerate(args):
         if word == "--":
-            return [*made, *args[k:]]
+            return [*expanded, *args[k:]]
         if word.startswith("-") and len(word) > 1:
             option, first = (word, True) if word in GREEDY else ("", False)
-            made.append(word)
+            expanded.append(word)
         else:
-            made += [word] if not option or first else [option, word]
+            expanded += [word] if not option or first else [option, word]
             first = False
-    return made
+    return expanded
 
 
 def interactive() -> bool:

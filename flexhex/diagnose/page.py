@@ -46,74 +46,74 @@ FREQUENCY = "frequency"
 
 
 def write_diagnosis(
-    found: Diagnosis, invocation: Invocation, files: Sequence[Path], path: Path
+    diagnosis: Diagnosis, invocation: Invocation, files: Sequence[Path], path: Path
 ) -> Path:
     """The page; files: the runs and held-out runs, listed with their hashes."""
     parts = [
-        *_strips(found),
-        Part("Verdict", _verdict(found), answer=True),
-        *_effects(found),
-        *_residual(found),
-        *_tracking(found.shown),
-        *_next(found, invocation),
-        *_candidates(found),
-        *_maps(found.maps),
-        *_remarks(found, files),
+        *_strips(diagnosis),
+        Part("Verdict", _verdict(diagnosis), answer=True),
+        *_effects(diagnosis),
+        *_residual(diagnosis),
+        *_tracking(diagnosis.shown),
+        *_next(diagnosis, invocation),
+        *_candidates(diagnosis),
+        *_maps(diagnosis.maps),
+        *_remarks(diagnosis, files),
     ]
     command = shlex.join(invocation.words)
     return write_page(path, "What the model lacks", command, parts)
 
 
-def _verdict(found: Diagnosis) -> str:
+def _verdict(diagnosis: Diagnosis) -> str:
     planned = [
         f"An experiment that distinguishes them: {e.experiment}."
-        for e in found.effects
+        for e in diagnosis.effects
         if e.experiment
     ]
-    return " ".join([verdict(found), *planned])
+    return " ".join([verdict(diagnosis), *planned])
 
 
-def _strips(found: Diagnosis) -> list[Part]:
+def _strips(diagnosis: Diagnosis) -> list[Part]:
     """Torque and residual over time of one run, one axis at a time."""
-    if not found.strips:
+    if not diagnosis.strips:
         return []
-    one = found.strips[0]
+    one = diagnosis.strips[0]
     kind = "a held-out run" if one.held_out else "one of the runs"
     text = (
         f"{Path(one.run).name}, {kind}: measured torque, and that of the model before and after"
         " what was found is added; below, what each leaves."
     )
-    if len(found.strips) > 1:
+    if len(diagnosis.strips) > 1:
         text += " The buttons choose the axis."
-    drawn = strip_figures(found.strips, matters(found))
+    drawn = strip_figures(diagnosis.strips, matters(diagnosis))
     return [Part("Torque over time", text, figures=drawn, timed=True)]
 
 
-def matters(found: Diagnosis) -> int:
+def matters(diagnosis: Diagnosis) -> int:
     """The axis (from 1) to look at first: that of the first effect, else where most repeats."""
-    axes = [axis for effect in found.effects for axis in effect.axes]
-    repeatable = np.nan_to_num(found.residual.repeatable, nan=-1.0)
+    axes = [axis for effect in diagnosis.effects for axis in effect.axes]
+    repeatable = np.nan_to_num(diagnosis.residual.repeatable, nan=-1.0)
     return axes[0] if axes else int(np.argmax(repeatable)) + 1
 
 
-def _effects(found: Diagnosis) -> list[Part]:
+def _effects(diagnosis: Diagnosis) -> list[Part]:
     parts = []
-    if found.effects:
-        whole = residual_name(found.residual)
+    if diagnosis.effects:
+        whole = residual_name(diagnosis.residual)
         text = f"± and ranges are 95 % intervals. Explains: of {whole} on its axes."
-        rows = effect_rows(found)
+        rows = effect_rows(diagnosis)
         parts.append(Part("Effects that the model lacks", text, EFFECTS, rows))
-    if found.changed:
+    if diagnosis.changed:
         text = "Parameters of the model that deviate from the machine file."
-        parts.append(Part("Changed parameters", text, CHANGED, changed_rows(found)))
+        parts.append(Part("Changed parameters", text, CHANGED, changed_rows(diagnosis)))
     return parts
 
 
-def _residual(found: Diagnosis) -> list[Part]:
-    residual = found.residual
+def _residual(diagnosis: Diagnosis) -> list[Part]:
+    residual = diagnosis.residual
     if not np.isfinite(residual.before).any():
         return []
-    values = judged(found)
+    values = judged(diagnosis)
     sides = values["before"], values["after"], values["non_repeatable"]
     drawn = residual_bars(
         "Residual", residual.unit, *sides, [f"axis {name}" for name in axis_names(residual)]
@@ -122,7 +122,9 @@ def _residual(found: Diagnosis) -> list[Part]:
         "The non-repeatable residual differs between passes of one trajectory; no model reduces it."
     )
     return [
-        Part(residual_title(residual), text, RESIDUAL, residual_rows(found), {"residual": drawn})
+        Part(
+            residual_title(residual), text, RESIDUAL, residual_rows(diagnosis), {"residual": drawn}
+        )
     ]
 
 
@@ -141,17 +143,17 @@ def _tracking(shown: Mapping[str, Any]) -> list[Part]:
     return [Part("Rebuilt and run", text, figures=figures, small=True)] if lines else []
 
 
-def _next(found: Diagnosis, invocation: Invocation) -> list[Part]:
-    steps = next_steps(found, invocation)
+def _next(diagnosis: Diagnosis, invocation: Invocation) -> list[Part]:
+    steps = next_steps(diagnosis, invocation)
     return [Part("What to do next", "", ("", "command"), steps, words=True)] if steps else []
 
 
-def _candidates(found: Diagnosis) -> list[Part]:
-    if not found.candidates:
+def _candidates(diagnosis: Diagnosis) -> list[Part]:
+    if not diagnosis.candidates:
         return []
-    numbers = sorted({c.round for c in found.candidates})
+    numbers = sorted({c.round for c in diagnosis.candidates})
     drawn = {
-        f"round{k}": candidate_bars(k, [c for c in found.candidates if c.round == k])
+        f"round{k}": candidate_bars(k, [c for c in diagnosis.candidates if c.round == k])
         for k in numbers
     }
     text = (
@@ -176,14 +178,14 @@ def _maps(maps: Sequence[Map]) -> list[Part]:
     return parts
 
 
-def _remarks(found: Diagnosis, files: Sequence[Path]) -> list[Part]:
+def _remarks(diagnosis: Diagnosis, files: Sequence[Path]) -> list[Part]:
     parts = []
-    if notes := remarks(found):
+    if notes := remarks(diagnosis):
         parts.append(Part("Notes", "", ("",), [(note,) for note in notes], words=True))
-    rows = [(text,) for text in found.findings]
+    rows = [(text,) for text in diagnosis.findings]
     text = "" if rows else "The logs gave no reason for a remark."
     parts.append(Part("Findings in the logs", text, ("",), rows, words=True))
-    held_out = set(found.held_out)
+    held_out = set(diagnosis.held_out)
     listed = [(str(p), "held out" if str(p) in held_out else "fit", digest(p)) for p in files]
     parts.append(Part("Files", "", ("file", "used as", "SHA-256"), listed, words=True))
     return parts

@@ -101,7 +101,7 @@ def rebuild(
     before = _side(machine_file, out / "before", ours, notes, say)
     target, withdrawn = out / "machine.toml", list[str]()
     while True:
-        made = extend(machine_file, diagnosis, target)
+        extended = extend(machine_file, diagnosis, target)
         say("building the extended model")
         after = _side(target, out, ours, notes, say)
         say("simulating the held-out runs")
@@ -113,16 +113,16 @@ def rebuild(
         notes.append(f"{worst.id} was withdrawn: it makes the simulation of a held-out run worse")
         kept = tuple(effect for effect in diagnosis.effects if effect is not worst)
         diagnosis = replace(diagnosis, effects=kept)
-    found = closed_loops(*_alike(before, after), seconds, say) if loops else {}
-    lists = made.left_out, tuple(withdrawn), residuals, found, tuple(dict.fromkeys(notes))
+    closed = closed_loops(*_alike(before, after), seconds, say) if loops else {}
+    lists = extended.left_out, tuple(withdrawn), residuals, closed, tuple(dict.fromkeys(notes))
     return Rebuilt(after.builder, target, *lists)
 
 
 def _side(machine_file: Path, out: Path, logs: Sequence[Log], notes: list[str], say: Say) -> Model:
     builder = Builder(machine_file, out, say)
     builder.systems()
-    machine, found = builder.machine, _fit(builder.machine, logs, notes)
-    return Model(builder, base_parameters(machine)) if found is None else _side_of(builder, found)
+    machine, fitted = builder.machine, _fit(builder.machine, logs, notes)
+    return Model(builder, base_parameters(machine)) if fitted is None else _side_of(builder, fitted)
 
 
 def _alike(before: Model, after: Model) -> tuple[Model, Model]:
@@ -134,20 +134,20 @@ def _alike(before: Model, after: Model) -> tuple[Model, Model]:
     return plain[0], plain[1]
 
 
-def _side_of(builder: Builder, found: Fit) -> Model:
-    return Model(builder, found.p, found.std)
+def _side_of(builder: Builder, fitted: Fit) -> Model:
+    return Model(builder, fitted.p, fitted.std)
 
 
 def _fit(machine: Machine, logs: Sequence[Log], notes: list[str]) -> Fit | None:
     if not logs:
         return None
     try:
-        found = fit(machine, logs, tolerance=TOLERANCE)
+        fitted = fit(machine, logs, tolerance=TOLERANCE)
     except LogError as error:
         notes.append(f"parameters stay those of the machine file: {error}")
         return None
-    notes.extend(found.warnings)
-    return found
+    notes.extend(fitted.warnings)
+    return fitted
 
 
 def _residuals(log: Log, before: Model, after: Model) -> Residuals:

@@ -23,9 +23,9 @@ def sizes(effect: Named) -> str:
     gains = known.gains if known else ()
     main = [g.below[0] for g in gains if g.below] or [g.name for g in gains]
     main = [known.size] if known and known.size else main
-    found = {name: _all(effect, name) for name in main}
-    found = {name: values for name, values in found.items() if values}
-    text = _amounts(list(found.values()), len(effect.axes) < 2)
+    amounts = {name: _all(effect, name) for name in main}
+    amounts = {name: values for name, values in amounts.items() if values}
+    text = _amounts(list(amounts.values()), len(effect.axes) < 2)
     return f"{text}{_places(effect)}{_meaning(effect)}" if text else ""
 
 
@@ -34,15 +34,15 @@ def _all(effect: Named, name: str) -> list[Estimate]:
     return [e for n, e in effect.parameters.items() if re.split(r"[\[#]", n)[0] == name]
 
 
-def _amounts(found: Sequence[Sequence[Estimate]], alone: bool) -> str:
-    if len(found) == 2 and alone and found[0][0].unit == found[1][0].unit:
+def _amounts(estimates: Sequence[Sequence[Estimate]], alone: bool) -> str:
+    if len(estimates) == 2 and alone and estimates[0][0].unit == estimates[1][0].unit:
         # sine and cosine
-        lengths = [number(math.hypot(a.value, b.value)) for a, b in zip(*found, strict=True)]
-        unit = found[0][0].unit
+        lengths = [number(math.hypot(a.value, b.value)) for a, b in zip(*estimates, strict=True)]
+        unit = estimates[0][0].unit
         return f" of {listed(lengths)}" + ("" if unit == "1" else f" {unit}")
-    if len(found) != 1:
+    if len(estimates) != 1:
         return ""
-    (same,) = found
+    (same,) = estimates
     if len(same) > SEVERAL:
         values = sorted(abs(e.value) for e in same)
         return f" of {number(values[0])} to {number(values[-1])} {same[0].unit}"

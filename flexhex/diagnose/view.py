@@ -33,40 +33,42 @@ RESIDUAL = ("axis", "torque", "before", "after", "non-repeatable", "explained")
 Rows = list[tuple[str, ...]]
 
 
-def print_diagnosis(found: Diagnosis, invocation: Invocation, out: Console | None = None) -> None:
+def print_diagnosis(
+    diagnosis: Diagnosis, invocation: Invocation, out: Console | None = None
+) -> None:
     """Verdict, effects, rivals, parameters, residual, notes, findings, what to do next."""
     out = out or Console()
-    say(out, verdict(found), STYLES.get(found.verdict, "bold"))
-    if found.effects:
-        out.print(table("Effects that the model lacks", EFFECTS, effect_rows(found)))
-    for text in rivalry(found):
+    say(out, verdict(diagnosis), STYLES.get(diagnosis.verdict, "bold"))
+    if diagnosis.effects:
+        out.print(table("Effects that the model lacks", EFFECTS, effect_rows(diagnosis)))
+    for text in rivalry(diagnosis):
         say(out, text)
-    if found.changed:
-        rows = changed_rows(found)
+    if diagnosis.changed:
+        rows = changed_rows(diagnosis)
         out.print(table("Parameters that deviate from the machine file", CHANGED, rows))
-    if np.isfinite(found.residual.before).any():
+    if np.isfinite(diagnosis.residual.before).any():
         out.print(
             table(
-                residual_title(found.residual),
+                residual_title(diagnosis.residual),
                 RESIDUAL,
-                residual_rows(found),
-                total=bool(found.residual.unit),
+                residual_rows(diagnosis),
+                total=bool(diagnosis.residual.unit),
             )
         )
-    for text in (*shown_lines(found.shown), *remarks(found)):
+    for text in (*shown_lines(diagnosis.shown), *remarks(diagnosis)):
         say(out, text)
-    _print_findings(out, found.findings)
-    _print_steps(out, found, invocation)
+    _print_findings(out, diagnosis.findings)
+    _print_steps(out, diagnosis, invocation)
 
 
-def print_applied(found: Diagnosis, report: Path, invocation: Invocation) -> None:
+def print_applied(diagnosis: Diagnosis, report: Path, invocation: Invocation) -> None:
     """What was written, after the summary was shown already."""
     out = Console()
-    for text in shown_lines(found.shown):
+    for text in shown_lines(diagnosis.shown):
         say(out, text)
-    if found.machine:
-        say(out, f"machine  {found.machine}")
-    _print_steps(out, found, invocation)
+    if diagnosis.machine:
+        say(out, f"machine  {diagnosis.machine}")
+    _print_steps(out, diagnosis, invocation)
     say(out, f"report   {report}")
 
 
@@ -75,10 +77,10 @@ def say(out: Console, text: str, style: str | None = None) -> None:
     out.print(text, style=style, markup=False, highlight=False, soft_wrap=style is None)
 
 
-def effect_rows(found: Diagnosis) -> Rows:
+def effect_rows(diagnosis: Diagnosis) -> Rows:
     """A row for each parameter; effect, place and share stand in its first one."""
     rows: Rows = []
-    for e in found.effects:
+    for e in diagnosis.effects:
         first = (title(e.id) + (" *" if e.rivals else ""), where(e.axes, short=True))
         share = percent(e.share)
         for name, estimate in e.parameters.items():
@@ -91,10 +93,10 @@ def effect_rows(found: Diagnosis) -> Rows:
     return rows
 
 
-def rivalry(found: Diagnosis) -> list[str]:
+def rivalry(diagnosis: Diagnosis) -> list[str]:
     """The footnote of each effect that has rivals."""
     lines = []
-    for e in found.effects:
+    for e in diagnosis.effects:
         if e.rivals:
             others = listed([title(name) for name in e.rivals], "or")
             line = f"* these runs do not distinguish {title(e.id)} from {others}"
@@ -104,23 +106,23 @@ def rivalry(found: Diagnosis) -> list[str]:
     return lines
 
 
-def changed_rows(found: Diagnosis) -> Rows:
+def changed_rows(diagnosis: Diagnosis) -> Rows:
     """From what to what."""
     rows: Rows = []
-    for c in found.changed:
+    for c in diagnosis.changed:
         e = c.estimate
         interval = f"{number(e.ci95[0])} to {number(e.ci95[1])}"
         rows.append((c.parameter, number(c.nominal, 4), number(e.value, 4), interval, e.unit))
     return rows
 
 
-def judged(found: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
+def judged(diagnosis: Diagnosis) -> Mapping[str, np.ndarray[Any, Any]]:
     """before, after, non-repeatable (n,) on the held-out runs where there are any.
 
     Where only parameters changed, `before` is the model with those of the machine file.
     """
-    residual = found.residual
-    if found.verdict == "changed":
+    residual = diagnosis.residual
+    if diagnosis.verdict == "changed":
         nominal = residual.held_out.get("nominal", residual.nominal)
         others = {k: v for k, v in residual.held_out.items() if k != "before"}
         residual = replace(residual, before=nominal, held_out=others)
@@ -153,9 +155,9 @@ def closed(before: float, after: float, non_repeatable: float) -> str:
     return percent(max(share, 0.0)) if after < WORSE * before else f"{after / before:.2f} × before"
 
 
-def residual_rows(found: Diagnosis) -> Rows:
+def residual_rows(diagnosis: Diagnosis) -> Rows:
     """A row for each axis, then all of them together where they have one unit."""
-    residual, values = found.residual, judged(found)
+    residual, values = diagnosis.residual, judged(diagnosis)
     before, after, non_repeatable = values["before"], values["after"], values["non_repeatable"]
     columns = (residual.torque, before, after, non_repeatable)
     rows: Rows = []
@@ -186,9 +188,9 @@ def shown_lines(shown: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def remarks(found: Diagnosis) -> tuple[str, ...]:
+def remarks(diagnosis: Diagnosis) -> tuple[str, ...]:
     """Notes that the verdict has not said already."""
-    return found.notes[:-1] if found.verdict == "cannot tell" else found.notes
+    return diagnosis.notes[:-1] if diagnosis.verdict == "cannot tell" else diagnosis.notes
 
 
 def _print_findings(out: Console, findings: Sequence[str]) -> None:
@@ -201,8 +203,8 @@ def _print_findings(out: Console, findings: Sequence[str]) -> None:
         say(out, f"  and {len(findings) - MOST_FINDINGS} more in the report")
 
 
-def _print_steps(out: Console, found: Diagnosis, invocation: Invocation) -> None:
-    steps = next_steps(found, invocation)
+def _print_steps(out: Console, diagnosis: Diagnosis, invocation: Invocation) -> None:
+    steps = next_steps(diagnosis, invocation)
     if steps:
         out.print("\n[bold]What to do next[/]")
     for text, words in steps:
@@ -220,9 +222,9 @@ def table(
     return tables.table(heading, columns, [dict(zip(names, r, strict=True)) for r in rows], total)
 
 
-def diagnosis_json(found: Diagnosis, report: Path) -> str:
+def diagnosis_json(diagnosis: Diagnosis, report: Path) -> str:
     """Everything for a program; a figure that is no number is null."""
-    data = {**found.data(), "sentence": verdict(found), "report": str(report)}
+    data = {**diagnosis.data(), "sentence": verdict(diagnosis), "report": str(report)}
     return json.dumps(plain(data), indent=2, allow_nan=False)
 
 

@@ -81,53 +81,53 @@ def amount(residual: Residual, values: Array, axes: Array | None = None) -> str:
     return listed(parts)
 
 
-def verdict(found: Diagnosis) -> str:
+def verdict(diagnosis: Diagnosis) -> str:
     """The answer in one or two plain sentences, what runs carried, and how sure that is."""
-    sentences = [SENTENCES[found.verdict](found), *_carriers(found)]
-    if sure := found.confidence:
+    sentences = [SENTENCES[diagnosis.verdict](diagnosis), *_carriers(diagnosis)]
+    if sure := diagnosis.confidence:
         counts = f"{sure.right} of {sure.of} such answers in the study were right"
         sentences.append(f"Confidence {percent(sure.share)}: {counts}.")
     return " ".join(sentences)
 
 
-def _named(found: Diagnosis) -> str:
-    share = explained(found.residual)
-    if len(found.effects) == 1:
-        (effect,) = found.effects
+def _named(diagnosis: Diagnosis) -> str:
+    share = explained(diagnosis.residual)
+    if len(diagnosis.effects) == 1:
+        (effect,) = diagnosis.effects
         share = effect.share if math.isfinite(effect.share) else share
         verb = "have" if len(effect.axes) > 1 else "has"
         text = f"{capital(where(effect.axes))} {verb} {phrase(effect.id)}{sizes(effect)}"
         text += " that the model lacks"
     else:
-        parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
+        parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects]
         text = f"The model lacks {len(parts)} effects: {listed(parts)}"
     if math.isfinite(share):
-        subject = "it explains" if len(found.effects) == 1 else "together they explain"
-        there = " there" if len(found.effects) == 1 and _beside(found) else ""
-        text += f"; {subject} {percent(share)} of {residual_name(found.residual)}{there}"
-    return " ".join([f"{text}.", *_beside(found), *_other_values(found)])
+        subject = "it explains" if len(diagnosis.effects) == 1 else "together they explain"
+        there = " there" if len(diagnosis.effects) == 1 and _beside(diagnosis) else ""
+        text += f"; {subject} {percent(share)} of {residual_name(diagnosis.residual)}{there}"
+    return " ".join([f"{text}.", *_beside(diagnosis), *_other_values(diagnosis)])
 
 
-def _ambiguous(found: Diagnosis) -> str:
+def _ambiguous(diagnosis: Diagnosis) -> str:
     sentences = []
-    for e in (e for e in found.effects if e.rivals):
+    for e in (e for e in diagnosis.effects if e.rivals):
         names = listed([phrase(name) for name in (e.id, *e.rivals)], "or")
         verb = "lack" if len(e.axes) > 1 else "lacks"
         one = "either" if len(e.rivals) == 1 else "one of these:"
         text = f"{capital(where(e.axes))} {verb} {one} {names}; these runs do not distinguish them."
         sentences.append(text)
-    sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects if not e.rivals]
+    sure = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects if not e.rivals]
     if sure:
         sentences.append(f"Identified: {listed(sure)}.")
-    return " ".join([*sentences, *_beside(found), *_other_values(found)])
+    return " ".join([*sentences, *_beside(diagnosis), *_other_values(diagnosis)])
 
 
-def _changed(found: Diagnosis) -> str:
-    return " ".join(["No effect is missing.", *_other_values(found)])
+def _changed(diagnosis: Diagnosis) -> str:
+    return " ".join(["No effect is missing.", *_other_values(diagnosis)])
 
 
-def _other_values(found: Diagnosis) -> list[str]:
-    parts, everywhere = [], [c for c in found.changed if not c.runs]
+def _other_values(diagnosis: Diagnosis) -> list[str]:
+    parts, everywhere = [], [c for c in diagnosis.changed if not c.runs]
     for c in everywhere[:SEVERAL]:
         unit = "" if c.estimate.unit in ("1", "") else f" {c.estimate.unit}"
         parts.append(f"{c.parameter} is {measured(c.estimate)}, not {number(c.nominal)}{unit}")
@@ -137,20 +137,20 @@ def _other_values(found: Diagnosis) -> list[str]:
     return [f"Parameters that deviate from the machine file: {'; '.join(parts)}."] if parts else []
 
 
-def _carriers(found: Diagnosis) -> list[str]:
+def _carriers(diagnosis: Diagnosis) -> list[str]:
     """A sentence for each payload that no log announces: what it is, and on which runs."""
-    sets = dict.fromkeys(c.runs for c in found.changed if c.runs)
+    sets = dict.fromkeys(c.runs for c in diagnosis.changed if c.runs)
     sentences = []
     for runs in sets:
-        own = [f"{c.parameter} {measured(c.estimate)}" for c in found.changed if c.runs == runs]
+        own = [f"{c.parameter} {measured(c.estimate)}" for c in diagnosis.changed if c.runs == runs]
         names = listed([Path(run).name for run in runs])
         sentences.append(f"A payload that no log announces was on {names}: {', '.join(own)}.")
     return sentences
 
 
-def _beside(found: Diagnosis) -> list[str]:
+def _beside(diagnosis: Diagnosis) -> list[str]:
     """What remains beside all that is named, on axes whose effects do not leave it."""
-    rests = [rest for rest in found.remains if not rest.form]
+    rests = [rest for rest in diagnosis.remains if not rest.form]
     if not rests:
         return []
     more = f"no effect of the library explains {_rests(rests)}"
@@ -170,19 +170,17 @@ def _rests(rests: Sequence[Rest]) -> str:
     return listed([*texts, *more])
 
 
-def _unknown(found: Diagnosis) -> str:
-    parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in found.effects]
+def _unknown(diagnosis: Diagnosis) -> str:
+    parts = [f"{phrase(e.id)} on {where(e.axes)}" for e in diagnosis.effects]
     same = (
         f" Identified: {listed(parts)}, but more than half of the residual remains."
         if parts
         else ""
     )
-    if found.remains:
-        text = (
-            f"A residual repeats that no effect of the library explains: {_rests(found.remains)}."
-        )
-        return text + same
-    residual = found.residual
+    if diagnosis.remains:
+        rests = _rests(diagnosis.remains)
+        return f"A residual repeats that no effect of the library explains: {rests}.{same}"
+    residual = diagnosis.residual
     left = residual.repeatable_after
     # axes of different units compare as shares of their torque or force
     torque = np.full(len(left), rms(residual.torque)) if residual.unit else residual.torque
@@ -197,8 +195,8 @@ def _unknown(found: Diagnosis) -> str:
     return f"{text}.{same}"
 
 
-def _none(found: Diagnosis) -> str:
-    residual = found.residual
+def _none(diagnosis: Diagnosis) -> str:
+    residual = diagnosis.residual
     whole, noise = (amount(residual, v) for v in (residual.before, residual.non_repeatable))
     return (
         f"No effect is missing: {_fitted(residual)} explains these runs down to the non-repeatable"
@@ -219,11 +217,11 @@ def _as_written(residual: Residual) -> str:
     return f"; with the values of its file it leaves {amount(residual, residual.nominal)}"
 
 
-def _cannot(found: Diagnosis) -> str:
+def _cannot(diagnosis: Diagnosis) -> str:
     text = "These runs do not decide whether the model lacks an effect."
-    if not found.notes:
+    if not diagnosis.notes:
         return text
-    why = capital(found.notes[-1])
+    why = capital(diagnosis.notes[-1])
     return f"{text} {why}" + ("" if why.endswith((".", "?")) else ".")
 
 

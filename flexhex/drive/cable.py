@@ -116,13 +116,13 @@ def _patient(path: Path) -> Path:
 def configured() -> dict[str, str]:
     """The limits that `PATIENT` replaces, as they stand in the configuration."""
     text = CONFIGURATION.read_text(encoding="utf-8")
-    found: dict[str, str] = {}
+    addresses: dict[str, str] = {}
     for key in PATIENT:
         values = _limit(key).findall(text)
         if len(values) != 1:
             raise RunError(f"{CONFIGURATION}: {key} stands there {len(values)} times, must be once")
-        found[key] = values[0]
-    return found
+        addresses[key] = values[0]
+    return addresses
 
 
 def _limit(key: str) -> re.Pattern[str]:
@@ -145,14 +145,14 @@ def wake_up_times() -> dict[str, float] | None:
 def _quantiles(counts: Sequence[tuple[float, int]]) -> dict[str, float]:
     """p50 and p99 of a histogram, (value, count) in rising order."""
     total = sum(count for _, count in counts)
-    found: dict[str, float] = {}
+    quantiles: dict[str, float] = {}
     seen = 0
     for value, count in counts:
         seen += count
         for name, share in (("p50", 0.5), ("p99", 0.99)):
             if seen >= share * total:
-                found.setdefault(name, value)
-    return found
+                quantiles.setdefault(name, value)
+    return quantiles
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, OutFolder, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, MachineFile, OutFolder, machine_file_of
 
 
 def drive_command(
@@ -32,7 +32,7 @@ def drive_command(
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     with live() as progress:
         progress.stage("building the FMUs", len(BLOCKS), "FMUs")
-        builder = Builder(found_machine(machine), out, progress.building)
+        builder = Builder(machine_file_of(machine), out, progress.building)
         ssp = builder.systems()[-1]
         result = drives(builder.machine_file, ssp, seconds, out / "drive", progress.stage)
     if json:

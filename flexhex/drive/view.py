@@ -27,7 +27,7 @@ from flexhex.output.tables import console, table
 
 def data(result: Drives) -> dict[str, object]:
     """All figures, for a program."""
-    found = result.diagnosis
+    diagnosis = result.diagnosis
     return {
         "tracking error [urad]": {name: error(run) for name, run in result.results.items()},
         "cyclictest [us]": result.wake_up,
@@ -35,7 +35,7 @@ def data(result: Drives) -> dict[str, object]:
         "relaxed limits": relaxed(result.driven),
         "lockstep is the simulation": result.comparisons[LOCKSTEP].equal,
         "largest difference": {n: worst(result, n) for n in result.comparisons},
-        "diagnosis": found if isinstance(found, str) else found.data(),
+        "diagnosis": diagnosis if isinstance(diagnosis, str) else diagnosis.data(),
         "summary": {name: driven.summary for name, driven in result.driven.items()},
         "written": [str(path) for path in result.written],
     }
@@ -69,13 +69,13 @@ def show(result: Drives) -> None:
     out.print(f"  flexhex compare {first} {folder / SIMULATED}.h5 --common --rtol 0.01")
 
 
-def diagnosed(found: Diagnosis | str) -> str:
+def diagnosed(diagnosis: Diagnosis | str) -> str:
     """The verdict; of runs that are no pair no list of suspects."""
-    if isinstance(found, str):
-        return f"not possible: {found}."
-    if found.verdict != "cannot tell" and np.isnan(found.residual.non_repeatable).all():
+    if isinstance(diagnosis, str):
+        return f"not possible: {diagnosis}."
+    if diagnosis.verdict != "cannot tell" and np.isnan(diagnosis.residual.non_repeatable).all():
         return "no verdict: the two passes do not repeat each other."
-    return verdict(found)
+    return verdict(diagnosis)
 
 
 def judged(result: Drives) -> list[tuple[str, bool, str]]:

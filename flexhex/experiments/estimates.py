@@ -90,11 +90,11 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
 
 def start_values(path: Path) -> dict[str, Array]:
     """Start values of an FMU's parameters by array name; scalars have one entry."""
-    found: dict[str, list[float]] = {}
+    starts: dict[str, list[float]] = {}
     for variable in read_fmu(read_bytes(path), path.name).of("parameter"):
         if variable.start is not None:
-            found.setdefault(variable.array, []).append(variable.start)
-    return {name: np.array(values) for name, values in found.items()}
+            starts.setdefault(variable.array, []).append(variable.start)
+    return {name: np.array(values) for name, values in starts.items()}
 
 
 def projected(machine: Machine, values: Mapping[str, Array]) -> Array:

@@ -113,8 +113,8 @@ def run(builder: Builder, fit: Fit, progress: Progress, command: str, quick: boo
         ),
     )
     results = record(builder, cases, SIGNALS, command, progress)
-    found = evaluate(machine, fit.p, results[0], results[1], (times, masses))
-    return dataclasses.replace(found, results=tuple(results), warm=builder.has_truth)
+    payload = evaluate(machine, fit.p, results[0], results[1], (times, masses))
+    return dataclasses.replace(payload, results=tuple(results), warm=builder.has_truth)
 
 
 def evaluate(

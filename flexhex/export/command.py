@@ -14,8 +14,8 @@ from flexhex.arguments import (
     MachineFile,
     OutFolder,
     Trajectory,
-    found_machine,
     listed_values,
+    machine_file_of,
 )
 from flexhex.fmus.common.errors import UsageError
 
@@ -73,7 +73,7 @@ def export_command(
     platforms = wanted(platform) if platform else ()
     written: list[Path] = []
     if trajectory is not None:
-        variant = with_trajectory(description, trajectory, found_machine(machine), out, platforms)
+        variant = with_trajectory(description, trajectory, machine_file_of(machine), out, platforms)
         description = variant.path
         written.append(description)
     if tool:

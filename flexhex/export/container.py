@@ -102,13 +102,13 @@ def _inside(
         if outside:
             part = next(p for p in parts if p.name == wire.target)
             array = array_of(wire.input)
-            found = next(v for v in part.interface.inputs if v.name == array)
+            variable = next(v for v in part.interface.inputs if v.name == array)
             name = array_of(wire.output)
             text = package.instance(wire.source).fmu.variables[wire.output].description
-            given = dataclasses.replace(found, name=name, description=text)
+            given = dataclasses.replace(variable, name=name, description=text)
             known = inputs.get(name, given)
             inputs[name] = dataclasses.replace(
-                known, min=max(known.min, found.min), max=min(known.max, found.max)
+                known, min=max(known.min, variable.min), max=min(known.max, variable.max)
             )
     return tuple(links), tuple(inputs.values())
 

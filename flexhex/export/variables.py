@@ -34,15 +34,15 @@ def export_variables(paths: Sequence[Path], target: Path) -> Path:
 
 
 def _fmus(paths: Sequence[Path]) -> dict[str, bytes]:
-    found: dict[str, bytes] = {}
+    fmus: dict[str, bytes] = {}
     for path in paths:
         if path.suffix == ".ssp":
-            found |= {Path(s).name: data for s, data in read_ssp(path).fmus.items()}
+            fmus |= {Path(s).name: data for s, data in read_ssp(path).fmus.items()}
         elif path.suffix == ".fmu":
-            found[path.name] = read_bytes(path)
+            fmus[path.name] = read_bytes(path)
         else:
             raise UsageError(f"{path}: wants .fmu or .ssp")
-    return found
+    return fmus
 
 
 def variable_rows(name: str, data: bytes) -> Iterable[tuple[str, ...]]:
@@ -71,5 +71,5 @@ def variable_rows(name: str, data: bytes) -> Iterable[tuple[str, ...]]:
 
 def _display(unit: etree._Element) -> str:
     """The first display unit that an FMU offers for a unit."""
-    found = unit.find("DisplayUnit")
-    return "" if found is None else found.get("name", "")
+    display = unit.find("DisplayUnit")
+    return "" if display is None else display.get("name", "")

@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from flexhex.diagnosis.estimation.excitation import excitation
-from flexhex.diagnosis.estimation.extras import read_found
+from flexhex.diagnosis.estimation.extras import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.estimation.records import Identified
@@ -41,14 +41,14 @@ class Targets:
         if self.motion is not None:
             checked_motion(self.motion)
 
-    def write(self, found: Identified) -> list[Path]:
+    def write(self, identified: Identified) -> list[Path]:
         """All of them."""
-        made = [] if self.values is None else write_identified(self.values, found)
+        written = [] if self.values is None else write_identified(self.values, identified)
         if self.fmu is not None:
             from flexhex.identify.inverse import write_fmu
 
-            made.append(write_fmu(self.fmu, found))
-        return made
+            written.append(write_fmu(self.fmu, identified))
+        return written
 
 
 def identify_other(
@@ -63,22 +63,24 @@ def identify_other(
 ) -> None:
     """The whole command: fit, write, show."""
     write.check(options.base)
-    more = None if diagnosis is None else read_found(diagnosis)
+    more = None if diagnosis is None else read_diagnosis(diagnosis)
     progress = live()
     with progress:
         progress.stage("identifying", unit="steps")
-        found = identify(logs, held_out, None, options, settle, progress.steps, more)
+        identified = identify(logs, held_out, None, options, settle, progress.steps, more)
     if write.fmu is not None:
-        found = replace(found, notes=(*found.notes, *left_out(found.estimated.extras)))
-    written = write.write(found)
+        identified = replace(
+            identified, notes=(*identified.notes, *left_out(identified.estimated.extras))
+        )
+    written = write.write(identified)
     planned = None
     if write.motion is not None:
-        planned = excitation(found)
+        planned = excitation(identified)
         written.append(write_trajectory(planned.motion, write.motion))
     if as_json:
-        print(identified_json(found, [str(path) for path in written], planned))
+        print(identified_json(identified, [str(path) for path in written], planned))
     else:
-        print_identified(found, every)
+        print_identified(identified, every)
         if planned is not None:
             print_excitation(planned)
         for path in written:

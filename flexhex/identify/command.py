@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, AsJson, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, AsJson, machine_file_of
 from flexhex.base_options import Base, Joints, Tolerances, base_options
 from flexhex.diagnose.options import once_each
 from flexhex.fmus.common.errors import UsageError
@@ -48,7 +48,7 @@ def identify_command(
     every: Annotated[
         bool, typer.Option("--all", help="show all parameters, also those that are not determined")
     ] = False,
-    found: Annotated[
+    diagnosis: Annotated[
         Path | None,
         typer.Option(
             "--found",
@@ -96,11 +96,11 @@ def identify_command(
         from flexhex.identify.any_base import Targets, identify_other
 
         targets = Targets(write, fmu, motion)
-        identify_other(logs, validation, options, settle, targets, json, every, found)
+        identify_other(logs, validation, options, settle, targets, json, every, diagnosis)
         return
-    if found is not None:
+    if diagnosis is not None:
         raise UsageError(
-            f"--found {found}: not for the hexapod: `flexhex diagnose --apply` adds it"
+            f"--found {diagnosis}: not for the hexapod: `flexhex diagnose --apply` adds it"
         )
     if motion is not None:
         raise UsageError(
@@ -112,7 +112,7 @@ def identify_command(
             " `flexhex build --machine my.toml`"
         )
     _hexapod(
-        logs, validation, found_machine(file or DEFAULT_MACHINE), options,
+        logs, validation, machine_file_of(file or DEFAULT_MACHINE), options,
         SETTLE if settle is None else settle, write, json, every,
     )  # fmt: skip
 
@@ -144,12 +144,12 @@ def _hexapod(
     if write is not None:
         checked_target(write, file)
     described = load_machine(file)
-    found = fit(described, [read_log(path, options.log) for path in logs], settle)
-    left_out = [] if write is None else write_fit(write, file, described, found, logs)
+    fitted = fit(described, [read_log(path, options.log) for path in logs], settle)
+    left_out = [] if write is None else write_fit(write, file, described, fitted, logs)
     if json:
-        print(fit_json(described, found))
+        print(fit_json(described, fitted))
     else:
-        print_fit(described, found, every)
+        print_fit(described, fitted, every)
     for text in left_out:
         print(f"{write}: {text}", file=sys.stderr)
     if write is not None:

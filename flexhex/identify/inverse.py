@@ -16,15 +16,15 @@ BASE_STEP = 5e-5
 """Time between two instants at which the FMU can act [s]: 20 kHz, the fastest usual drive."""
 
 
-def write_fmu(path: Path, found: Identified) -> Path:
+def write_fmu(path: Path, identified: Identified) -> Path:
     """Build the FMU. Its sample time `Ts` is that of the logs, and a parameter.
 
     Raises BuildError without a C compiler, UsageError or MachineError as `inverse_model`.
     """
-    ts = found.estimated.made.blocks[0].run.motion.ts
+    ts = identified.estimated.model.blocks[0].run.motion.ts
     steps = max(1, round(ts / BASE_STEP))
     with SYMBOLIC:
-        model = inverse_model(found)
+        model = inverse_model(identified)
         return build_fmu(
             interface.interface(path.stem, model, steps * BASE_STEP),
             equations.functions(model),

@@ -33,10 +33,10 @@ NARROWER = (
 
 
 def identified_json(
-    found: Identified, written: Sequence[str] = (), more: Excitation | None = None
+    identified: Identified, written: Sequence[str] = (), more: Excitation | None = None
 ) -> str:
     """All of it as JSON; written: files; more: a motion and what it would narrow."""
-    data = {**found.data(), "written": list(written)}
+    data = {**identified.data(), "written": list(written)}
     if more is not None:
         data["next"] = [{"name": one.name, "narrower": share} for one, share in more.narrowed]
     return json.dumps(data, indent=2)
@@ -56,32 +56,32 @@ def print_excitation(more: Excitation) -> None:
         " not checked.")  # fmt: skip
 
 
-def print_identified(found: Identified, every: bool = False) -> None:
+def print_identified(identified: Identified, every: bool = False) -> None:
     """Parameters, sums that the runs determine, errors. every: what they do not determine too."""
     out = console()
-    _print(out, "Parameters", found.parameters, every)
-    single = {one.name for one in found.parameters}
-    sums = [one for one in found.combinations if one.name not in single]
+    _print(out, "Parameters", identified.parameters, every)
+    single = {one.name for one in identified.parameters}
+    sums = [one for one in identified.combinations if one.name not in single]
     if sums:
         _print(out, "Base parameters: sums that act as one", sums, every)
-    hidden = [one for one in found.parameters if not one.determined]
+    hidden = [one for one in identified.parameters if not one.determined]
     if hidden and not every:
         say(
             out,
-            f"{len(hidden)} of {len(found.parameters)} parameters are not determined by these"
+            f"{len(hidden)} of {len(identified.parameters)} parameters are not determined by these"
             " motions by themselves and stay near the file's values (--all shows them).",
         )
-    if found.silent:
-        say(out, f"No torque feels {_listed(found.silent)}.")
-    low, high = found.delay.ci95
+    if identified.silent:
+        say(out, f"No torque feels {_listed(identified.silent)}.")
+    low, high = identified.delay.ci95
     if not low <= 0 <= high:
-        way = "after" if found.delay.value > 0 else "before"
-        late = f"{1e3 * abs(found.delay.value):.2g} ms {way} the angles"
+        way = "after" if identified.delay.value > 0 else "before"
+        late = f"{1e3 * abs(identified.delay.value):.2g} ms {way} the angles"
         say(out, f"The torques stand {late} in the logs, or a friction of another form does.")
-    _print_errors(out, found)
-    for text in found.findings:
+    _print_errors(out, identified)
+    for text in identified.findings:
         say(out, f"finding: {text}")
-    for text in found.notes:
+    for text in identified.notes:
         say(out, f"note: {text}")
 
 
@@ -119,19 +119,19 @@ def short(terms: Sequence[tuple[str, float]]) -> str:
     return max((t for t in (*texts, summed(terms)) if len(t) <= WIDE), key=len, default=texts[0])
 
 
-def _print_errors(out: Console, found: Identified) -> None:
-    both: list[tuple[str, Errors]] = [("runs", found.errors)]
-    if found.held_out is not None:
-        both.append(("held out", found.held_out))
+def _print_errors(out: Console, identified: Identified) -> None:
+    both: list[tuple[str, Errors]] = [("runs", identified.errors)]
+    if identified.held_out is not None:
+        both.append(("held out", identified.held_out))
     columns = [Column("axis", "axis"), Column("torque", "torque RMS", right=True)]
     for name, _ in both:
         columns.append(Column(f"{name}: file", f"{name}: file", "%", ".3g"))
         columns.append(Column(f"{name}: identified", "identified", "%", ".3g"))
     rows: list[Mapping[str, Value]] = []
-    for i, unit in enumerate(found.units):
+    for i, unit in enumerate(identified.units):
         left = {f"{name}: file": 100 * float(e.file[i]) for name, e in both}
         left |= {f"{name}: identified": 100 * float(e.fitted[i]) for name, e in both}
-        torque = f"{found.errors.torque[i]:.3g} {unit}"
+        torque = f"{identified.errors.torque[i]:.3g} {unit}"
         rows.append({"axis": str(i + 1), "torque": torque, **left})
     out.print(table("Share of the torque that is left (RMS)", columns, rows))
 

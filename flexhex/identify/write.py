@@ -139,14 +139,14 @@ def changes(machine: Machine, fit: Fit, kept: set[str]) -> list[Changed]:
 
     Inertias of p are regrouped: what changes is the file's own value by the fitted difference.
     """
-    own, found, listed = _own_values(machine), list[Changed](), parameters(machine)
+    own, changed, listed = _own_values(machine), list[Changed](), parameters(machine)
     shift = fit.p - base_parameters(machine)
     for par, moved in zip(listed, shift, strict=True):
         name = "upper.J" if par.name == "upper.J[1]" else par.name
         if par.name not in kept and name in own:
             value = float(own[name] + moved)
-            found.append(Changed(name, own[name], Estimate(value, (value, value), par.unit)))
-    return found
+            changed.append(Changed(name, own[name], Estimate(value, (value, value), par.unit)))
+    return changed
 
 
 def _own_values(machine: Machine) -> dict[str, float]:

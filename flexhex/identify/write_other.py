@@ -54,32 +54,32 @@ def _refuse_unwritable(path: Path, option: str) -> None:
         raise OutputError(f"{option} {path}: cannot be written: name a file in a folder of yours")
 
 
-def write_identified(path: Path, found: Identified) -> list[Path]:
-    """Write what was found: the files. Beside a robot's file all values stand as JSON, as it has
-    no place for intervals, offsets and more."""
+def write_identified(path: Path, identified: Identified) -> list[Path]:
+    """Write what was identified: the files. Beside a robot's file all values stand as JSON, as it
+    has no place for intervals, offsets and more."""
     if path.suffix == ".csv":
-        path.write_text(_csv(found), encoding="utf-8")
+        path.write_text(_csv(identified), encoding="utf-8")
         return [path]
     if path.suffix == ".json":
-        path.write_text(identified_json(found) + "\n", encoding="utf-8")
+        path.write_text(identified_json(identified) + "\n", encoding="utf-8")
         return [path]
     from flexhex.diagnosis.basemodels.robots import RobotBase
     from flexhex.diagnosis.machine_files.robot_write import write_robot
 
-    base = found.estimated.made.base
+    base = identified.estimated.model.base
     assert isinstance(base, RobotBase)
-    values = {one.name: one.estimate.value for one in found.parameters}
-    write_robot(path, base, Path(found.base), values)
+    values = {one.name: one.estimate.value for one in identified.parameters}
+    write_robot(path, base, Path(identified.base), values)
     beside = path.with_suffix(".json")
-    beside.write_text(identified_json(found) + "\n", encoding="utf-8")
+    beside.write_text(identified_json(identified) + "\n", encoding="utf-8")
     return [path, beside]
 
 
-def _csv(found: Identified) -> str:
+def _csv(identified: Identified) -> str:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("name", "unit", "value", "low", "high", "file", "determined"))
-    for one in (*found.parameters, *(c for c in found.combinations if len(c.terms) > 1)):
+    for one in (*identified.parameters, *(c for c in identified.combinations if len(c.terms) > 1)):
         e = one.estimate
         numbers = (repr(float(v)) for v in (e.value, *e.ci95, one.file))
         table.writerow((one.name, e.unit, *numbers, str(one.determined).lower()))

@@ -53,7 +53,7 @@ class Hexapod:
 
     def arms(self) -> list[dict[str, Array]]:
         """x_B, axis, u_B, r_EP of the six arms, in the order of the T-Flex."""
-        made = []
+        arms = []
         for k in range(2 * PAIRS):
             pair, side = divmod(k, 2)
             out, along = _directions(2 * math.pi * pair / PAIRS)
@@ -61,7 +61,7 @@ class Hexapod:
             # an arm reaches for the platform's pair on its own side, half a pair's angle away
             towards, across = _directions(2 * math.pi * (pair + 0.5 * sign) / PAIRS)
             up = np.array([0.0, 0.0, 1.0])
-            made.append(
+            arms.append(
                 {
                     "x_B": self.radius * out + sign * self.spacing / 2 * along,
                     "axis": -along,
@@ -70,7 +70,7 @@ class Hexapod:
                     - sign * self.platform_spacing / 2 * across,
                 }
             )
-        return made
+        return arms
 
     def lower(self) -> float:
         """Length l of the lower arms [m]: what closes the loops at neutral, alike for all arms."""

@@ -31,9 +31,9 @@ class Interruptible(TyperGroup):
         """Run the command."""
         try:
             with wrong_usage(context=ctx):
-                found = super().invoke(ctx)
+                result = super().invoke(ctx)
             sys.stdout.flush()
-            return found
+            return result
         except KeyboardInterrupt:
             print("flexhex: stopped", file=sys.stderr)
             raise typer.Exit(STOPPED) from None

@@ -39,7 +39,7 @@ class Picked:
 
 def chosen(result: Result, signals: Sequence[str], span: tuple[float, float]) -> list[Picked]:
     """The signals in that time. LogError for an unknown one, UsageError where it has no sample."""
-    found = []
+    picked = []
     for signal in signals:
         group = result.group(signal)
         array = group.array(signal)
@@ -54,8 +54,8 @@ def chosen(result: Result, signals: Sequence[str], span: tuple[float, float]) ->
         places = [every.index(name) for name in names]
         values = group.signals[array].reshape(group.rows, -1)[first:end, places]
         units = tuple(group.column_units(array)[place] for place in places)
-        found.append(Picked(signal, group.time[first:end], values, tuple(names), units))
-    return found
+        picked.append(Picked(signal, group.time[first:end], values, tuple(names), units))
+    return picked
 
 
 def curve(values: Array, width: int = WIDTH) -> str:

@@ -20,9 +20,9 @@ def report_command(
     from flexhex.recording import read_recording
     from flexhex.report.page import data, show, write_recording
 
-    found = read_recording(recording)
-    written = write_recording(found, str(recording), page)
+    recorded = read_recording(recording)
+    written = write_recording(recorded, str(recording), page)
     if json:
-        print(to_json.dumps(data(found) | {"page": str(written)}, indent=2))
+        print(to_json.dumps(data(recorded) | {"page": str(written)}, indent=2))
     else:
-        show(found, str(recording), written)
+        show(recorded, str(recording), written)

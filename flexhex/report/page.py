@@ -27,39 +27,41 @@ QUANTILES = ("p50", "p99", "p99.9", "largest")
 COLOUR = COLOURS["adaptive"]
 
 
-def data(found: Recording) -> dict[str, object]:
+def data(recording: Recording) -> dict[str, object]:
     """All figures, for a program."""
     return {
-        "trip": found.meta.get("trip", ""),
-        "duration_s": length(found),
-        "missed": vars(missed(found)),
+        "trip": recording.meta.get("trip", ""),
+        "duration_s": length(recording),
+        "missed": vars(missed(recording)),
         "tracking_error_urad": [
-            {"rms": rms, "largest": most, "at_s": at} for rms, most, at in errors(found)
+            {"rms": rms, "largest": most, "at_s": at} for rms, most, at in errors(recording)
         ],
         "times_us": {
             name: dict(zip(QUANTILES, values, strict=True))
-            for name, values in quantiles(found).items()
+            for name, values in quantiles(recording).items()
         },
-        "states": [{"at_s": t, "axes": axes, "state": text} for t, axes, text in changes(found)],
+        "states": [
+            {"at_s": t, "axes": axes, "state": text} for t, axes, text in changes(recording)
+        ],
     }
 
 
-def length(found: Recording) -> float:
+def length(recording: Recording) -> float:
     """Time that the controller ran in this file [s]."""
-    time = seconds(found)[running(found)]
-    return float(time[-1] - time[0] + found.base) if time.size else 0.0
+    time = seconds(recording)[running(recording)]
+    return float(time[-1] - time[0] + recording.base) if time.size else 0.0
 
 
-def show(found: Recording, name: str, page: Path) -> None:
+def show(recording: Recording, name: str, page: Path) -> None:
     """How it went, errors and times, where the page is."""
     out = console()
     out.print(f"[bold]{name}[/]")
-    for what, text in summary(found):
+    for what, text in summary(recording):
         out.print(f"  {what:<20}", end="")
         out.print(text, markup=False)
-    if running(found).any():
-        out.print(table("Tracking error", ERRORS, _errors(found)))
-        out.print(table("Times of a cycle", TIMES, _times(found)))
+    if running(recording).any():
+        out.print(table("Tracking error", ERRORS, _errors(recording)))
+        out.print(table("Times of a cycle", TIMES, _times(recording)))
     out.print(f"page   {page}", markup=False)
 
 
@@ -72,13 +74,13 @@ ERRORS = (
 TIMES = (Column("part", ""), *(Column(name, name, "µs", ".1f") for name in QUANTILES))
 
 
-def summary(found: Recording) -> list[tuple[str, str]]:
+def summary(recording: Recording) -> list[tuple[str, str]]:
     """What a person wants to know first."""
-    meta, gaps = found.meta, missed(found)
+    meta, gaps = recording.meta, missed(recording)
     trip = meta.get("trip", "")
     listed = [
         ("ended", f"tripped: {trip}" if trip else "without a trip"),
-        ("time", f"{length(found):.2f} s, {found.base * 1e6:.0f} µs a cycle"),
+        ("time", f"{length(recording):.2f} s, {recording.base * 1e6:.0f} µs a cycle"),
         ("drives, system", f"{meta.get('drives', '?')}, {meta.get('system', '?')}"),
         ("cycles left out", f"{gaps.left_out}"),
         ("without a reply", f"{gaps.unanswered}"),
@@ -89,59 +91,59 @@ def summary(found: Recording) -> list[tuple[str, str]]:
     return listed
 
 
-def write_recording(found: Recording, name: str, path: Path) -> Path:
+def write_recording(recording: Recording, name: str, path: Path) -> Path:
     """The page of a recording."""
-    parts = [Part("How it went", "", ("", ""), summary(found), words=True)]
-    if running(found).any():
-        parts += [_tracking(found), *_motion(found), _timing(found)]
-    states = [(f"{t:.5f}", axes, text) for t, axes, text in changes(found)]
+    parts = [Part("How it went", "", ("", ""), summary(recording), words=True)]
+    if running(recording).any():
+        parts += [_tracking(recording), *_motion(recording), _timing(recording)]
+    states = [(f"{t:.5f}", axes, text) for t, axes, text in changes(recording)]
     words = "At the beginning, and whenever one changed."
     parts.append(Part("States", words, ("time [s]", "axes", "state"), states, words=True))
     return write_page(path, "A run on the drives", name, parts)
 
 
-def _errors(found: Recording) -> list[Row]:
+def _errors(recording: Recording) -> list[Row]:
     return [
         {"axis": f"{axis}", "rms": rms, "largest": most, "at": at}
-        for axis, (rms, most, at) in enumerate(errors(found), start=1)
+        for axis, (rms, most, at) in enumerate(errors(recording), start=1)
     ]
 
 
-def _times(found: Recording) -> list[Row]:
+def _times(recording: Recording) -> list[Row]:
     return [
         {"part": PARTS[name], **dict(zip(QUANTILES, values, strict=True))}
-        for name, values in quantiles(found).items()
+        for name, values in quantiles(recording).items()
     ]
 
 
-def _drawn(found: Recording, channel: str, title: str, unit: str, scale: float = 1.0) -> Figure:
+def _drawn(recording: Recording, channel: str, title: str, unit: str, scale: float = 1.0) -> Figure:
     """A panel for each axis of a channel; what was not measured is left out of the lines."""
     lines = {}
-    for axis, column in enumerate(scale * found[channel].T, start=1):
+    for axis, column in enumerate(scale * recording[channel].T, start=1):
         known, name = np.isfinite(column), f"axis {axis} [{unit}]"
-        lines[name] = trace(seconds(found)[known], column[known], f"axis {axis}", COLOUR)
+        lines[name] = trace(seconds(recording)[known], column[known], f"axis {axis}", COLOUR)
     return multiples(title, "time [s]", f"[{unit}]", lines, word="axis")
 
 
-def _tracking(found: Recording) -> Part:
-    drawn = {"error": _drawn(found, "e", "Tracking error", "µrad", MICRO)}
+def _tracking(recording: Recording) -> Part:
+    drawn = {"error": _drawn(recording, "e", "Tracking error", "µrad", MICRO)}
     text = f"Judged from {SETTLE:g} s on; a run that ends before is judged whole."
-    return Part("Tracking error", text, *texts(ERRORS, _errors(found)), drawn, timed=True)
+    return Part("Tracking error", text, *texts(ERRORS, _errors(recording)), drawn, timed=True)
 
 
-def _motion(found: Recording) -> list[Part]:
+def _motion(recording: Recording) -> list[Part]:
     """Panels have no title above them: each kind of them has a section."""
     listed = (("theta", "Angles, measured", "rad"), ("tau_meas", "Torques, measured", "N m"))
     return [
-        Part(title, figures={name: _drawn(found, name, title, unit)}, timed=True)
+        Part(title, figures={name: _drawn(recording, name, title, unit)}, timed=True)
         for name, title, unit in listed
     ]
 
 
-def _timing(found: Recording) -> Part:
-    rows, shares = running(found), []
+def _timing(recording: Recording) -> Part:
+    rows, shares = running(recording), []
     for name, title in PARTS.items():
-        time, share = slower(found[name][rows])
+        time, share = slower(recording[name][rows])
         if time.size:
             shares.append(trace(time, share, title))
     drawn: dict[str, Figure] = {}
@@ -152,4 +154,4 @@ def _timing(found: Recording) -> Part:
         "A run in lockstep with the emulator has no wake-up: it waits for no clock, and its times"
         " are those of this computer."
     )
-    return Part("Times of a cycle", text, *texts(TIMES, _times(found)), drawn)
+    return Part("Times of a cycle", text, *texts(TIMES, _times(recording)), drawn)

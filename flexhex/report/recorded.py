@@ -40,50 +40,50 @@ class Missed:
     late_threads: int
 
 
-def seconds(found: Recording) -> Array:
+def seconds(recording: Recording) -> Array:
     """Time of each row [s]."""
-    return found["time"]
+    return recording["time"]
 
 
-def running(found: Recording) -> NDArray[np.bool_]:
+def running(recording: Recording) -> NDArray[np.bool_]:
     """Rows of cycles in which the controller ran."""
-    return np.equal(found["phase"], RUNNING)
+    return np.equal(recording["phase"], RUNNING)
 
 
-def missed(found: Recording) -> Missed:
+def missed(recording: Recording) -> Missed:
     """What there is no sample of."""
-    rows = running(found)
-    steps = np.rint(seconds(found)[rows] / found.base)
-    answered, counter = found["answered"][rows] == 1, found["working_counter"][rows]
+    rows = running(recording)
+    steps = np.rint(seconds(recording)[rows] / recording.base)
+    answered, counter = recording["answered"][rows] == 1, recording["working_counter"][rows]
     complete = counter.max(initial=0.0)
     return Missed(
         int(np.sum(np.diff(steps) - 1)),
         int(np.sum(~answered)),
         int(np.sum(answered & (counter < complete))),
-        int(found["late_threads"].max(initial=0.0)),
+        int(recording["late_threads"].max(initial=0.0)),
     )
 
 
-def errors(found: Recording) -> list[tuple[float, float, float]]:
+def errors(recording: Recording) -> list[tuple[float, float, float]]:
     """RMS and largest tracking error of each axis [µrad] and when it was [s].
 
     Judged from the settling time on; a recording that ends before is judged as a whole.
     """
-    time, rows = seconds(found), running(found)
+    time, rows = seconds(recording), running(recording)
     late = rows & (time > SETTLE)
     kept = late if late.any() else rows
-    e, at = MICRO * found["e"][kept], time[kept]
+    e, at = MICRO * recording["e"][kept], time[kept]
     return [
         (float(np.sqrt(np.mean(column**2))), float(most), float(at[np.abs(column).argmax()]))
         for column, most in zip(e.T, np.abs(e).max(axis=0), strict=True)
     ]
 
 
-def quantiles(found: Recording) -> dict[str, tuple[float, ...]]:
+def quantiles(recording: Recording) -> dict[str, tuple[float, ...]]:
     """p50, p99, p99.9 and the largest of each part of a cycle [µs]; lost replies have no round."""
-    rows = running(found)
-    answered = rows & (found["answered"] == 1)
-    parts = {name: found[name][answered if name == "round_trip" else rows] for name in PARTS}
+    rows = running(recording)
+    answered = rows & (recording["answered"] == 1)
+    parts = {name: recording[name][answered if name == "round_trip" else rows] for name in PARTS}
     return {
         name: (*(float(q) for q in np.percentile(values, (50, 99, 99.9))), float(values.max()))
         for name, values in parts.items()
@@ -112,13 +112,13 @@ def layer_state(status: float) -> str:
     return LAYER.get(code, f"AL status {int(status):#04x}") if status else "no answer"
 
 
-def changes(found: Recording) -> list[tuple[float, str, str]]:
+def changes(recording: Recording) -> list[tuple[float, str, str]]:
     """Time [s], axes and the new state of whatever changed; the first rows are how it began."""
     kinds = (("statusword", drive_state), ("al_state", layer_state), ("error_code", fault))
     listed = [
-        (float(seconds(found)[row]), f"{axis}", text)
+        (float(seconds(recording)[row]), f"{axis}", text)
         for channel, name in kinds
-        for axis, column in enumerate(found[channel].T, start=1)
+        for axis, column in enumerate(recording[channel].T, start=1)
         for row, text in _altered(column, name)
     ]
     return _together(sorted(listed))

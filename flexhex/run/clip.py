@@ -56,14 +56,14 @@ def clips(run: PaperRun) -> list[Clip]:
     machine = run.builder.machine
     if not machine.has_platform or machine.n_arms != 6:
         return []
-    found = (_adaptive(run), _payload(run), _residual(run))
-    return [clip for clip in found if clip]
+    candidates = (_adaptive(run), _payload(run), _residual(run))
+    return [clip for clip in candidates if clip]
 
 
-def clips_json(found: Sequence[Clip]) -> str:
+def clips_json(shown: Sequence[Clip]) -> str:
     """For the script of the report: one page, and for each clip what goes into it."""
     page = view_html("clip", PLACE)
-    listed = [{"title": c.title, "text": c.text, "data": json_text(c.data)} for c in found]
+    listed = [{"title": c.title, "text": c.text, "data": json_text(c.data)} for c in shown]
     return json_text({"page": page, "place": json.dumps(PLACE), "clips": listed})
 
 
@@ -84,15 +84,15 @@ def _adaptive(run: PaperRun) -> Clip | None:
 
 def _payload(run: PaperRun) -> Clip | None:
     """Fixed and adaptive feedforward while a payload is bolted on; None without the experiment."""
-    found: Payload | None = run.experiments.get("payload")
-    if not found or not found.results:
+    payload: Payload | None = run.experiments.get("payload")
+    if not payload or not payload.results:
         return None
-    model = (np.zeros_like(found.mass), found.mass)
+    model = (np.zeros_like(payload.mass), payload.mass)
     shown = [
-        Run(f"{name} feedforward", name, COLOURS[name], _with_mass(result, found, mass))
-        for name, result, mass in zip(("fixed", "adaptive"), found.results, model, strict=True)
+        Run(f"{name} feedforward", name, COLOURS[name], _with_mass(result, payload, mass))
+        for name, result, mass in zip(("fixed", "adaptive"), payload.results, model, strict=True)
     ]
-    at, mass = found.times[1], found.masses[1]
+    at, mass = payload.times[1], payload.masses[1]
     begin = SETTLE + max(0.0, at - BEFORE)
     span = (begin, min(SETTLE + at + LEARNING, shown[0].result.duration))
     factor = _factor(shown, span)
@@ -105,11 +105,11 @@ def _payload(run: PaperRun) -> Clip | None:
     return _clip(run, "a payload is learnt", shown, span, factor, text, plots=plots)
 
 
-def _with_mass(result: Result, found: Payload, model: Array) -> Result:
+def _with_mass(result: Result, payload: Payload, model: Array) -> Result:
     """A run with the payload and what the model takes for it [kg]."""
     rate = result.group("K.p")
     mass = np.zeros((rate.rows, 2))
-    mass[-len(found.true) :] = np.column_stack([found.true, model])
+    mass[-len(payload.true) :] = np.column_stack([payload.true, model])
     groups = {
         name: dataclasses.replace(
             group, signals={k: v for k, v in group.signals.items() if not k.startswith("K.")}
@@ -159,8 +159,8 @@ def _with_residual(result: Result, strips: Sequence[Strip], side: str) -> Result
     ]
     signals = {"theta": group.signals["theta"], "residual": np.column_stack(left)}
     units = {"theta": "rad", "residual": strips[0].unit}
-    made = Group(group.period, group.base, signals, units)
-    return Result({"log": made}, duration=result.duration)
+    extended = Group(group.period, group.base, signals, units)
+    return Result({"log": extended}, duration=result.duration)
 
 
 def _clip(
@@ -195,10 +195,10 @@ def _factor(runs: list[Run], span: tuple[float, float]) -> float:
 
 def _worst(runs: list[Run], span: tuple[float, float]) -> tuple[float, float]:
     """The largest error of a joint in the runs [rad], and when it is [s]."""
-    found = [(1e-12, span[0])]
+    peaks = [(1e-12, span[0])]
     for run in runs:
         time = run.result.time(ERROR)
         kept = (time >= span[0]) & (time <= span[1])
         size = np.abs(run.result[ERROR][kept]).max(axis=1)
-        found.append((float(size.max()), float(time[kept][size.argmax()])))
-    return max(found)
+        peaks.append((float(size.max()), float(time[kept][size.argmax()])))
+    return max(peaks)

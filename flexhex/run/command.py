@@ -13,7 +13,7 @@ from flexhex.arguments import (
     AsJson,
     MachineFile,
     command_line,
-    found_machine,
+    machine_file_of,
 )
 
 FULL, QUICK = Path("out"), Path("out/quick")
@@ -67,7 +67,7 @@ def run_command(
 
     folder = out or (QUICK if quick else FULL)
     with live() as progress:
-        builder = Builder(found_machine(machine), folder, progress.building)
+        builder = Builder(machine_file_of(machine), folder, progress.building)
         part = only.value if only else None
         done = paper_run(builder, command_line(), quick, progress, part, keep is Keep.ALL)
         progress.stage("writing the report")

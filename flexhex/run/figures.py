@@ -49,7 +49,7 @@ def figures(run: PaperRun) -> dict[str, Figure]:
             "joints": _joints(run),
             "adapting": _parameters(run),
         }
-        drawn |= {name: linked(made, RUN) for name, made in timed.items()}
+        drawn |= {name: linked(one, RUN) for name, one in timed.items()}
         drawn |= {"spectrum": _spectrum(run), "sources": _sources(run)}
     if run.table.published:
         drawn |= {
@@ -195,7 +195,7 @@ def _beside(run: PaperRun, place: int, title: str, axis: str) -> Figure:
     ]
     dots[0]["marker"]["color"] = "#c0603a"
     order = [name for name, _ in ours][::-1]
-    made = figure(
+    drawn = figure(
         title,
         axis,
         "",
@@ -207,13 +207,13 @@ def _beside(run: PaperRun, place: int, title: str, axis: str) -> Figure:
         height=160 + 38 * len(order),
         hovermode="closest",
     )
-    return marked(made, half=True)
+    return marked(drawn, half=True)
 
 
 def _pair(rows: Rows, name: str, place: int) -> tuple[float, float] | None:
     known = rows.published.rows.get(name) if rows.published else None
-    found = [o.figures.row()[place] for o in rows.outcomes if o.case.name == name]
-    return (found[0], known[place]) if known and found else None
+    values = [o.figures.row()[place] for o in rows.outcomes if o.case.name == name]
+    return (values[0], known[place]) if known and values else None
 
 
 def _dots(name: str, rows: Sequence[tuple[str, float]], marker: dict[str, Any]) -> dict[str, Any]:

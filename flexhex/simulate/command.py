@@ -14,7 +14,7 @@ from flexhex.arguments import (
     MachineFile,
     Trajectory,
     command_line,
-    found_machine,
+    machine_file_of,
 )
 from flexhex.fmus.common.errors import UsageError
 
@@ -74,22 +74,24 @@ def simulate_command(
         if trajectory is not None:
             from flexhex.trajectory.variant import with_trajectory
 
-            variant = with_trajectory(description, trajectory, found_machine(machine), Path(folder))
+            variant = with_trajectory(
+                description, trajectory, machine_file_of(machine), Path(folder)
+            )
             description = variant.path
             seconds = variant.end if duration is None else duration
         advance = progress.line(description.name, seconds)
-        found = execute(
+        simulated = execute(
             description,
             seconds,
             signals=[DEFAULT, *(also or [])],
             progress=advance,
             parameters=values,
         )
-    path = save(found, result, provenance(command=command_line()))
+    path = save(simulated, result, provenance(command=command_line()))
     if json:
-        print(simulation_json(found, path))
+        print(simulation_json(simulated, path))
     else:
-        print_simulation(found, path)
+        print_simulation(simulated, path)
 
 
 def parameters_in(given: Sequence[str]) -> dict[str, str | list[str]]:
@@ -97,12 +99,12 @@ def parameters_in(given: Sequence[str]) -> dict[str, str | list[str]]:
 
     UsageError for a text without name or value, and for a name that is there twice.
     """
-    found: dict[str, str | list[str]] = {}
+    parameters: dict[str, str | list[str]] = {}
     for text in given:
         name, _, value = (part.strip() for part in text.partition("="))
         if not (name and value):
             raise UsageError(f"--parameter {text!r}: must be NAME=VALUE, as reference.seed=3")
-        if name in found:
+        if name in parameters:
             raise UsageError(f"--parameter {text!r}: {name} has a value already")
-        found[name] = value.split(",") if "," in value else value
-    return found
+        parameters[name] = value.split(",") if "," in value else value
+    return parameters

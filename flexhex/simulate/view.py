@@ -20,8 +20,8 @@ from flexhex.tracking import SETTLE, Tracking, tracking
 def print_simulation(result: Result, path: Path) -> None:
     """Tracking, time spent in each FMU, faults and warnings, where the file is."""
     out = Console(highlight=False, soft_wrap=True)
-    if found := tracking(result):
-        out.print(tracking_text(found), markup=False)
+    if tracked := tracking(result):
+        out.print(tracking_text(tracked), markup=False)
     speed = result.duration / max(result.wall, 1e-9)
     out.print(
         f"\n{result.duration:g} s simulated in {result.wall:.2f} s, {speed:.1f} × real time",
@@ -36,16 +36,16 @@ def print_simulation(result: Result, path: Path) -> None:
     out.print(f"result   {path}", markup=False)
 
 
-def tracking_text(found: Tracking) -> str:
+def tracking_text(tracked: Tracking) -> str:
     """Tracking error and feedback torque in words."""
     lines = [
-        f"Tracking from {found.begin:g} s to {found.end:g} s, all joints"
-        + ("" if found.begin else f" (the run ends before {SETTLE:g} s: judged whole)"),
-        f"  error e               RMS {found.e:.4g} µrad, largest {found.e_max:.4g} µrad"
-        f" (joint {found.joint} at {found.at:.4f} s)",
+        f"Tracking from {tracked.begin:g} s to {tracked.end:g} s, all joints"
+        + ("" if tracked.begin else f" (the run ends before {SETTLE:g} s: judged whole)"),
+        f"  error e               RMS {tracked.e:.4g} µrad, largest {tracked.e_max:.4g} µrad"
+        f" (joint {tracked.joint} at {tracked.at:.4f} s)",
     ]
-    if math.isfinite(found.tau_fb):
-        lines.append(f"  feedback torque τ_FB  RMS {found.tau_fb:.4g} N m")
+    if math.isfinite(tracked.tau_fb):
+        lines.append(f"  feedback torque τ_FB  RMS {tracked.tau_fb:.4g} N m")
     return "\n".join(lines)
 
 
@@ -70,18 +70,18 @@ def simulation_json(result: Result, path: Path) -> str:
     return json.dumps(data, indent=2, allow_nan=False)
 
 
-def tracking_data(found: Tracking | None) -> dict[str, Any] | None:
+def tracking_data(tracked: Tracking | None) -> dict[str, Any] | None:
     """Figures by names with their units."""
-    if found is None:
+    if tracked is None:
         return None
     figures = {
-        "from_s": found.begin,
-        "to_s": found.end,
-        "e_rms_urad": found.e,
-        "e_max_urad": found.e_max,
-        "e_max_joint": found.joint,
-        "e_max_at_s": found.at,
-        "tau_fb_rms_Nm": found.tau_fb,
+        "from_s": tracked.begin,
+        "to_s": tracked.end,
+        "e_rms_urad": tracked.e,
+        "e_max_urad": tracked.e_max,
+        "e_max_joint": tracked.joint,
+        "e_max_at_s": tracked.at,
+        "tau_fb_rms_Nm": tracked.tau_fb,
     }
     return {key: value if math.isfinite(value) else None for key, value in figures.items()}
 

@@ -163,8 +163,8 @@ class Builder:
         return Source("plant", self.real, self.truth)
 
     def _starts_of(self, block: str) -> Starts:
-        found: Iterable[str] = (i for i, r in INSTANCES.items() if r == block)
-        return next((self.schedule[i] for i in found if i in self.schedule), {})
+        instances: Iterable[str] = (i for i, r in INSTANCES.items() if r == block)
+        return next((self.schedule[i] for i in instances if i in self.schedule), {})
 
     def interface_of(self, block: str, name: str, starts: Starts) -> Interface:
         """Interface of a variant; machine.fmu shows nothing beyond the plant's own."""

@@ -33,12 +33,12 @@ class Fault:
 
 def faults(run: str, result: Result) -> list[Fault]:
     """The faults of one result, whose run has that title."""
-    found = []
+    listed = []
     for group in result.groups.values():
         for name, values in group.signals.items():
             if name.endswith(".fault") and values.any():
                 first = int(values.nonzero()[0][0])
                 time, share = float(group.time[first]), float((values != 0).mean())
                 item = item_of(group.descriptions.get(name, ""), values[first])
-                found.append(Fault(run, name, float(values[first]), time, share, item))
-    return found
+                listed.append(Fault(run, name, float(values[first]), time, share, item))
+    return listed

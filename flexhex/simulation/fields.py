@@ -54,12 +54,12 @@ def refused(machine: Machine, error: StartValueError, block: str) -> str:
     keys = keys_of(error, block)
     low, high = (f"{limit:.9g}" for limit in error.limits)
     unit = f" {error.unit}".removesuffix(" 1")
-    made = "" if len(keys) == 1 else f"{error.name} is {error.value:.9g}{unit}, "
+    intermediate = "" if len(keys) == 1 else f"{error.name} is {error.value:.9g}{unit}, "
     remedy = "the value, was it meant in another unit?" if len(keys) == 1 else "one of them"
     return (
-        f"{', '.join(shown(machine, key) for key in keys) or 'machine'}: {made}"
+        f"{', '.join(shown(machine, key) for key in keys) or 'machine'}: {intermediate}"
         f"must be {low} to {high}{unit}"
-        f" (range{'' if made else f' of {error.name}'} in {block}.fmu):"
+        f" (range{'' if intermediate else f' of {error.name}'} in {block}.fmu):"
         f" correct {remedy}"
     )
 

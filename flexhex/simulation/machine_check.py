@@ -17,16 +17,16 @@ from flexhex.fmus.common.machine.machine import Machine
 from flexhex.fmus.common.machine_file import load_machine
 from flexhex.simulation.fields import refused
 
-Made = TypeVar("Made")
+Product = TypeVar("Product")
 
 
-def named(path: Path, make: Callable[[], Made], where: str = "") -> Made:
+def named(path: Path, make: Callable[[], Product], where: str = "") -> Product:
     """What `make` returns; its complaint as a MachineError with file, field, FMU (`where`)."""
     try:
-        made = make()
-        if isinstance(made, Interface):
-            made.parameters  # noqa: B018 - Ts is added, and checked, only here
-        return made
+        result = make()
+        if isinstance(result, Interface):
+            result.parameters  # noqa: B018 - Ts is added, and checked, only here
+        return result
     except FlexhexError as error:
         text = str(error)
         if text.startswith(str(path)):

@@ -16,10 +16,10 @@ TUNED = "tuned"
 
 def sources(machine_file: Path) -> dict[str, int]:
     """Quantities of the file by source, vectors and matrices as one; `tuned`: of the assumed."""
-    found = Counter(
+    counted = Counter(
         kind for quantity in _quantities(machine_data(machine_file)) for kind in _kinds(quantity)
     )
-    return {kind: found[kind] for kind in (*SOURCES, TUNED) if found[kind]}
+    return {kind: counted[kind] for kind in (*SOURCES, TUNED) if counted[kind]}
 
 
 def sentence(machine_file: Path) -> str:

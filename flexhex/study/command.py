@@ -12,8 +12,8 @@ from flexhex.arguments import (
     DEFAULT_MACHINE,
     AsJson,
     MachineFile,
-    found_machine,
     listed_values,
+    machine_file_of,
 )
 
 KINDS = ("noise", "payload", "age", "drift", "truth", "trajectory")
@@ -51,7 +51,7 @@ def study_command(
     from flexhex.study.tasks import carry_out, tasks
     from flexhex.study.view import print_result, result_json, write_result
 
-    file = found_machine(machine)
+    file = machine_file_of(machine)
     plan = Plan(runs, duration, seed, varied_of(vary, file), payload, age)
     pool = over_dask(dask) if dask else local(jobs or os.cpu_count() or 1)
     folder = out / "study"

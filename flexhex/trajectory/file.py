@@ -146,7 +146,7 @@ def _scaled(path: Path, header: Header, table: Array) -> dict[str, Array]:
         for order, units in enumerate(orders)
         for element in SUFFIXES[name]
     }
-    found: dict[str, dict[str, Array]] = {}
+    scaled: dict[str, dict[str, Array]] = {}
     for k, (name, unit) in enumerate(zip(header.names, header.units, strict=True)):
         if name not in known:
             raise TrajectoryError(
@@ -159,33 +159,33 @@ def _scaled(path: Path, header: Header, table: Array) -> dict[str, Array]:
             raise TrajectoryError(
                 f"{path}: column {name}: unit {unit!r}, must be one of {', '.join(units)}"
             )
-        if element in found.setdefault(array, {}):
+        if element in scaled.setdefault(array, {}):
             raise TrajectoryError(f"{path}: column {name} stands twice")
-        found[array][element] = units[plain] * table[:, k]
-    if "time" not in found:
+        scaled[array][element] = units[plain] * table[:, k]
+    if "time" not in scaled:
         raise TrajectoryError(f"{path}: has no column time")
-    whole = {array: [e for a, e, _ in known.values() if a == array] for array in found}
+    whole = {array: [e for a, e, _ in known.values() if a == array] for array in scaled}
     for array, elements in whole.items():
         for element in elements:
-            if element not in found[array]:
+            if element not in scaled[array]:
                 raise TrajectoryError(f"{path}: column {array}{element} is missing")
-    return {a: np.column_stack([found[a][e] for e in elements]) for a, elements in whole.items()}
+    return {a: np.column_stack([scaled[a][e] for e in elements]) for a, elements in whole.items()}
 
 
-def _derivatives(path: Path, found: Mapping[str, Array]) -> tuple[Kind, dict[str, list[Array]]]:
+def _derivatives(path: Path, columns: Mapping[str, Array]) -> tuple[Kind, dict[str, list[Array]]]:
     """Which kind of motion it is, and of each quantity as many derivatives."""
-    quantities = tuple(name for name in SUFFIXES if column(name, 0) in found)
+    quantities = tuple(name for name in SUFFIXES if column(name, 0) in columns)
     if quantities not in KINDS:
         raise TrajectoryError(
             f"{path}: has columns of {' and '.join(quantities) or 'no motion'}: must be {WANTED}"
             " (zeros where the platform stays level)"
         )
-    orders = max(o for o in range(3) if any(column(q, o) in found for q in quantities)) + 1
+    orders = max(o for o in range(3) if any(column(q, o) in columns for q in quantities)) + 1
     wanted = [column(q, order) for q in quantities for order in range(orders)]
     for name in wanted:
-        if name not in found:
+        if name not in columns:
             raise TrajectoryError(f"{path}: has no {name}, which goes with the other rates")
-    for name in sorted(set(found) - set(wanted)):
+    for name in sorted(set(columns) - set(wanted)):
         raise TrajectoryError(f"{path}: has {name} without the values that it is the rate of")
-    of = {q: [found[column(q, order)] for order in range(orders)] for q in quantities}
+    of = {q: [columns[column(q, order)] for order in range(orders)] for q in quantities}
     return KINDS[quantities], of

@@ -164,6 +164,6 @@ def _compiled(function: ca.Function) -> RowFunction:
 
 def _first(wrong: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """Row and column of the first that is wrong, if any."""
-    found = np.argwhere(wrong)
-    if len(found):
-        yield int(found[0, 0]), int(found[0, 1])
+    places = np.argwhere(wrong)
+    if len(places):
+        yield int(places[0, 0]), int(places[0, 1])

@@ -54,7 +54,7 @@ def with_trajectory(
     parts = {i.name: Part(i.name, package.fmus[i.source]).interface for i in package.instances}
     _check(package, parts, machine, machine_file)
     table = read_motion(trajectory, machine)
-    interfaces = {name: made for name, made in parts.items() if name not in (PLAYER, "reference")}
+    interfaces = {name: part for name, part in parts.items() if name not in (PLAYER, "reference")}
     sources = {i.name: Path(i.source).name for i in package.instances if i.name in interfaces}
     path = out / f"{ssp.stem}-{trajectory.stem}.ssp"
     end = math.ceil((begin + table.end) / package.base - 1e-6) * package.base
@@ -83,10 +83,10 @@ def build_player(
 ) -> Interface:
     """`out/player.fmu`, which holds the motion and rests for `begin` [s]; returns its interface."""
     with SYMBOLIC:
-        made = with_starts(interface.interface(machine, table.kind), {"t_start": begin})
+        player = with_starts(interface.interface(machine, table.kind), {"t_start": begin})
         functions = equations.functions(machine, table.kind)
         build_fmu(
-            made,
+            player,
             functions,
             step_file("player"),
             out,
@@ -95,13 +95,13 @@ def build_player(
             platforms,
             {HEADER: header(table)},
         )
-    return made
+    return player
 
 
 def _input(interface: Interface, name: str) -> tuple[tuple[float, ...], float]:
     """Start values and maximum of an input."""
-    found = next(v for v in interface.inputs if v.name == name)
-    return found.starts, found.max
+    variable = next(v for v in interface.inputs if v.name == name)
+    return variable.starts, variable.max
 
 
 def _check(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexhex.arguments import DEFAULT_MACHINE, found_machine
+from flexhex.arguments import DEFAULT_MACHINE, machine_file_of
 from flexhex.base_options import Joints, Tolerances, base_options
 from flexhex.log_options import Rename, TorqueConstant, Unit, log_options
 
@@ -74,13 +74,13 @@ def view_command(
             raise UsageError("--live follows one recording: leave the others out")
         if base is not None:
             raise UsageError("--live follows a hexapod's recording: take --base out")
-        _follow(runs[0], load_machine(found_machine(machine or DEFAULT_MACHINE)), port, show)
+        _follow(runs[0], load_machine(machine_file_of(machine or DEFAULT_MACHINE)), port, show)
         return
     if base is None:
         of_a_base = {"--joints": joints, "--tolerance": tolerance, "--held-out": held_out}
         for option in (name for name, given in of_a_base.items() if given):
             raise UsageError(f"{option}: say whose, --base robot.urdf")
-        drawn, said = of_machine(load_machine(found_machine(machine or DEFAULT_MACHINE))), ""
+        drawn, said = of_machine(load_machine(machine_file_of(machine or DEFAULT_MACHINE))), ""
         shown = load_sources(runs, logs, drawn)
     else:
         from flexhex.view.measured import measured_runs

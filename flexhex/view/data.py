@@ -118,8 +118,8 @@ def frames(run: Run, shape: Shape, span: Span, most: int) -> dict[str, Any]:
         raise UsageError(f"{run.file}: {_other(result, name, shape)}")
     times = instants(result.group(name), *span, most)
     theta = _at(result, name, times)
-    found = {key: find(result, names) for key, names in CHANNELS.items()}
-    values = {key: _at(result, one, times) if one else None for key, one in found.items()}
+    channels = {key: find(result, names) for key, names in CHANNELS.items()}
+    values = {key: _at(result, one, times) if one else None for key, one in channels.items()}
     wanted = find(result, WANTED)
     if values["e"] is None and wanted:
         values["e"] = _at(result, wanted, times) - theta

@@ -42,9 +42,9 @@ class Live:
         """
         with self._lock:
             self._tail.read()
-            if self._tail.count > self._count and (found := self._tail.result()):
+            if self._tail.count > self._count and (tail := self._tail.result()):
                 self._count, self._grew = self._tail.count, time.monotonic()
-                result, begin = found
+                result, begin = tail
                 runs = named_runs([self.path], [result])
                 data = page_data(runs, self.machine, (0.0, float("inf")), SIZE)
                 self._data = _shifted({**data, "settled": data["begin"]}, begin)

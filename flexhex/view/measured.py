@@ -14,7 +14,7 @@ from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.jointfit.elsewhere import elsewhere
 from flexhex.diagnosis.kinds import refuse_others, units_of
 from flexhex.diagnosis.logs import Log, read_log
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import Block, blocks, torque_at
 from flexhex.fmus.common.errors import LogError
@@ -35,7 +35,7 @@ class _Fit:
     """The base model fitted to some logs; rows of all logs with the torque that it leaves (m, n)
     [N m]."""
 
-    made: Calibrated
+    model: Calibrated
     rows: tuple[tuple[Block, Array], ...]
 
 
@@ -75,35 +75,35 @@ def _fit(
     paths: Sequence[Path], held_out: Sequence[Path], machine_file: Path | None, options: Options
 ) -> _Fit:
     """The base model fitted to the logs, as the diagnosis begins, and held against the others."""
-    base, request, trouble = asked_of(paths, held_out, machine_file, options)
+    base, request, trouble = run_set_of(paths, held_out, machine_file, options)
     if trouble:
         raise LogError(trouble)
-    made, _, _ = fitted(base, request.runs)
-    q = made.regression.q
-    rows = list(zip(made.blocks, made.residual(q), strict=True))
+    model, _, _ = fitted(base, request.runs)
+    q = model.regression.q
+    rows = list(zip(model.blocks, model.residual(q), strict=True))
     if request.judged:
-        apart = blocks(made.base, request.judged, made.spacing)
-        left = elsewhere(Bench(made, ()), apart, None).residual((), (), q)
+        apart = blocks(model.base, request.judged, model.spacing)
+        left = elsewhere(Bench(model, ()), apart, None).residual((), (), q)
         rows += zip(apart, left, strict=True)
-    return _Fit(made, tuple(rows))
+    return _Fit(model, tuple(rows))
 
 
 def _with(result: Result, log: Log, fit: _Fit) -> Result:
     """A log with the smoothed torque, that of the model and the residual; NaN where the fit has
     none."""
-    made = fit.made
-    begin, step = log["theta"].time[0], made.spacing
+    model = fit.model
+    begin, step = log["theta"].time[0], model.spacing
     count = int(np.floor((log["theta"].time[-1] - begin) / step)) + 1
-    values = {name: np.full((count, made.base.n), np.nan) for name in TEXTS}
+    values = {name: np.full((count, model.base.n), np.nan) for name in TEXTS}
     for block, left in fit.rows:
         if block.run.name != log.name:
             continue
-        torque = torque_at(block, made.base.window, made.fitted.delay)
+        torque = torque_at(block, model.base.window, model.fitted.delay)
         rows = np.rint((block.at + block.run.shift - begin) / step).astype(int)
         kept = block.usable & (rows >= 0) & (rows < count)
         for name, part in zip(TEXTS, (torque, torque - left, left), strict=True):
             values[name][rows[kept]] = part[kept]
-    unit = ",".join(units_of(made.base, made.base.n, "N m"))
-    signals = {name: v if made.base.n > 1 else v[:, 0] for name, v in values.items()}
+    unit = ",".join(units_of(model.base, model.base.n, "N m"))
+    signals = {name: v if model.base.n > 1 else v[:, 0] for name, v in values.items()}
     group = Group(1, step, signals, dict.fromkeys(TEXTS, unit), TEXTS)
     return replace(result, groups={**result.groups, "base model": group})

@@ -105,7 +105,7 @@ def _robot(robot: Robot) -> list[dict[str, Any]]:
     model, pin = robot.model, pinocchio()
     data, neutral = model.createData(), pin.neutral(model)
     axes = {place: k for k, place in enumerate(robot.places)}
-    found = []
+    shapes = []
     for place, kind in zip(robot.places, robot.kinds, strict=True):
         at, before = model.jointPlacements[place], model.parents[place]
         jacobian = pin.computeJointJacobian(model, data, neutral, place)
@@ -115,10 +115,10 @@ def _robot(robot: Robot) -> list[dict[str, Any]]:
         tip = max(frames, key=np.linalg.norm, default=np.zeros(3))
         if np.linalg.norm(tip) < SHORT:
             tip = 2 * model.inertias[place].lever
-        found.append(
+        shapes.append(
             _joint(axes.get(before, -1), at.translation, at.rotation, axis, kind.turns, tip)
         )
-    return found
+    return shapes
 
 
 def _arm(arm: Arm) -> list[dict[str, Any]]:

@@ -86,5 +86,5 @@ class Tail:
         if not len(whole) or len(rows) - whole[0] < 2 * self._step:
             return None
         rows = rows[whole[0] :]
-        found = Recording(self.names, self.units, rows, self.meta)
-        return as_result(self.path, found), float(rows[0, self._time])
+        recording = Recording(self.names, self.units, rows, self.meta)
+        return as_result(self.path, recording), float(rows[0, self._time])

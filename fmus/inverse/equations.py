@@ -127,13 +127,13 @@ def signals(r: ca.SX, rd: ca.SX, rdd: ca.SX, tau: ca.SX) -> list[Signals]:
 
 def _own(model: Identified, state: ca.SX, p: ca.SX) -> list[tuple[Term, ca.SX, dict[str, ca.SX]]]:
     """Each effect with its states and shapes."""
-    found, first = [], 0
+    slices, first = [], 0
     for term in model.effects:
         size = len(term.effect.states)
         shape = {name: p[place] for name, place in term.shapes.items()}
-        found.append((term, state[first : first + size], shape))
+        slices.append((term, state[first : first + size], shape))
         first += size
-    return found
+    return slices
 
 
 def added(model: Identified, now: list[Signals], state: ca.SX, p: ca.SX) -> ca.SX:
@@ -147,24 +147,24 @@ def added(model: Identified, now: list[Signals], state: ca.SX, p: ca.SX) -> ca.S
 
 def start(model: Identified, r: ca.SX, p: ca.SX) -> ca.SX:
     """States of the effects at rest."""
-    found = [
+    states = [
         term.effect.start(r[term.axis], shape)
         for term, own, shape in _own(model, ca.SX.zeros(model.n_states), p)
         if own.numel()
     ]
-    return ca.vertcat(*found) if found else ca.SX.zeros(1)
+    return ca.vertcat(*states) if states else ca.SX.zeros(1)
 
 
 def followed(
     model: Identified, last: list[Signals], now: list[Signals], state: ca.SX, p: ca.SX, Ts: ca.SX
 ) -> ca.SX:
     """States of the effects Ts later."""
-    found = [
+    states = [
         term.effect.advance(last[term.axis], now[term.axis], own, shape, Ts)
         for term, own, shape in _own(model, state, p)
         if own.numel()
     ]
-    return ca.vertcat(*found) if found else state
+    return ca.vertcat(*states) if states else state
 
 
 def dry(own: Friction, rate: ca.SX, acceleration: ca.SX, z: ca.SX, p: ca.SX) -> ca.SX:

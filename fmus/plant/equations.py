@@ -152,7 +152,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     unit = ca.SX.eye(n)
     response = ca.horzcat(*(solve(unit[:, i]) for i in range(n)), solve(force))
 
-    made = [
+    listed = [
         ca.Function(
             "plant_rates",
             arguments,
@@ -180,8 +180,8 @@ def functions(machine: Machine) -> list[ca.Function]:
     ]
     if machine.has_platform:
         x_E, phi_E = d[n_d - 7 : n_d - 4], qn.rotation_vector(d[n_d - 4 :])
-        made.append(ca.Function("plant_pose", [d], [x_E, phi_E], ["d"], ["x_E", "phi_E"]))
-    return made
+        listed.append(ca.Function("plant_pose", [d], [x_E, phi_E], ["d"], ["x_E", "phi_E"]))
+    return listed
 
 
 def _drives(n: int) -> list[ca.Function]:

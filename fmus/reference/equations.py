@@ -126,7 +126,7 @@ def functions(machine: Machine) -> list[ca.Function]:
     t, T, amplitude, speed, rounding = (s[k] for k in ["t", "T", "amplitude", "speed", "rounding"])
     window = fading(t, T, s["fade"])
 
-    def made(name: str, arguments: str, values: list[ca.SX], results: str = "r rd rdd") -> Any:
+    def function(name: str, arguments: str, values: list[ca.SX], results: str = "r rd rdd") -> Any:
         given = arguments.split()
         inputs = [s[k] for k in given]
         return ca.Function(f"reference_{name}", inputs, ca.cse(values), given, results.split())
@@ -140,13 +140,13 @@ def functions(machine: Machine) -> list[ca.Function]:
     joints = [triangle(t, s["cycles"][i], amplitude[i], speed, rounding) for i in range(n)]
     slow = [ca.vertcat(*parts) for parts in zip(*joints, strict=True)]
     return [
-        made("random", "t move r_from r_to", derived(random, t)),
-        made("cycles", "T amplitude speed rounding", [fitting], "cycles"),
-        made("triangle", "t cycles amplitude speed rounding", slow),
-        made(
+        function("random", "t move r_from r_to", derived(random, t)),
+        function("cycles", "T amplitude speed rounding", [fitting], "cycles"),
+        function("triangle", "t cycles amplitude speed rounding", slow),
+        function(
             "multisine",
             "t T fade f_base n_sines phase amplitude",
             derived(amplitude * window * sines, t),
         ),
-        made("chirp", "t T fade f0 f1 amplitude", derived(amplitude * window * sweep, t)),
+        function("chirp", "t T fade f0 f1 amplitude", derived(amplitude * window * sweep, t)),
     ]

@@ -52,7 +52,7 @@ def _struct(group: Group) -> dict[str, object]:
 
 def identifiers(names: Iterable[str]) -> dict[str, str]:
     """A name that MATLAB accepts for each name, no two alike: letters, digits, `_`."""
-    found: dict[str, str] = {}
+    names_of: dict[str, str] = {}
     taken = {"time", "unit", "name", "description"}
     for name in names:
         plain_name = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "x"
@@ -62,6 +62,6 @@ def identifiers(names: Iterable[str]) -> dict[str, str]:
             count += 1
             end = f"_{count}"
             candidate = plain_name[: LONGEST - len(end)] + end
-        found[name] = candidate
+        names_of[name] = candidate
         taken.add(candidate)
-    return found
+    return names_of

@@ -71,17 +71,17 @@ def write(path: Path, result: Result, meta: Meta) -> None:
 
 def _topics(result: Result) -> list[Topic]:
     """One for each component of each group; `/log` for signals without one."""
-    found: list[Topic] = []
+    topics: list[Topic] = []
     for rate, group in result.groups.items():
         parts: dict[str, list[str]] = {}
         for signal in group.signals:
             component, dot, _ = signal.partition(".")
             parts.setdefault(component if dot else "log", []).append(signal)
         for component, signals in parts.items():
-            name, known = f"/{component}", {topic.name for topic in found}
+            name, known = f"/{component}", {topic.name for topic in topics}
             name = next(n for n in (name, f"{name} {rate}", f"{name} {rate} 2") if n not in known)
-            found.append(Topic(name, rate, group, tuple(signals)))
-    return found
+            topics.append(Topic(name, rate, group, tuple(signals)))
+    return topics
 
 
 def _schema(topic: Topic) -> dict[str, Any]:
@@ -175,13 +175,13 @@ def _about(result: Result, topics: list[Topic], meta: Meta) -> dict[str, str]:
 def is_result(path: Path) -> bool:
     """Whether a file is a result of ours. OSError where it cannot be read."""
     with path.open("rb") as file:
-        return _found(path, file) is not None
+        return _summary(path, file) is not None
 
 
 def read(path: Path) -> Result:
     """Read a result that `write` wrote. LogError when it is none, or damaged, or without mcap."""
     with path.open("rb") as file:
-        about = _found(path, file)
+        about = _summary(path, file)
         if about is None:
             raise LogError(f"{path}: an MCAP file, but not a result of flexhex")
         if about["version"] != VERSION:
@@ -200,7 +200,7 @@ def read(path: Path) -> Result:
             raise LogError(f"{path}: a damaged MCAP file, maybe truncated ({error})") from None
 
 
-def _found(path: Path, file: Any) -> dict[str, Any] | None:
+def _summary(path: Path, file: Any) -> dict[str, Any] | None:
     """Our metadata in an MCAP file; None where it has none."""
     try:
         reader = importlib.import_module("mcap.reader")

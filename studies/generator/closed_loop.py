@@ -104,16 +104,16 @@ class Loop:
             inertia[:, part] += gain * s.effect.inertia(q[:, part])
             at += n
         a = self._accelerations(q, v, m - w - force, inertia)
-        found, at = [v, a, v / self.sigma * (1 - np.sign(v) * z)], 3
+        rates, at = [v, a, v / self.sigma * (1 - np.sign(v) * z)], 3
         for (part, s), n in zip(self.torques, self.states, strict=True):
             assert isinstance(s.effect, Torque)
             if n:
                 rate = np.zeros((n, *q.shape))
                 own = y[at : at + n, :, part]
                 rate[..., part] = s.effect.rate(t[part], q[:, part], v[:, part], a[:, part], own)
-                found += list(rate)
+                rates += list(rate)
             at += n
-        return np.stack(found)
+        return np.stack(rates)
 
     def _accelerations(self, q: Array, v: Array, m: Array, inertia: Array) -> Array:
         """a of M(q) a + h(q, v) = m; rows: motion at rest, six unit accelerations, the rates."""
@@ -191,11 +191,11 @@ def _step(
 
 def _read(loop: Loop, q: Array, v: Array) -> Array:
     """Angles as the encoders show them."""
-    found = q.copy()
+    angles = q.copy()
     for part, s in loop.encoders:
         assert isinstance(s.effect, Encoder)
-        found[:, part] = s.effect.reading(s.gain, q[:, part], v[:, part], 0 * q[:, part])[0]
-    return found
+        angles[:, part] = s.effect.reading(s.gain, q[:, part], v[:, part], 0 * q[:, part])[0]
+    return angles
 
 
 class _Digital:

@@ -186,8 +186,8 @@ def changed(
     values = getattr(act, name).copy()
     values[axis] = values[axis] + rng.choice([-0.3, 0.3]) if name == "o" else values[axis] * 5
     before = float(getattr(nominal.actuator, name)[axis])
-    told = Change(kind, f"actuator[{axis + 1}].{name}", before, float(values[axis]), unit)
-    return replace(truth, actuator=replace(act, **{name: values})), (told,)
+    change = Change(kind, f"actuator[{axis + 1}].{name}", before, float(values[axis]), unit)
+    return replace(truth, actuator=replace(act, **{name: values})), (change,)
 
 
 def _seed(rng: np.random.Generator) -> int:

@@ -27,7 +27,7 @@ class Motor:
 
     unit: str = "1"
     limit: float = np.inf
-    told: dict[str, float] = field(default_factory=dict)
+    announced: dict[str, float] = field(default_factory=dict)
     closed = True
     everywhere = False
 
@@ -126,11 +126,11 @@ class Teeth(Motor):
     def _slip(self, q: Array) -> Array:
         """From -1 to 1: mean of eight stops that let go one after the other."""
         widths = self.width * np.arange(1, 9)[:, None, None] / 8
-        stops, found = np.zeros((8, *q.shape[:2])), np.zeros_like(q)
+        stops, slip = np.zeros((8, *q.shape[:2])), np.zeros_like(q)
         for k, way in enumerate(np.moveaxis(np.diff(q, axis=-1), -1, 0), start=1):
             stops = np.maximum(np.minimum(stops + way / widths, 1), -1)
-            found[..., k] = stops.mean(axis=0)
-        return found
+            slip[..., k] = stops.mean(axis=0)
+        return slip
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class Drive:
     kind: str
     unit: str = "s"
     limit: float = 0.02
-    told: dict[str, float] = field(default_factory=dict)
+    announced: dict[str, float] = field(default_factory=dict)
     everywhere = False
 
     @property
@@ -186,14 +186,14 @@ class Drive:
         if self.kind == "limit":
             g = column(np.maximum(gain, 1e-9), i)
             return np.asarray(np.arctanh(np.clip(g * i, -0.99, 0.99)) / g)
-        found, clock = i.copy(), t[0] - t[0, 0]
+        command, clock = i.copy(), t[0] - t[0, 0]
         for joint in np.flatnonzero(gain):
             curve = CubicSpline(clock, i[joint], axis=-1)
             if self.kind == "delay":
-                found[joint] = curve(clock + gain[joint])
+                command[joint] = curve(clock + gain[joint])
             else:
-                found[joint] = i[joint] + gain[joint] * curve(clock, 1)
-        return found
+                command[joint] = i[joint] + gain[joint] * curve(clock, 1)
+        return command
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Encoder:
 
     unit: str = "rad"
     limit: float = 0.02
-    told: dict[str, float] = field(default_factory=dict)
+    announced: dict[str, float] = field(default_factory=dict)
     phase: Array = field(default_factory=lambda: np.zeros(6))
     closed = True
     everywhere = False

@@ -42,7 +42,7 @@ def drag(rng: Rng) -> Torque:
     power = rng.uniform(1.9, 2.1)
     return Algebraic(
         "N m s2/rad2",
-        told={"power": power},
+        announced={"power": power},
         form=lambda t, q, v: np.sign(v) * np.abs(v) ** power,
     )
 
@@ -56,7 +56,7 @@ def cogging(rng: Rng) -> Torque:
         turn = w * q + column(phase, q)
         return np.asarray(np.cos(turn) + 0.1 * np.cos(2 * turn + 1))
 
-    return Algebraic(told={"order": float(order)}, form=form)
+    return Algebraic(announced={"order": float(order)}, form=form)
 
 
 def hysteresis(rng: Rng) -> Torque:
@@ -81,7 +81,7 @@ def cable(rng: Rng) -> Torque:
     side, edge, soft = rng.choice([-1, 1]), rng.uniform(0.0, 0.08), rng.uniform(1e-3, 4e-3)
     return Algebraic(
         "N m/rad",
-        told={"angle": float(side * edge), "soft": soft},
+        announced={"angle": float(side * edge), "soft": soft},
         form=lambda t, q, v: side * soft * np.logaddexp(0, (side * q - edge) / soft),
     )
 
@@ -90,7 +90,7 @@ def offset_drift(rng: Rng) -> Torque:
     """An offset that creeps in with time."""
     time, sign = rng.uniform(15, 60), rng.choice([-1, 1], 6)
     return Algebraic(
-        told={"time": time},
+        announced={"time": time},
         form=lambda t, q, v: column(sign, q) * (1 - np.exp(-np.maximum(t, 0) / time)) + 0 * q,
     )
 
@@ -98,7 +98,7 @@ def offset_drift(rng: Rng) -> Torque:
 def flexible(rng: Rng) -> Torque:
     """A mode of 10 to 22 Hz."""
     hertz, zeta = rng.uniform(10, 22), rng.uniform(0.02, 0.06)
-    return Sprung(w=2 * np.pi * hertz, zeta=zeta, told={"frequency": hertz, "damping": zeta})
+    return Sprung(w=2 * np.pi * hertz, zeta=zeta, announced={"frequency": hertz, "damping": zeta})
 
 
 TORQUES: dict[str, Callable[[Rng], Torque]] = {

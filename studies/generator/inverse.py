@@ -94,8 +94,8 @@ def scale(hidden: Hidden, base: Base, clock: Array, motion: Motion, m: Array) ->
     mask = np.isin(np.arange(6), axes)
 
     def size(gain: Array) -> Array:
-        found = signal(effect, gain * mask, base, clock, motion, m)
-        return np.asarray(np.sqrt(np.mean(found[..., part] ** 2, axis=(1, 2))))
+        contribution = signal(effect, gain * mask, base, clock, motion, m)
+        return np.asarray(np.sqrt(np.mean(contribution[..., part] ** 2, axis=(1, 2))))
 
     if isinstance(effect, Torque | Encoder):
         gain = 1e-3 * wanted / np.maximum(size(np.full(6, 1e-3)), 1e-12)

@@ -63,7 +63,7 @@ def _read(
         return np.asarray(CubicSpline(clock, signal[:, k], axis=-1)(clock[first:] - late))
 
     noise = case.noise.white * rng.standard_normal((6, clock.size - first))
-    found = {
+    channels = {
         "theta": _stepped(clean.q[:, k, first:], log.angle_step),
         "tau_meas": _stepped(torque(clean.i) + noise, log.torque_step),
         "tau": _stepped(torque(clean.tau), log.torque_step),
@@ -71,7 +71,7 @@ def _read(
     }
     kept = rng.random(clock.size - first) >= log.dropped
     time = np.arange(clock.size - first) / RATE
-    return time[kept], {name: values.T[kept] for name, values in found.items()}
+    return time[kept], {name: values.T[kept] for name, values in channels.items()}
 
 
 def _stepped(signal: Array, step: float) -> Array:

@@ -52,8 +52,8 @@ def zero() -> Linear:
 
 def units() -> list[Linear]:
     """One per column of a regression: a single one, all else zero."""
-    found = []
+    directions = []
     for name, values in vars(zero()).items():
         for row in np.eye(len(values)):
-            found.append(replace(zero(), **{name: row}))
-    return found
+            directions.append(replace(zero(), **{name: row}))
+    return directions

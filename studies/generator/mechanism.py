@@ -172,13 +172,13 @@ class Mechanism:
         self, q: Array, v: Array, a: Array, p: Linear, gravity: Array | None = None
     ) -> Array:
         """Torque (6, samples) along a trajectory q, v, a (6, samples), block by block."""
-        found, last = [], None
+        solutions, last = [], None
         for k in range(0, q.shape[1], BLOCK):
             part = slice(k, k + BLOCK)
             at = self.pose(q[:, part], self._guess(q[:, part], last))
             last = at.x_E[:, -1], at.lam_E[:, -1]
-            found.append(self.torque(at, v[:, part], a[:, part], p, gravity))
-        return np.concatenate(found, axis=1)
+            solutions.append(self.torque(at, v[:, part], a[:, part], p, gravity))
+        return np.concatenate(solutions, axis=1)
 
     def _guess(self, q: Array, last: tuple[Array, Array] | None) -> tuple[Array, Array]:
         """Platform poses near those of q: solved at every 16th sample, lines in between."""

@@ -68,15 +68,15 @@ class Memory(Torque):
 def backlash(rng: Rng) -> Torque:
     """A part of the arm rattles in a gap of some mrad."""
     hertz, play = rng.uniform(18, 30), rng.uniform(1e-3, 4e-3)
-    told = {"frequency": hertz, "play": play}
-    return Sprung(w=2 * np.pi * hertz, zeta=rng.uniform(0.1, 0.3), play=play, told=told)
+    announced = {"frequency": hertz, "play": play}
+    return Sprung(w=2 * np.pi * hertz, zeta=rng.uniform(0.1, 0.3), play=play, announced=announced)
 
 
 def bump(rng: Rng) -> Torque:
     """A dent: the torque rises at one angle only."""
     place, width = rng.uniform(-0.08, 0.08), rng.uniform(0.008, 0.025)
     return Algebraic(
-        told={"angle": place, "width": width},
+        announced={"angle": place, "width": width},
         form=lambda t, q, v: np.exp(-(((q - place) / width) ** 2)),
     )
 
@@ -86,7 +86,7 @@ def creep(rng: Rng) -> Torque:
     time = rng.uniform(20, 80)
     return Algebraic(
         "N m/rad",
-        told={"time": time},
+        announced={"time": time},
         form=lambda t, q, v: -q * (1 - np.exp(-np.maximum(t, 0) / time)),
     )
 

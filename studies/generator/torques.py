@@ -27,7 +27,7 @@ class Torque:
     unit: str = "N m"
     limit: float = np.inf
     states: int = 0
-    told: dict[str, float] = field(default_factory=dict)
+    announced: dict[str, float] = field(default_factory=dict)
     everywhere = False
     closed = True
 

@@ -65,7 +65,7 @@ def write(case: Case, clean: Clean, logs: Path, sealed: Path, ending: str = "h5"
         (_csv if ending == "csv" else _hdf5)(run, path)
         (held_out if run.held_out else open_).append(path)
     truth = sealed / f"{case.seed}{'c' if case.closed else ''}.json"
-    truth.write_text(json.dumps(told(case, clean), indent=1) + "\n", encoding="utf-8")
+    truth.write_text(json.dumps(truth_of(case, clean), indent=1) + "\n", encoding="utf-8")
     return Written(tuple(open_), tuple(held_out), truth)
 
 
@@ -91,7 +91,7 @@ def _csv(run: Run, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def told(case: Case, clean: Clean) -> dict[str, Any]:
+def truth_of(case: Case, clean: Clean) -> dict[str, Any]:
     """The truth as JSON; joints are counted from 1."""
     open_runs = (len(case.trajectories) - 1) * case.passes
     first = np.arange(0, open_runs, case.passes)
@@ -135,7 +135,7 @@ def _seen(scaled: Scaled, gap: Array, columns: Columns) -> Array:
 def _effect(scaled: Scaled, rms: Array, seen: Array, torque: Array) -> dict[str, Any]:
     axes = list(scaled.hidden.axes)
     whole = np.linalg.norm(torque[axes])
-    told = {
+    announced = {
         name: value
         for name, value in vars(scaled.effect).items()
         if isinstance(value, int | float) and name not in ("states", "limit")
@@ -151,21 +151,21 @@ def _effect(scaled: Scaled, rms: Array, seen: Array, torque: Array) -> dict[str,
         "observable_per_axis": (seen / torque).tolist(),
         "gain": scaled.gain[axes].tolist(),
         "unit": scaled.effect.unit,
-        "told": {**told, **scaled.effect.told},
-        "parameters": _parameters(scaled, told),
+        "announced": {**announced, **scaled.effect.announced},
+        "parameters": _parameters(scaled, announced),
     }
 
 
-def _parameters(scaled: Scaled, told: Mapping[str, float]) -> dict[str, Any]:
+def _parameters(scaled: Scaled, announced: Mapping[str, float]) -> dict[str, Any]:
     """True values of parameters that the library has too, by its names."""
-    id, found = scaled.hidden.id, dict[str, Any]()
+    id, parameters = scaled.hidden.id, dict[str, Any]()
     if id in GAINS:
         gain = scaled.gain[list(scaled.hidden.axes)].tolist()
-        found[GAINS[id]] = {"value": gain, "unit": scaled.effect.unit}
+        parameters[GAINS[id]] = {"value": gain, "unit": scaled.effect.unit}
     if id == "cogging_harmonic":
-        found["order"] = {"value": COGS * scaled.effect.told["order"], "unit": "1/rad"}
+        parameters["order"] = {"value": COGS * scaled.effect.announced["order"], "unit": "1/rad"}
     if id == "torque_ripple":
-        found["order"] = {"value": told["w"], "unit": "1/rad"}
+        parameters["order"] = {"value": announced["w"], "unit": "1/rad"}
     if id == "flexible_mode":
-        found["f"] = {"value": scaled.effect.told["frequency"], "unit": "Hz"}
-    return found
+        parameters["f"] = {"value": scaled.effect.announced["frequency"], "unit": "Hz"}
+    return parameters

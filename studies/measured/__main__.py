@@ -29,26 +29,26 @@ def compared(measured: Measured) -> dict[str, Any]:
         carried = ours.payload(measured, Path(folder)) if measured.loaded else None
     plain, bic = others.usual(measured), others.by_bic(measured)
 
-    def row(tool: str, made: Any, **more: Any) -> dict[str, Any]:
+    def row(tool: str, predicted: Any, **more: Any) -> dict[str, Any]:
         each = {
-            name: others.relative(measured, made, parts)
+            name: others.relative(measured, predicted, parts)
             for name, parts in (("fit", measured.fit), ("test", measured.test))
         }
         return {"tool": tool, **more, **each}
 
     single = measured.base == "axis"
-    own = {n: model.found[f"{n}[1]"].estimate.data() for n in SHOWN} if single else {}
+    own = {n: model.result[f"{n}[1]"].estimate.data() for n in SHOWN} if single else {}
     names = ("m", "F_c", "d", "o")
     least = {n: float(v) for n, v in zip(names, plain.p, strict=True)} if single else {}
     listed = [
-        row("flexhex identify", model, **own, delay=model.found.delay.data()),
+        row("flexhex identify", model, **own, delay=model.result.delay.data()),
         row("least squares", plain, **least),
         row("least squares, terms by BIC", bic, terms=[list(c) for c in bic.chosen]),
     ]
     if measured.coupled is not None:
         listed.append(row("least squares, wrist coupled", others.coupled(measured)))
-    if single and (found := sindy(measured)) is not None:
-        listed.append(found)
+    if single and (sparse := sindy(measured)) is not None:
+        listed.append(sparse)
     return {
         "title": measured.title,
         "source": measured.source,
@@ -57,23 +57,23 @@ def compared(measured: Measured) -> dict[str, Any]:
         "methods": listed,
         "diagnosis": named,
         "payload": carried and {**carried, "least_squares": others.payload_mass(measured)},
-        "notes": list(model.found.notes),
+        "notes": list(model.result.notes),
     }
 
 
-def shown(found: dict[str, Any]) -> str:
+def shown(results: dict[str, Any]) -> str:
     """For the terminal."""
-    lines = [found["title"], f"  diagnosis: {found['diagnosis']['verdict']}"]
-    for effect in found["diagnosis"]["effects"]:
+    lines = [results["title"], f"  diagnosis: {results['diagnosis']['verdict']}"]
+    for effect in results["diagnosis"]["effects"]:
         rivals = f" or {', '.join(effect['rivals'])}" if effect["rivals"] else ""
         lines.append(f"    {effect['name']}{rivals} on axes {effect['axes']}")
-    for method in found["methods"]:
+    for method in results["methods"]:
         fit, test = (", ".join(f"{100 * v:.2f}" for v in method[name]) for name in ("fit", "test"))
         lines.append(f"  {method['tool']}: left of the torque [%]: fit {fit}; test {test}")
-    if carried := found["payload"]:
+    if carried := results["payload"]:
         low, high = carried["ci95"]
         lines.append(
-            f"  payload of {found['published']['payload']} kg: flexhex {carried['value']:.2f}"
+            f"  payload of {results['published']['payload']} kg: flexhex {carried['value']:.2f}"
             f" ({low:.2f} to {high:.2f}), least squares {carried['least_squares']:.2f}"
         )
     return "\n".join(lines)
@@ -85,15 +85,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("data", type=Path)
     parser.add_argument("--only", default=",".join(SETS))
     parser.add_argument("--json", action="store_true")
-    given, found = parser.parse_args(arguments), {}
+    given, results = parser.parse_args(arguments), {}
     for key in given.only.split(","):
         folder, read = SETS[key]
         if not (given.data / folder).is_dir():
             print(f"{given.data / folder}: not there; docs/measured-data.md", file=sys.stderr)
             return 3
         print(f"{key} ...", file=sys.stderr)
-        found[key] = compared(read(given.data))
-    print(json.dumps(found) if given.json else "\n\n".join(shown(f) for f in found.values()))
+        results[key] = compared(read(given.data))
+    print(json.dumps(results) if given.json else "\n\n".join(shown(f) for f in results.values()))
     return 0
 
 

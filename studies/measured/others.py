@@ -122,19 +122,19 @@ class LeastSquares:
 
     def columns(self, r: Rows) -> Array:
         """All columns (rows, n, p)."""
-        found, n = [mechanism(self.measured, r)], r.q.shape[1]
+        columns, n = [mechanism(self.measured, r)], r.q.shape[1]
         if self.pair is not None:
             both = list(self.pair)
             v, a = r.v[:, both].sum(axis=1), r.a[:, both].sum(axis=1)
-            made = np.zeros((len(r.q), n, 3))
-            made[:, both] = np.column_stack([a, v, np.sign(v)])[:, None]
-            found.append(made)
+            added = np.zeros((len(r.q), n, 3))
+            added[:, both] = np.column_stack([a, v, np.sign(v)])[:, None]
+            columns.append(added)
         for axis, names in enumerate(self.chosen):
             own = terms(r, axis)
-            made = np.zeros((len(r.q), n, len(names)))
-            made[:, axis] = np.column_stack([own[name] for name in names])
-            found.append(made)
-        return np.concatenate(found, axis=2)
+            added = np.zeros((len(r.q), n, len(names)))
+            added[:, axis] = np.column_stack([own[name] for name in names])
+            columns.append(added)
+        return np.concatenate(columns, axis=2)
 
     def predicted(self, r: Rows) -> Array:
         """Torques (rows, n)."""
@@ -213,11 +213,11 @@ def payload_mass(measured: Measured) -> float:
 
 def relative_rms(predicted: Array, tau: Array, v: Array) -> list[float]:
     """RMS left over RMS of the torque, of each axis in the rows in which it moves."""
-    found = []
+    ratios = []
     for own, wanted, rate in zip(predicted.T, tau.T, np.abs(v).T, strict=True):
         on = rate > STILL * rate.max()
-        found.append(float(np.sqrt(np.mean((own - wanted)[on] ** 2) / np.mean(wanted[on] ** 2))))
-    return found
+        ratios.append(float(np.sqrt(np.mean((own - wanted)[on] ** 2) / np.mean(wanted[on] ** 2))))
+    return ratios
 
 
 def relative(measured: Measured, model: Any, parts: Sequence[Part]) -> list[float]:

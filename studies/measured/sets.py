@@ -95,10 +95,10 @@ def emps(data: Path) -> Measured:
     folder = data / EMPS / "examples" / "EMPS" / "data"
 
     def part(name: str) -> Part:
-        found = {key: value.ravel() for key, value in loadmat(folder / f"{name}.mat").items()
+        signals = {key: value.ravel() for key, value in loadmat(folder / f"{name}.mat").items()
                  if not key.startswith("_")}  # fmt: skip
-        force = found["gtau"][0] * found["vir"]
-        return Part(name, found["t"], found["qm"][:, None], force[:, None])
+        force = signals["gtau"][0] * signals["vir"]
+        return Part(name, signals["t"], signals["qm"][:, None], force[:, None])
 
     return Measured(
         "emps",

@@ -34,8 +34,8 @@ def sindy(measured: Measured) -> dict[str, Any] | None:
 
     names = ("u", "1", "v", "sign v", "v |v|", "v^3", "q", "q^2", "q v")
     X, size = library(parts[0]), np.abs(library(parts[0])).std(axis=0) + 1e-12
-    found = ps.STLSQ(threshold=THRESHOLD).fit(X / size, parts[0].a)
-    w = np.ravel(found.coef_) / size
+    optimizer = ps.STLSQ(threshold=THRESHOLD).fit(X / size, parts[0].a)
+    w = np.ravel(optimizer.coef_) / size
     # a = w0 u + rest: the force is what the rest leaves of the acceleration
     each = [
         relative_rms((r.a[:, :1] - (library(r)[:, 1:] @ w[1:])[:, None]) / w[0], r.tau, r.v)

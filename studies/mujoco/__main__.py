@@ -25,7 +25,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--test", action="store_true", help="allow seeds of the tests")
     given = parser.parse_args(arguments)
     try:
-        made = make(
+        written = make(
             given.seed,
             given.out / "logs",
             given.out / "sealed",
@@ -37,10 +37,10 @@ def main(arguments: list[str] | None = None) -> int:
     except ValueError as error:
         parser.error(str(error))
     files = {
-        "logs": [str(path) for path in made.paths],
-        "test": [str(path) for path in made.test_paths],
-        "machine_file": str(made.machine_file),
-        "sealed": str(made.sealed),
+        "logs": [str(path) for path in written.paths],
+        "test": [str(path) for path in written.test_paths],
+        "machine_file": str(written.machine_file),
+        "sealed": str(written.sealed),
     }
     print(json.dumps(files, indent=1))
     return 0

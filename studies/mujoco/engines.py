@@ -29,8 +29,8 @@ def load(name: str) -> Engine:
     module, _, function = name.partition(":")
     if not module or not function:
         raise ValueError(f"engine {name!r}: MODULE:FUNCTION is wanted")
-    found: Engine = getattr(importlib.import_module(module), function)
-    return found
+    engine: Engine = getattr(importlib.import_module(module), function)
+    return engine
 
 
 def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path) -> dict[str, Any]:
@@ -47,8 +47,8 @@ def today(paths: Sequence[Path], test_paths: Sequence[Path], machine_file: Path)
     if kind == "arm":
         bases: Any = importlib.import_module("flexhex.diagnosis.basemodels.bases")
         cast(dict[str, Any], bases.BASES)["arm"] = lambda file, log: _arm(data, log["theta"].ts)
-    found: dict[str, Any] = workflow.diagnose_files(paths, test_paths, machine_file, options)
-    return found
+    answer: dict[str, Any] = workflow.diagnose_files(paths, test_paths, machine_file, options)
+    return answer
 
 
 def _arm(data: dict[str, Any], ts: float) -> Any:
@@ -100,14 +100,14 @@ def main(arguments: list[str]) -> int:
         own = type(trouble).__module__.startswith(name.partition(".")[0])
         own = own or type(trouble).__module__.startswith("flexhex")
         error, text = ("refused" if own else "failed"), traceback.format_exc(limit=-3)
-    found = {
+    result = {
         "answer": answer,
         "error": error,
         "text": text,
         "processor_seconds": time.process_time() - start,
         "peak_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
     }
-    Path(target).write_text(json.dumps(found), encoding="utf-8")
+    Path(target).write_text(json.dumps(result), encoding="utf-8")
     return 0
 
 

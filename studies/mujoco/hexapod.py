@@ -163,9 +163,9 @@ def _inertial(b: Body) -> str:
 
 
 def _quat(R: Array) -> str:
-    found = np.zeros(4)
-    mujoco.mju_mat2Quat(found, R.ravel())
-    return numbers(found)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, R.ravel())
+    return numbers(quaternion)
 
 
 def projections(model: mujoco.MjModel, q: Array, at: Array) -> Array:
@@ -173,7 +173,8 @@ def projections(model: mujoco.MjModel, q: Array, at: Array) -> Array:
     the connections, on MuJoCo's own Jacobians."""
     data, nv = mujoco.MjData(model), model.nv
     rest = np.setdiff1d(np.arange(nv), at)
-    found, J, one, two = np.zeros((len(q), nv, len(at))), np.zeros((18, nv)), *np.zeros((2, 3, nv))
+    projected, J = np.zeros((len(q), nv, len(at))), np.zeros((18, nv))
+    one, two = np.zeros((2, 3, nv))
     for k in range(len(q)):
         data.qpos[:] = q[k]
         mujoco.mj_kinematics(model, data)
@@ -182,9 +183,9 @@ def projections(model: mujoco.MjModel, q: Array, at: Array) -> Array:
             mujoco.mj_jacSite(model, data, one, None, model.eq_obj1id[i])
             mujoco.mj_jacSite(model, data, two, None, model.eq_obj2id[i])
             J[3 * i : 3 * i + 3] = one - two
-        found[k, at] = np.eye(len(at))
-        found[k, rest] = -np.linalg.solve(J[:, rest], J[:, at])
-    return found
+        projected[k, at] = np.eye(len(at))
+        projected[k, rest] = -np.linalg.solve(J[:, rest], J[:, at])
+    return projected
 
 
 def toml(h: Hexapod, reach: float, mass: float, geometry: float) -> str:

@@ -134,12 +134,12 @@ def make(
     one, two = logs.resolve(), sealed.resolve()
     if one == two or one in two.parents or two in one.parents:
         raise ValueError(f"{sealed}: the truth must lie apart from the logs in {logs}")
-    found = simulate(seed, category, kind, effect)
-    case = found.case
+    simulated = simulate(seed, category, kind, effect)
+    case = simulated.case
     logs.mkdir(parents=True, exist_ok=True)
     sealed.mkdir(parents=True, exist_ok=True)
     fit, kept = list[Path](), list[Path]()
-    for log in logged(case, found.effects, found.records, found.scale):
+    for log in logged(case, simulated.effects, simulated.records, simulated.scale):
         path = logs / f"{log.name}.{case.ending}"
         write(log, path, case.machine.units)
         (kept if log.test else fit).append(path)
@@ -149,7 +149,7 @@ def make(
     text = toml(case.written, *known) if chain is None else hexapod.toml(chain, reach, *known)
     machine_file.write_text(text)
     truth = sealed / f"{FAMILY}-{seed}.json"
-    truth.write_text(json.dumps(truth_of(found), indent=1) + "\n", encoding="utf-8")
+    truth.write_text(json.dumps(truth_of(simulated), indent=1) + "\n", encoding="utf-8")
     return Written(tuple(fit), tuple(kept), machine_file, truth)
 
 
@@ -161,13 +161,13 @@ def refuse(seed: int, test: bool) -> None:
         raise ValueError(f"seed {seed}: from {FIRST_TEST} on for tests only, say --test")
 
 
-def truth_of(found: Simulated) -> dict[str, Any]:
+def truth_of(simulated: Simulated) -> dict[str, Any]:
     """The truth as JSON; axes count from 1."""
-    case = found.case
-    count = len(found.records)
-    fitted = [passes[0] for passes in (found.records[:-1] if count > 1 else found.records)]
+    case = simulated.case
+    count = len(simulated.records)
+    fitted = [passes[0] for passes in (simulated.records[:-1] if count > 1 else simulated.records)]
     rms = np.sqrt(np.mean(np.concatenate([r.u for r in fitted]) ** 2, axis=0))
-    rows = [_effect_row(found, k, fitted, rms) for k in range(len(found.effects))]
+    rows = [_effect_row(simulated, k, fitted, rms) for k in range(len(simulated.effects))]
     # damping is a parameter of all base models but the arm's, and no effect to be named
     own = set[str]() if case.machine.kind == "arm" else {"viscous_friction"}
     return {
@@ -198,10 +198,10 @@ def truth_of(found: Simulated) -> dict[str, Any]:
     }
 
 
-def _effect_row(found: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[str, Any]:
+def _effect_row(simulated: Simulated, k: int, fitted: list[Record], rms: Array) -> dict[str, Any]:
     """One effect: names and axes that are right, true parameters, size and what can be seen."""
-    case, effect = found.case, found.effects[k]
-    gaps = [gap(case, found.effects, k, record) for record in fitted]
+    case, effect = simulated.case, simulated.effects[k]
+    gaps = [gap(case, simulated.effects, k, record) for record in fitted]
     own = np.sqrt(np.mean(np.concatenate(gaps) ** 2, axis=0))
     free = observable(case, gaps, fitted)
     rubbed = observable(case, gaps, fitted, friction=True)

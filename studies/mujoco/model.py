@@ -53,9 +53,9 @@ def inverse(model: mujoco.MjModel, q: Array, v: Array, a: Array, V: Array | None
 
 def _tree(model: mujoco.MjModel, q: Array, v: Array, a: Array) -> Array:
     data, out = mujoco.MjData(model), np.empty((len(q), model.nv))
-    qpos, qvel, qacc, found = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
+    qpos, qvel, qacc, torques = data.qpos, data.qvel, data.qacc, data.qfrc_inverse
     for k in range(len(q)):
         qpos[:], qvel[:], qacc[:] = q[k], v[k], a[k]
         mujoco.mj_inverse(model, data)
-        out[k] = found
+        out[k] = torques
     return out

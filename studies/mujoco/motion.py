@@ -27,12 +27,12 @@ def reference(kind: str, seed: int, machine: Machine, seconds: float, step: floa
     """A trajectory about the middle pose that begins and ends at rest. ValueError for a kind."""
     rng = np.random.default_rng([seed, 7])
     t: Array = np.arange(round(seconds / step), dtype=np.float64) * np.float64(step)
-    made = {"multisine": _multisine, "points": _points, "triangle": _triangle}
-    if kind not in made:
+    generators = {"multisine": _multisine, "points": _points, "triangle": _triangle}
+    if kind not in generators:
         raise ValueError(f"motion {kind!r}: one of {', '.join(KINDS)}")
     columns = []
     for k in range(machine.n):
-        wave = made[kind](t, machine.frequency * rng.uniform(0.7, 1.3), rng)
+        wave = generators[kind](t, machine.frequency * rng.uniform(0.7, 1.3), rng)
         wave = np.asarray(wave / max(float(np.abs(wave).max()), 1e-9) * _fade(t, seconds))
         columns.append(machine.middle[k] + machine.reach[k] * rng.uniform(0.7, 1.0) * wave)
     r = np.stack(columns, axis=1)

@@ -46,16 +46,16 @@ class Viscous(Joint):
 
 def coulomb(rng: Rng, place: Place) -> Effect:
     """Dry friction."""
-    made = Coulomb("coulomb_friction", place.axes)
-    made.parameter, made.unit = "F_c", place.unit
-    return made
+    effect = Coulomb("coulomb_friction", place.axes)
+    effect.parameter, effect.unit = "F_c", place.unit
+    return effect
 
 
 def viscous(rng: Rng, place: Place) -> Effect:
     """Viscous friction."""
-    made = Viscous("viscous_friction", place.axes)
-    made.parameter, made.unit = "d_v", "per rate"
-    return made
+    effect = Viscous("viscous_friction", place.axes)
+    effect.parameter, effect.unit = "d_v", "per rate"
+    return effect
 
 
 def felt(link: Link) -> float:
@@ -125,23 +125,23 @@ class Limit(Motor):
 
 def lag(rng: Rng, place: Place) -> Effect:
     """A drive that follows its command late."""
-    made = Lag("drive_lag", place.axes)
-    made.parameter, made.unit = "T_lag", "s"
-    return made
+    effect = Lag("drive_lag", place.axes)
+    effect.parameter, effect.unit = "T_lag", "s"
+    return effect
 
 
 def gain(rng: Rng, place: Place) -> Effect:
     """A torque constant that is smaller than the drive believes."""
-    made = Gain("drive_gain", place.axes)
-    made.parameter = "g"
-    return made
+    effect = Gain("drive_gain", place.axes)
+    effect.parameter = "g"
+    return effect
 
 
 def limit(rng: Rng, place: Place) -> Effect:
     """A torque limit that the report does not show."""
-    made = Limit("torque_saturation", place.axes)
-    made.parameter, made.unit = "tau_lim", place.unit
-    return made
+    effect = Limit("torque_saturation", place.axes)
+    effect.parameter, effect.unit = "tau_lim", place.unit
+    return effect
 
 
 class Tilt(Effect):

@@ -73,10 +73,10 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
     state: State = (q, v, a, None)
     if model.neq:
         state = (record.q, record.v, record.a, projections(model, record.q, record.at))
-    found, names = _bodies(model, state, places(model, n))
+    listed, names = _bodies(model, state, places(model, n))
     one = np.eye(n)
     names.append("delay")
-    found.append(np.gradient(record.u, 1 / case.rate, axis=0))
+    listed.append(np.gradient(record.u, 1 / case.rate, axis=0))
     signals = {"rotor": a, "offset": np.ones_like(a)}
     if case.machine.kind != "arm":
         signals |= {"damping": v, "spring": q}
@@ -85,18 +85,18 @@ def columns(case: Case, record: Record, friction: bool) -> tuple[Array, list[str
         signals |= {"viscous": v, "coulomb": np.tanh(v / sharp)}
     for name, values in signals.items():
         for k in range(n):
-            found.append(values * one[k])
+            listed.append(values * one[k])
             names.append(f"{name}[{k + 1}]")
-    return np.stack(found, axis=2), names
+    return np.stack(listed, axis=2), names
 
 
 def _bodies(model: mujoco.MjModel, state: State, at: Array) -> tuple[list[Array], list[str]]:
     """Differences of the torque by each body's mass, centre and inertia, and by each stiffness."""
-    found, names = list[Array](), list[str]()
+    derivatives, names = list[Array](), list[str]()
     rigid = inverse(model, *state)
 
     def difference(name: str) -> None:
-        found.append((inverse(model, *state) - rigid)[:, at] / NUDGE)
+        derivatives.append((inverse(model, *state) - rigid)[:, at] / NUDGE)
         names.append(name)
 
     for joint in np.flatnonzero(model.jnt_stiffness):
@@ -126,7 +126,7 @@ def _bodies(model: mujoco.MjModel, state: State, at: Array) -> tuple[list[Array]
             mujoco.mju_quatIntegrate(model.body_iquat[body], turn, 1.0)
             difference(f"body[{body}].R{k}")
             model.body_iquat[body] = before
-    return found, names
+    return derivatives, names
 
 
 def observable(
@@ -154,6 +154,6 @@ def observable(
 def _thinned(case: Case, r: Record, s: slice, friction: bool) -> Array:
     """Columns at some instants; the delay's is differentiated before it is thinned."""
     few = replace(r, q=r.q[s], v=r.v[s], a=r.a[s], u=r.u[s])
-    found, names = columns(case, few, friction)
-    found[:, :, names.index("delay")] = np.gradient(r.u, 1 / case.rate, axis=0)[s]
-    return found
+    listed, names = columns(case, few, friction)
+    listed[:, :, names.index("delay")] = np.gradient(r.u, 1 / case.rate, axis=0)[s]
+    return listed

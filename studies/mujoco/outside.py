@@ -21,7 +21,7 @@ def _spot(rng: Rng, place: Place) -> tuple[Array, Array]:
     return at, place.half * float(rng.uniform(0.05, 0.2))
 
 
-def _made(id: str, form: Callable[..., Array], place: Place, where: str, **shapes: Any) -> Effect:
+def _effect(id: str, form: Callable[..., Array], place: Place, where: str, **shapes: Any) -> Effect:
     listed = {name: (np.asarray(value).tolist(), "SI") for name, value in shapes.items()}
     return Algebraic(Plain(id, form, "gain", "SI", where, (), listed), place.axes)
 
@@ -33,7 +33,7 @@ def friction_patch(rng: Rng, place: Place) -> Effect:
     def form(t: float, q: Array, v: Array, tau: Array) -> Array:
         return np.asarray(np.tanh(v / sharp) * np.exp(-(((q - at) / wide) ** 2)))
 
-    return _made("friction_patch", form, place, "force", at=at, width=wide)
+    return _effect("friction_patch", form, place, "force", at=at, width=wide)
 
 
 def bump(rng: Rng, place: Place) -> Effect:
@@ -43,7 +43,7 @@ def bump(rng: Rng, place: Place) -> Effect:
     def form(t: float, q: Array, v: Array, tau: Array) -> Array:
         return np.asarray(np.exp(-(((q - at) / wide) ** 2)))
 
-    return _made("bump", form, place, "force", at=at, width=wide)
+    return _effect("bump", form, place, "force", at=at, width=wide)
 
 
 def magnet(rng: Rng, place: Place) -> Effect:
@@ -54,7 +54,7 @@ def magnet(rng: Rng, place: Place) -> Effect:
         x = (q - at) / wide
         return np.asarray(x / (1 + x * x) ** 2)
 
-    return _made("magnet_spring", form, place, "force", at=at, width=wide)
+    return _effect("magnet_spring", form, place, "force", at=at, width=wide)
 
 
 def one_way(rng: Rng, place: Place) -> Effect:
@@ -64,7 +64,7 @@ def one_way(rng: Rng, place: Place) -> Effect:
     def form(t: float, q: Array, v: Array, tau: Array) -> Array:
         return np.asarray(np.abs(tau) * np.where(tau * v < 0, np.tanh(v / sharp), 0.0))
 
-    return _made("one_way_load_friction", form, place, "drive")
+    return _effect("one_way_load_friction", form, place, "drive")
 
 
 def switching(rng: Rng, place: Place) -> Effect:
@@ -77,14 +77,14 @@ def switching(rng: Rng, place: Place) -> Effect:
         on = times[0] < t < times[1] or times[2] < t < times[3]
         return np.asarray(np.tanh(v / sharp) * float(on))
 
-    return _made("switching_brake", form, place, "force", times=times)
+    return _effect("switching_brake", form, place, "force", times=times)
 
 
 def dead_zone(rng: Rng, place: Place) -> Effect:
     """A drive that does nothing for small commands; its width is the gain."""
-    made = DeadZone("dead_zone", place.axes, ())
-    made.parameter, made.unit = "width", place.unit
-    return made
+    effect = DeadZone("dead_zone", place.axes, ())
+    effect.parameter, effect.unit = "width", place.unit
+    return effect
 
 
 class DeadZone(Effect):
@@ -107,7 +107,7 @@ def pose_damping(rng: Rng, place: Place) -> Effect:
     def form(t: float, q: Array, v: Array, tau: Array) -> Array:
         return np.asarray(v * np.sin(k * (q - middle)))
 
-    return _made("pose_damping", form, place, "force", k=k, middle=middle)
+    return _effect("pose_damping", form, place, "force", k=k, middle=middle)
 
 
 class Elastic(Effect):

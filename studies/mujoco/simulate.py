@@ -101,8 +101,8 @@ def coloured(rng: np.random.Generator, shape: tuple[int, int], corner: float) ->
     """Noise of RMS 1 below a corner, relative to the sample rate."""
     pole = np.exp(-2 * np.pi * corner)
     raw = rng.standard_normal((shape[0] + round(min(3 / corner, 20000)), shape[1]))
-    found = lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], raw, axis=0)
-    return np.asarray(found[-shape[0] :])
+    filtered = lfilter([np.sqrt(1 - pole**2)], [1.0, -pole], raw, axis=0)
+    return np.asarray(filtered[-shape[0] :])
 
 
 def run(plant: Plant, trajectory: tuple[str, int], seed: int) -> Record:

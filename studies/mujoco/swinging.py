@@ -70,14 +70,14 @@ def _frequency(rng: Rng, place: Place) -> float:
 def mode(rng: Rng, place: Place) -> Effect:
     """A part of the rotor on a spring."""
     zeta = float(10 ** rng.uniform(-2, -0.7))
-    made = Swinging("flexible_mode", place.axes, _frequency(rng, place), zeta)
-    made.most = np.array([0.8 * place.machine.links[k].armature for k in place.axes])
-    return made
+    effect = Swinging("flexible_mode", place.axes, _frequency(rng, place), zeta)
+    effect.most = np.array([0.8 * place.machine.links[k].armature for k in place.axes])
+    return effect
 
 
 def backlash(rng: Rng, place: Place) -> Effect:
     """A part of the rotor in a gap."""
     play = float(place.half.min() * 10 ** rng.uniform(-2.5, -1.2))
-    made = Swinging("backlash", place.axes, _frequency(rng, place), 0.1, play)
-    made.most = np.array([0.8 * place.machine.links[k].armature for k in place.axes])
-    return made
+    effect = Swinging("backlash", place.axes, _frequency(rng, place), 0.1, play)
+    effect.most = np.array([0.8 * place.machine.links[k].armature for k in place.axes])
+    return effect

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.calibrate import Calibrated
 from flexhex.diagnosis.runs.blocks import torque_at
 from flexhex.diagnosis.runs.noise import INEXACT, line, measured
@@ -38,7 +38,7 @@ def made_of(
         extra = np.roll(whole + own, late) - whole
         path = folder / f"{k}.csv"
         paths.append(write(path, motion, number, 0.0, extra=extra, **more))  # type: ignore[arg-type]
-    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     return fitted(base, asked.runs)[0]
 
@@ -62,7 +62,7 @@ def test_noise_of_the_angles_is_no_delay(tmp_path: Path) -> None:
         path = tmp_path / f"{k}.csv"
         np.savetxt(path, np.column_stack([t, *columns]), "%.8f", ",", header=head, comments="")
         paths.append(path)
-    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
     assert abs(fitted(base, asked.runs)[0].fitted.delay) < 2e-3
 
 

@@ -72,7 +72,7 @@ def test_each_rotor_may_have_another_inertia() -> None:
     known = [Known(f"J_r[{i + 1}]", "kg m2", 0.5, 0.1, "J_r", i) for i in range(2)]
     hypotheses = Hypotheses.__new__(Hypotheses)
     made: Any = SimpleNamespace(known=known, scale=np.full(2, 0.1))
-    hypotheses.rows = SimpleNamespace(made=made)  # type: ignore[assignment]
+    hypotheses.rows = SimpleNamespace(model=made)  # type: ignore[assignment]
     heavier_ones = [c for c in hypotheses.changes if isinstance(c, HeavierBody)]
     assert [c.places for c in heavier_ones] == [(0, 1), (0,), (1,)]
     assert [c.direction.tolist() for c in heavier_ones[1:]] == [[0.5 / 0.1]] * 2
@@ -108,7 +108,7 @@ def held(off: Array, seed: int) -> Joint:
         scale=np.full(len(off), 0.1),
     )
     q = made.regression.loosened({0: FREED}).q
-    return Joint(SimpleNamespace(made=made), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
+    return Joint(SimpleNamespace(model=made), (), (), (), (), (), (), q, {0: FREED})  # type: ignore[arg-type]
 
 
 def test_interval_holds_the_value() -> None:
@@ -135,7 +135,7 @@ def test_of_a_body_those_are_given_that_differ() -> None:
 def test_mass_below_zero_is_impossible(unit: str, off: float, odd: list[str]) -> None:
     """Two kilograms, known to 0.1; a first moment may have any sign."""
     fit = held(np.array([off, 0.0, 0.0]), 3)
-    made: Any = fit.bench.made
+    made: Any = fit.bench.model
     made.known[:] = [replace(known, unit=unit) for known in made.known]
     assert impossible(fit, [(0,)]) == odd
 
@@ -207,8 +207,8 @@ def test_body_with_another_mass_becomes_that_of_the_base_model() -> None:
     none: Any = SimpleNamespace()
     scale = np.full(4, 0.2)
     made = Calibrated(base, (), none, tuple(known), scale, y, B, (), none)
-    bench: Any = SimpleNamespace(made=made, beside=lambda made: SimpleNamespace(made=made))
-    found = heavier(bench, body, Moments(rows)).made
+    bench: Any = SimpleNamespace(model=made, beside=lambda made: SimpleNamespace(model=made))
+    found = heavier(bench, body, Moments(rows)).model
     assert [k.nominal for k in found.known[:3]] == pytest.approx([3.4] * 3, rel=0.03)
     assert [k.written for k in found.known] == [2.0, 2.0, 2.0, 0.0]
     assert found.base.linear == found.known

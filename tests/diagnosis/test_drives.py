@@ -17,7 +17,7 @@ from flexhex.diagnosis import workflow
 from flexhex.diagnosis.basemodels.base import Motion
 from flexhex.diagnosis.drives import drives, late
 from flexhex.diagnosis.drives.path import PathBase, driven
-from flexhex.diagnosis.jointfit.found import Found
+from flexhex.diagnosis.jointfit.effects import SelectedEffect
 from flexhex.diagnosis.runs.blocks import Run, Signal
 from flexhex.fmus.common.effects import library
 
@@ -90,7 +90,9 @@ def test_late_axis_that_the_search_left_out_is_no_measure_for_others() -> None:
         run.tau.values[:, 2] = sines(t, int(run.trajectory), 2, (LOOP, 2e-3), 0.0)
     path = PathBase(USUAL, 0.0105, 0.005, 1.0)
     common = drives.common_lag(path, made)
-    side: Any = SimpleNamespace(held=SimpleNamespace(effects=[Found(late.LAG, (AXIS_3,), ())]))
+    side: Any = SimpleNamespace(
+        fit=SimpleNamespace(effects=[SelectedEffect(late.LAG, (AXIS_3,), ())])
+    )
     found = drives._late(side, path, made, common)
     assert {axis: one.id for axis, one in found.items()} == {1: late.LAG, 2: late.LAG}
     assert found[1].time == pytest.approx(6e-3, rel=0.02)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexhex.diagnosis.jointfit.effects import Part
 from flexhex.diagnosis.jointfit.elsewhere import Elsewhere
-from flexhex.diagnosis.jointfit.found import Part
 from flexhex.diagnosis.regression.regression import Columns
 
 

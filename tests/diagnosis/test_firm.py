@@ -19,7 +19,7 @@ def test_effect_that_may_be_zero_beside_the_others_has_no_name(tmp_path: Path) -
     """The wave alone is there; the others were scored, and are accepted here all the same."""
     selection = chosen(tmp_path, lambda q, v, a: 0.05 * RMS * np.sin(29.0 * q))
     assert names(selection) == ["cogging_harmonic"]
-    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.made))
+    hypotheses = Hypotheses(selection.bench, Rows.of(selection.bench.model))
     scores = effect_scores(hypotheses.moments, hypotheses, (), USUAL, [0])
     others = [score for score in scores if score.size < USUAL.smallest_effect]
     assert others

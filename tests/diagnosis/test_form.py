@@ -43,7 +43,7 @@ def narrow(q: Array) -> Array:
 
 
 def test_errors_are_smooth_factors_and_a_shift_in_time(tmp_path: Path) -> None:
-    rows = Rows.of(bench_of(tmp_path, None).made)
+    rows = Rows.of(bench_of(tmp_path, None).model)
     wave = np.sin(np.arange(rows.count) / 7.0)
     plain = Term({0: wave[:, None]}, {0: 2.0 * wave[:, None]}, np.zeros(1))
     term = form_errors(rows, plain, np.array([3.0]), 0.1)
@@ -143,7 +143,7 @@ def test_friction_turns_when_the_motion_does(rate: float, tmp_path: Path) -> Non
     bench = bench_of(tmp_path, worn, step=round(1000.0 / rate))
     columns = bench.thin("coulomb_friction", 0, {"s_0": 1e-6})
     apart, slopes, step = list[Array](), list[Array](), 0.2 / rate
-    for block, column in zip(bench.made.blocks, columns, strict=True):
+    for block, column in zip(bench.model.blocks, columns, strict=True):
         motion, number = block.run.motion, int(block.run.trajectory)
         time = motion.t0 + motion.ts * np.arange(len(motion.theta))
         early, sign, late = (

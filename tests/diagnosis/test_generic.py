@@ -15,10 +15,10 @@ from tests.diagnosis.test_selection import bench_of
 def test_function_of_the_angle_is_smoothed_like_the_torque(tmp_path: Path) -> None:
     """Any function between its places: an axis may pass a narrow one within a window, and of its
     smoothed angle the function would be another."""
-    rows = Rows.of(bench_of(tmp_path, None).made)
+    rows = Rows.of(bench_of(tmp_path, None).model)
     found = generic(rows, 0)[0]
     assert found.argument == "angle"
-    blocks = rows.made.blocks
+    blocks = rows.model.blocks
     angles = [block.run.motion.theta[:, 0] for block in blocks]
     seen = np.concatenate([v[b.seen] for v, b in zip(angles, blocks, strict=True)])
     values = np.random.default_rng(1).normal(size=FINE)

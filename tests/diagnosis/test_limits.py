@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.selection.evidence import tried
 from flexhex.diagnosis.selection.moments import Moments
 from flexhex.diagnosis.selection.select import select
@@ -71,7 +71,7 @@ def test_limit_is_named_where_the_motion_shows_it(
 ) -> None:
     assert SHARP is not None
     paths = [log(tmp_path, seed, number, limit) for seed in (1, 2) for number in (1, 2)]
-    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     made, _, _ = fitted(base, asked.runs)
     effects = {**library(), SHARP.id: SHARP}

@@ -15,7 +15,7 @@ from flexhex.diagnosis.kinds import LINEAR, ROTARY
 from flexhex.diagnosis.logs import read_log
 from flexhex.diagnosis.planning.experiment import Limits, make
 from flexhex.diagnosis.planning.trajectory import read_trajectory, write_trajectory
-from flexhex.diagnosis.prepare import asked_of, fitted
+from flexhex.diagnosis.prepare import fitted, run_set_of
 from flexhex.diagnosis.result.verdict import Diagnosis
 from flexhex.diagnosis.workflow import Options, diagnose
 from flexhex.fmus.common.effects import Experiment
@@ -130,7 +130,7 @@ def test_a_machine_of_both_kinds_has_the_units_of_each_axis(tmp_path: Path) -> N
 def test_terms_of_a_slide_are_those_of_a_mass() -> None:
     """Along a line gravity is the same everywhere: no sine of a length."""
     paths = write(Path(mkdtemp()) / "runs", SLIDES)
-    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     assert {k.name: k.unit for k in base.linear} == {
         "o[1]": "N",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.result.maps import BINS, FINEST, maps
 from flexhex.diagnosis.result.pictured import Map
 from tests.diagnosis.single import SECONDS, TS, moved, write
@@ -20,7 +20,7 @@ COGGING, ORDER = 0.05, 100.0
 
 def left(paths: list[Path]) -> dict[str, Map]:
     """Maps of the residual of a fit without any effect, by quantity."""
-    base, asked, _ = asked_of(paths, [], None, Options("axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options("axis"))
     made, _, _ = fitted(base, asked.runs)
     bench = Bench(made, ())
     held: Any = SimpleNamespace(bench=bench, residual=made.residual(made.regression.q))

@@ -19,7 +19,7 @@ def swept(share: float) -> Any:
     angle = np.linspace(0.0, STROKE, 8000)
     rate = np.where(np.arange(len(angle)) < share * len(angle), 0.5, 20.0)
     made = SimpleNamespace(base=SimpleNamespace(window=WINDOW))
-    return SimpleNamespace(made=made, angles=angle[:, None], rates=rate[:, None])
+    return SimpleNamespace(model=made, angles=angle[:, None], rates=rate[:, None])
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from flexhex.diagnosis.basemodels.axis import AxisBase
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.kinds import LINEAR, ROTARY
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.result.verdict import Changed, Diagnosis
 from flexhex.diagnosis.selection.feedback import noisy
 from flexhex.diagnosis.selection.levels import _chances, choices, partitions
@@ -87,9 +87,9 @@ def test_payload_that_keeps_the_base_model_from_fitting_is_sought_alone(
     heavy: bool, tmp_path: Path
 ) -> None:
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (heavy and k > 2))
-    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
     bench = Bench(fitted(base, asked.runs)[0], ())
-    assert bool(carrying(bench).made.loads) == heavy
+    assert bool(carrying(bench).model.loads) == heavy
 
 
 def test_weight_of_what_slides_is_an_offset() -> None:
@@ -180,7 +180,7 @@ def test_groups_that_differ_in_payload_are_one_trajectory(light: str, tmp_path: 
     """Left out together; passes of one load are each other's partners."""
     heads = {1: light, 2: light, 3: "0.4", 4: "0.4"}
     paths = on_axis(tmp_path, lambda motion, k: carried(motion) * (k > 2), heads, 2)
-    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
     made, _, _ = fitted(base, asked.runs)
     assert len(np.unique(made.layout.fold)) == 2
     loads = np.concatenate(
@@ -197,7 +197,7 @@ def test_feedback_answers_noise_beside_a_payload_that_leaves_no_repeats(
 ) -> None:
     """Noise that moves the joints would be named."""
     paths = [p for p in on_axis(tmp_path, lambda motion, k: 0.0) if p.stem[1] in "12"]
-    base, asked, _ = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options(base="axis"))
     runs = [replace(run, loads=int(heavy and k % 2)) for k, run in enumerate(asked.runs)]
     made, _, _ = fitted(base, runs)
     assert bool(noisy(Rows.of(made))) == heavy

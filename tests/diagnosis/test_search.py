@@ -12,7 +12,7 @@ import pytest
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.selection import hypotheses, search, side
 from flexhex.diagnosis.selection.choose import Accepted
 from flexhex.diagnosis.selection.criteria import USUAL
@@ -78,7 +78,7 @@ def test_no_parameter_is_set_free_where_nothing_has_a_name(
     change = Score(ChangedParameter("J", (0,), None), 100.0, np.zeros(3), 0.1)
     found = replace(selection, accepted=(*selection.accepted, Accepted(change, (), 1)))
     monkeypatch.setattr(side, "select", lambda *_: found)
-    assert list(selected(selection.bench, (), lambda text: None).held.freed) == freed
+    assert list(selected(selection.bench, (), lambda text: None).fit.freed) == freed
 
 
 @pytest.mark.parametrize(("now", "chosen_anew"), [(100.0, []), (300.0, []), (90.0, [0])])
@@ -124,7 +124,7 @@ def test_one_trajectory_names_what_predicts_another_one(
     for k, (motion, number) in enumerate(RUNS[:4]):
         torque = size[motion] * RMS * np.sin(53.0 * moved(CLOCK, motion)[0])
         paths.append(write(tmp_path / f"{k}.csv", motion, number, 0.0, extra=torque))
-    base, asked, _ = asked_of(paths[:2], paths[2:], None, Options(base="axis"))
+    base, asked, _ = run_set_of(paths[:2], paths[2:], None, Options(base="axis"))
     made, _, _ = fitted(base, asked.runs)
     bench = Bench(made, compiled(1, None, made.base.holds))
     side = selected(bench, asked.judged, lambda text: None)
@@ -136,7 +136,7 @@ def test_rows_that_show_no_wave_ask_for_none(
 ) -> None:
     """Of few places nothing periodic can be told; all else is asked for as ever."""
     bench = bench_of(tmp_path, None)
-    found = Hypotheses(bench, Rows.of(bench.made))
+    found = Hypotheses(bench, Rows.of(bench.model))
     asked = [effect.id for effect in found.effects(0)]
     monkeypatch.setattr(hypotheses, "promising_orders", lambda *_: ([], 0))
     blind = Hypotheses(bench, found.rows)

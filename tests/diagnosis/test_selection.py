@@ -16,7 +16,7 @@ from scipy.stats import multivariate_normal
 
 from flexhex.diagnosis.hypotheses.candidates import Bench
 from flexhex.diagnosis.hypotheses.compiled import compiled
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.diagnosis.regression.design import Design
 from flexhex.diagnosis.selection.criteria import USUAL
 from flexhex.diagnosis.selection.evidence import bounded, evidences, tried
@@ -141,7 +141,7 @@ def bench_of(
         head = next(k for k, line in enumerate(lines) if line[0] in "-.0123456789")
         path.write_text("".join([*lines[:head], *lines[head::step]]))
         paths.append(path)
-    base, asked, trouble = asked_of(paths, [], None, Options(base="axis"))
+    base, asked, trouble = run_set_of(paths, [], None, Options(base="axis"))
     assert not trouble
     made, _, _ = fitted(base, asked.runs)
     return Bench(made, compiled(1, None, made.base.holds))

@@ -43,19 +43,19 @@ def searched(
     asked: list[Any] = []
 
     def side(bench: Any, *more: Any) -> Any:
-        asked.append(bench.made)
+        asked.append(bench.model)
         held = SimpleNamespace(bench=bench, geared=geared)
-        return SimpleNamespace(held=held, accepted=[held] if named else [])
+        return SimpleNamespace(fit=held, accepted=[held] if named else [])
 
-    bench = lambda made, known: SimpleNamespace(made=made, forget=lambda: None)  # noqa: E731
+    bench = lambda made, known: SimpleNamespace(model=made, forget=lambda: None)  # noqa: E731
     monkeypatch.setattr(workflow, "Bench", bench)
     monkeypatch.setattr(workflow, "selected", side)
-    monkeypatch.setattr(workflow, "before_of", lambda side: side.held.bench.made)
-    monkeypatch.setattr(workflow, "beside", lambda held: made[made.index(held.bench.made) + 1])
+    monkeypatch.setattr(workflow, "before_of", lambda side: side.fit.bench.model)
+    monkeypatch.setattr(workflow, "beside", lambda held: made[made.index(held.bench.model) + 1])
     start: Any = made[0]
     before, last = workflow._mechanism(start, [], [], lambda text: None)
     assert before is asked[0]  # type: ignore[comparison-overlap]
-    assert last.held.bench.made is asked[-1]
+    assert last.fit.bench.model is asked[-1]
     return [float(m.fitted.widths[0]) for m in asked]
 
 
@@ -94,7 +94,7 @@ def test_what_is_missing_is_no_noise(repeated: bool, tmp_path: Path) -> None:
         return 0.2 * RMS * np.tanh(v / 0.01)
 
     runs = [run for run in RUNS if repeated or run[1] == 1]
-    made = bench_of(tmp_path, friction, runs).made
+    made = bench_of(tmp_path, friction, runs).model
     assert made.noise.repeats == repeated
     after = beside(joint(Bench(made, []), ()))
     assert after.noise.scale == pytest.approx(made.noise.scale, rel=0.1)

@@ -9,7 +9,7 @@ import pytest
 
 from flexhex.diagnosis.jointfit import fit
 from flexhex.diagnosis.jointfit.answer import axis_rms
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from tests.diagnosis.single import DAMPING, SECONDS, SPRING, TS, WEIGHT, J, moved, wandering
 
 CLOCK = np.arange(round(SECONDS / TS)) * TS
@@ -35,7 +35,7 @@ def hunting(path: Path, motion: int, number: int) -> Path:
 
 def left(paths: list[Path]) -> float:
     """What the fit leaves of the torque, RMS [N m]."""
-    base, asked, _ = asked_of(paths, [], None, Options("axis"))
+    base, asked, _ = run_set_of(paths, [], None, Options("axis"))
     made, _, _ = fitted(base, asked.runs)
     return float(axis_rms(made.blocks, made.residual(made.regression.q))[0])
 

@@ -52,7 +52,7 @@ class Browser:
         ours, to_them = os.pipe()
         self._in, self._out, self._count, self._rest = to_us, to_them, 0, b""
         self.said: list[str] = []
-        self.asked: list[str] = []
+        self.requests: list[str] = []
         self._loaded = False
         command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
         # the browser reads from its file 3 and writes to its file 4
@@ -109,7 +109,7 @@ class Browser:
         elif method == "Log.entryAdded" and params["entry"]["level"] in ("error", "warning"):
             self.said.append(params["entry"]["text"])
         elif method == "Network.requestWillBeSent":
-            self.asked.append(params["request"]["url"])
+            self.requests.append(params["request"]["url"])
         elif method == "Page.loadEventFired":
             self._loaded = True
 

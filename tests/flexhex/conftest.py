@@ -26,7 +26,7 @@ class Workflow:
     """Stands for diagnosis.workflow and for what adds to a machine file."""
 
     def __init__(self, found: Diagnosis) -> None:
-        self.found: Diagnosis | Exception = found
+        self.answer: Diagnosis | Exception = found
         self.seen: dict[str, Any] = {}
         self.added = False
 
@@ -47,9 +47,9 @@ class Workflow:
         }
         progress("reading the runs", 0, 2)
         progress("fitting", 1, 2)
-        if isinstance(self.found, Exception):
-            raise self.found
-        return self.found
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
 
     def add(
         self,

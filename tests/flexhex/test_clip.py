@@ -187,7 +187,7 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
     )  # fmt: skip
     page = tmp_path / "page.html"
     page.write_text(text, encoding="utf-8")
-    browser.asked.clear()
+    browser.requests.clear()
     browser.open(page)
     texts, stills = set[str](), set[str]()
     for k, clip in enumerate(found):
@@ -214,7 +214,7 @@ def test_buttons_of_the_report_choose_the_clip(browser: Browser, tmp_path: Path)
     assert texts == {clip.text for clip in found}
     assert len(stills) == len(found)
     assert all(still.startswith("data:image/png") and len(still) > 10_000 for still in stills)
-    strangers = {url for url in browser.asked if not url.startswith(("blob:", "data:"))}
+    strangers = {url for url in browser.requests if not url.startswith(("blob:", "data:"))}
     assert strangers == {page.as_uri()}
     assert browser.said == []
 

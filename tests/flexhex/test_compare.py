@@ -136,7 +136,7 @@ def test_longer_run_is_not_equal_but_its_common_time_is() -> None:
     found = compare(a, b)
     assert (only(found).state, found.equal) == (EQUAL, False)
     assert compare(a, b, common=True).equal
-    assert found.made == {"duration": ("0.1", "0.075")}
+    assert found.provenance == {"duration": ("0.1", "0.075")}
 
 
 def test_nan_equals_nan_and_nothing_else() -> None:
@@ -178,7 +178,7 @@ def test_what_made_the_runs_different_is_found() -> None:
     same = {"python": "3.11.7", "sha256 plant.fmu": "aa"}
     a = result({"x": wave()}, meta={**same, "casadi": "3.7"})
     b = result({"x": wave()}, meta={**same, "casadi": "3.8", "command": "flexhex run"})
-    assert compare(a, b).made == {"casadi": ("3.7", "3.8"), "command": ("-", "flexhex run")}
+    assert compare(a, b).provenance == {"casadi": ("3.7", "3.8"), "command": ("-", "flexhex run")}
 
 
 @pytest.mark.parametrize("text", ["x", "x=", "=1", "x=small", ""])

@@ -21,7 +21,7 @@ from tests.flexhex.diagnoses import AMBIGUOUS, CANNOT, EXAMPLES, NONE, UNKNOWN
 def test_exit_code_is_0_only_without_residual_or_with_what_was_added(
     name: str, workflow: Workflow, call: Callable[..., Any], tmp_path: Path
 ) -> None:
-    workflow.found = EXAMPLES[name]
+    workflow.answer = EXAMPLES[name]
     done = call("run1.csv")
     good = EXAMPLES[name].verdict == "none" or EXAMPLES[name].machine is not None
     assert done.exit_code == (0 if good else 1), done.output
@@ -40,7 +40,7 @@ def test_apply_adds_without_asking(workflow: Workflow, call: Callable[..., Any])
 def test_apply_adds_nothing_where_nothing_was_named(
     found: Diagnosis, workflow: Workflow, call: Callable[..., Any]
 ) -> None:
-    workflow.found = found
+    workflow.answer = found
     call("run1.csv", "--apply")
     assert workflow.added is False
 
@@ -78,7 +78,7 @@ def test_in_a_terminal_the_user_decides(
 def test_question_says_that_rivals_are_as_good(
     workflow: Workflow, call: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    workflow.found = AMBIGUOUS
+    workflow.answer = AMBIGUOUS
     monkeypatch.setattr(command, "interactive", lambda: True)
     assert "(the best of 3 indistinguishable effects)" in call("run1.csv", answer="n\n").stderr
 
@@ -87,7 +87,7 @@ def test_question_says_that_rivals_are_as_good(
 def test_json_is_all_that_stands_on_stdout(
     name: str, workflow: Workflow, call: Callable[..., Any]
 ) -> None:
-    workflow.found = EXAMPLES[name]
+    workflow.answer = EXAMPLES[name]
     done = call("run1.csv", "--json")
     found = json.loads(done.stdout, parse_constant=lambda text: pytest.fail(f"{text} in JSON"))
     assert found["verdict"] == EXAMPLES[name].verdict
@@ -155,7 +155,7 @@ def test_effect_with_rivals_gets_its_experiment_written(
     monkeypatch.setattr("flexhex.diagnosis.planning.experiment.with_experiments", planned)
     call("a.csv")
     assert seen == [], "no rivals, no experiment"
-    workflow.found = AMBIGUOUS
+    workflow.answer = AMBIGUOUS
     call("a.csv")
     limits, folder, ts = seen
     assert (limits.high[0], folder, ts) == (pytest.approx(0.5236, abs=1e-4), tmp_path, 0.25e-3)
@@ -212,7 +212,7 @@ def test_wrong_option_is_a_usage_error(
 
 
 def test_bad_input_says_nothing_on_stdout(workflow: Workflow, call: Callable[..., Any]) -> None:
-    workflow.found = LogError("a.csv: no such file")
+    workflow.answer = LogError("a.csv: no such file")
     done = call("a.csv", "--json")
     assert isinstance(done.exception, LogError)
     assert (done.exception.exit_code, done.stdout) == (3, "")

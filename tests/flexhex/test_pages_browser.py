@@ -64,11 +64,11 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def shown(browser: Browser, page: Path) -> Iterator[Browser]:
     """The page at 1440 px; it asks for nothing but itself, and the console stays empty."""
-    browser.asked.clear()
+    browser.requests.clear()
     browser.open(page)
     yield browser
     # pictures that the test itself unpacks are data
-    strangers = {url for url in browser.asked if not url.startswith(("blob:", "data:"))}
+    strangers = {url for url in browser.requests if not url.startswith(("blob:", "data:"))}
     assert strangers == {page.as_uri()}
     assert browser.said == []
 

@@ -32,7 +32,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def shown(browser: Browser, page: Path) -> Iterator[Browser]:
     """The page at 1440 px; whatever a test does, the console stays empty."""
-    browser.asked.clear()
+    browser.requests.clear()
     browser.open(page)
     yield browser
     assert browser.said == []
@@ -69,8 +69,8 @@ def test_page_draws_and_moves(
 
 def test_page_asks_for_nothing_but_itself(shown: Browser, page: Path) -> None:
     """Its own parts as blobs, no file, no address; and what a script asks for is refused."""
-    assert shown.asked, "what is asked for is seen"
-    strangers = {url for url in shown.asked if not url.startswith("blob:null/")}
+    assert shown.requests, "what is asked for is seen"
+    strangers = {url for url in shown.requests if not url.startswith("blob:null/")}
     assert strangers == {page.as_uri()}
     refused = shown.run("fetch('data:text/plain,x').then(() => 'sent', () => 'refused')")
     assert refused == "refused"

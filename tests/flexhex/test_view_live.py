@@ -190,7 +190,7 @@ def test_page_follows_the_run(browser: Browser, growing: Path) -> None:
 
     with served(live) as port:
         writer = threading.Thread(target=write)
-        browser.asked.clear()
+        browser.requests.clear()
         browser.open(f"http://127.0.0.1:{port}/")
         writer.start()
         try:
@@ -214,7 +214,7 @@ def test_page_follows_the_run(browser: Browser, growing: Path) -> None:
         browser.run("new Promise(done => setTimeout(done, 600))")
         assert browser.run("state.playing") is False
         assert browser.run("state.t") == pytest.approx(browser.run("DATA.begin"), abs=0.01)
-        asked = [url for url in browser.asked if not url.startswith(("blob:", "data:"))]
+        asked = [url for url in browser.requests if not url.startswith(("blob:", "data:"))]
         strangers = {url.partition("?")[0] for url in asked}
         home = f"http://127.0.0.1:{port}"
         assert strangers <= {f"{home}/", f"{home}/run.json", f"{home}/favicon.ico"}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from examples.five_bar.five_bar import ARM, FOOT, ROD
-from flexhex.diagnosis.prepare import Options, asked_of, fitted
+from flexhex.diagnosis.prepare import Options, fitted, run_set_of
 from flexhex.fmus.common.errors import MachineError
 from flexhex.view.command import view_command
 from tests.conftest import ROOT
@@ -107,7 +107,7 @@ def test_residual_is_that_of_the_diagnosis(app: typer.Typer, tmp_path: Path) -> 
     """The base model fitted to all logs; times count from the first angle, what has none is NaN."""
     logs = [arm_log(tmp_path / f"a{k}.csv", k, delay=5.0 * k) for k in (1, 2)]
     data = data_of(shown(app, tmp_path, *logs, "--base", FILE))
-    base, asked, _ = asked_of(logs, [], None, Options(str(FILE)))
+    base, asked, _ = run_set_of(logs, [], None, Options(str(FILE)))
     made, _, _ = fitted(base, asked.runs)
     wanted = made.residual(made.regression.q)
     for k, log in enumerate(logs):

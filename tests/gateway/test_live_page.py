@@ -54,7 +54,7 @@ def test_page_shows_the_run_while_it_goes_on(hexapod_ssp: Path, tmp_path: Path) 
             time.sleep(1.0)
             seen["second"] = browser.run(TEXT)
             seen["cells"], picture = browser.run(CELLS), browser.picture()
-            seen["said"], seen["asked"] = list(browser.said), set(browser.asked)
+            seen["said"], seen["asked"] = list(browser.said), set(browser.requests)
             # the page itself allows no images
             browser.call("Page.navigate", url="about:blank")
             seen["pixels"] = browser.unpacked(picture)

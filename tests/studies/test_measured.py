@@ -137,10 +137,10 @@ def test_ur10e_jumps_where_joints_turn_round_as_identified(tmp_path: Path) -> No
             while after < len(v) - 1 and abs(v[after]) < fast and after - at < 30:
                 after += 1
             if v[before] * v[after] < 0:
-                viscous = model.found[f"d[{axis + 1}]"].estimate.value * (v[after] - v[before])
+                viscous = model.result[f"d[{axis + 1}]"].estimate.value * (v[after] - v[before])
                 jump = r.tau[after, axis] - r.tau[before, axis] - viscous
                 jumps.append(jump / 2 / np.sign(v[after]))
-        dry = model.found[f"F_c[{axis + 1}]"].estimate.value
+        dry = model.result[f"F_c[{axis + 1}]"].estimate.value
         # inertia and load change a little from before to after
         assert_close(float(np.median(jumps)), dry, rtol=0.25, what=f"axis {axis + 1}")
 

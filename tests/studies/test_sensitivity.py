@@ -73,7 +73,7 @@ def test_scores_beside_other_errors_of_form_are_others() -> None:
 
     def key(error: float) -> object:
         term = SimpleNamespace(white={0: None}, prior=np.array([error**-2.0]))
-        moments, made = SimpleNamespace(terms=(term,)), SimpleNamespace(made=None)
+        moments, made = SimpleNamespace(terms=(term,)), SimpleNamespace(model=None)
         return key_of_scores(moments, SimpleNamespace(bench=made), (), USUAL, (0,))
 
     assert key(0.05) == key(0.05)

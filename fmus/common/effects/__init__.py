@@ -29,20 +29,20 @@ def library() -> Mapping[str, Effect]:
 
     Raises MachineError for an id that exists twice and for what `check` refuses.
     """
-    found: dict[str, Effect] = {}
+    effects: dict[str, Effect] = {}
     for module in sorted(m.name for m in pkgutil.iter_modules(__path__)):
         loaded = importlib.import_module(f"{__name__}.{module}")
         listed = getattr(loaded, "EFFECTS", None) or [getattr(loaded, "EFFECT", None)]
         for effect in (e for e in listed if e is not None):
             check(effect, where=module)
-            if effect.id in found:
+            if effect.id in effects:
                 raise MachineError(f"effects/{module}.py: the id {effect.id!r} exists twice")
-            found[effect.id] = effect
-    for effect in found.values():
-        strangers = sorted(set(effect.confused_with) - set(found))
+            effects[effect.id] = effect
+    for effect in effects.values():
+        strangers = sorted(set(effect.confused_with) - set(effects))
         if strangers:
             raise MachineError(f"effect {effect.id}: confused_with has no effect {strangers[0]!r}")
-    return MappingProxyType(found)
+    return MappingProxyType(effects)
 
 
 def check(effect: Effect, where: str) -> None:

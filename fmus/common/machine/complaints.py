@@ -74,8 +74,8 @@ def _short(value: Any) -> str:
 
 def _near(model: type[BaseModel], loc: Sequence[str | int]) -> str:
     """The known key that a misspelt one is closest to, or nothing."""
-    found = difflib.get_close_matches(str(loc[-1]), _keys(model, loc), n=1)
-    return found[0] if found else ""
+    matches = difflib.get_close_matches(str(loc[-1]), _keys(model, loc), n=1)
+    return matches[0] if matches else ""
 
 
 def _keys(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
@@ -90,7 +90,7 @@ def _remedy(model: type[BaseModel], loc: Sequence[str | int]) -> str:
     field = section.model_fields.get(name) if section else None
     if field is None:
         return ""
-    unit = next((found for m in field.metadata if (found := getattr(m, "unit", None))), None)
+    unit = next((given for m in field.metadata if (given := getattr(m, "unit", None))), None)
     if unit is not None:
         return f': add {name} = {{ value = ..., unit = "{unit}", source = "..." }}'
     below = _section(model, loc)

@@ -151,10 +151,10 @@ class Bank:
 
     def matrix(self, columns: ca.SX) -> ca.SX:
         """The columns in the rows of their axes (n, n_gains), sparse."""
-        made = ca.SX(self.n, self.n_gains)
+        matrix = ca.SX(self.n, self.n_gains)
         for k, (part, _) in enumerate(self.gains):
-            made[part.axis, k] = columns[k]
-        return made
+            matrix[part.axis, k] = columns[k]
+        return matrix
 
     def _with_states(self, state: ca.SX) -> Iterator[tuple[Part, ca.SX]]:
         at = 0

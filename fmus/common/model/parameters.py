@@ -65,8 +65,8 @@ def actuator_parameters(machine: Machine) -> list[Parameter]:
 
 def term(name: str) -> str:
     """`o` of `actuator[2].o`, `a` of `actuator[1].a[3]`; empty for what is no actuator's."""
-    found = _TERM.fullmatch(name)
-    return found[1] if found else ""
+    match = _TERM.fullmatch(name)
+    return match[1] if match else ""
 
 
 def mechanism_parameters(machine: Machine) -> list[Parameter]:

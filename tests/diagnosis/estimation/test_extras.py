@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from flexhex.diagnosis.estimation.extras import read_found
+from flexhex.diagnosis.estimation.extras import read_diagnosis
 from flexhex.diagnosis.estimation.identified import identify
 from flexhex.diagnosis.estimation.inverse import left_out
 from flexhex.diagnosis.prepare import Options
@@ -88,7 +88,7 @@ def written(folder: Path, data: Any) -> Path:
 
 def test_gains_are_fitted_with_all_parameters_and_stand_in_the_fmu(tmp_path: Path) -> None:
     paths, file = logs(tmp_path), written(tmp_path, FOUND)
-    found = identify(paths[:1], paths[1:], options=Options("axis"), more=read_found(file))
+    found = identify(paths[:1], paths[1:], options=Options("axis"), more=read_diagnosis(file))
     for name, true in {
         "J[1]": J,
         "d[1]": D,
@@ -124,7 +124,7 @@ def test_parameters_of_an_effect_can_be_tuned_in_the_fmu(tmp_path: Path) -> None
     paths, file = logs(tmp_path), written(tmp_path, FOUND)
     fmu = write_fmu(
         tmp_path / "inverse.fmu",
-        identify(paths[:1], options=Options("axis"), more=read_found(file)),
+        identify(paths[:1], options=Options("axis"), more=read_diagnosis(file)),
     )
     still = np.full((60, 1), 0.2), np.zeros((60, 1)), np.zeros((60, 1))
     names = [f"p.{one}[1]" for one in ("cogging_harmonic.a", "cogging_harmonic.order")]
@@ -145,7 +145,7 @@ def test_what_drifts_is_fitted_and_left_out_of_the_fmu(tmp_path: Path) -> None:
         "parameters": {"o_r": {"value": 0.1}, "T": {"value": 200.0}},
     }
     data = {"verdict": "named", "effects": [effect]}
-    extras = read_found(written(tmp_path, data))
+    extras = read_diagnosis(written(tmp_path, data))
     assert [one.effect.id for one in extras.listed] == ["offset_drift"]
     assert left_out(extras) == [
         "offset_drift of axis 1 is not in the FMU: it drifts with the time of a run"
@@ -161,7 +161,7 @@ def test_what_drifts_is_fitted_and_left_out_of_the_fmu(tmp_path: Path) -> None:
 ])  # fmt: skip
 def test_what_is_no_torque_of_the_motion_is_said(id: str, said: str, tmp_path: Path) -> None:
     effect = {"id": id, "axes": [1], "rivals": [], "parameters": {}}
-    extras = read_found(written(tmp_path, {"verdict": "named", "effects": [effect]}))
+    extras = read_diagnosis(written(tmp_path, {"verdict": "named", "effects": [effect]}))
     assert not extras.listed
     assert extras.notes[0].startswith(said)
 
@@ -174,7 +174,7 @@ def test_effect_that_an_axis_has_twice_is_fitted_twice(tmp_path: Path) -> None:
         "rivals": [],
         "parameters": {name: {"value": value} for name, value in values.items()},
     }
-    extras = read_found(written(tmp_path, {"verdict": "named", "effects": [effect]}))
+    extras = read_diagnosis(written(tmp_path, {"verdict": "named", "effects": [effect]}))
     assert [(one.parameter("a"), one.shape) for one in extras.listed] == [
         ("cogging_harmonic.a[2]", {"order": 7.0}),
         ("cogging_harmonic_2.a[2]", {"order": 9.0}),
@@ -192,9 +192,9 @@ def test_effect_that_an_axis_has_twice_is_fitted_twice(tmp_path: Path) -> None:
 ])  # fmt: skip
 def test_other_files_are_refused(data: Any, said: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=said):
-        read_found(written(tmp_path, data))
+        read_diagnosis(written(tmp_path, data))
 
 
 def test_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no such file"):
-        read_found(tmp_path / "nothing.json")
+        read_diagnosis(tmp_path / "nothing.json")

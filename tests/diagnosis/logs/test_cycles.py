@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexhex.diagnosis.logs.cycles import cycles, with_cycles
 from flexhex.diagnosis.logs.log import Log
-from flexhex.diagnosis.prepare import Options, asked_of
+from flexhex.diagnosis.prepare import Options, run_set_of
 from tests.compare import assert_close
 
 Array = NDArray[np.float64]
@@ -96,7 +96,7 @@ def test_two_long_logs_are_two_trajectories_with_passes(tmp_path: Path) -> None:
         rows = np.column_stack([t, theta, tau])
         head = "time,theta[1],tau_meas[1]\ns,rad,N m"
         np.savetxt(paths[-1], rows, delimiter=",", header=head, comments="", fmt="%.9g")
-    _, asked, trouble = asked_of(paths, (), None, Options("axis"))
+    _, asked, trouble = run_set_of(paths, (), None, Options("axis"))
     assert trouble == ""
     assert len(asked.runs) == 6
     assert len({run.trajectory for run in asked.runs}) == 2

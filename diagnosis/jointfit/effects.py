@@ -44,7 +44,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Found:
+class SelectedEffect:
     """An effect on all its axes, and those that these runs cannot tell from it."""
 
     id: str
